@@ -1,0 +1,55 @@
+# Every target makes what it needs: a local .venv with the locked dependencies, nothing global.
+# PYTHON=python3.12 chooses the Python, JOBS=8 the number of test workers.
+BIN := .venv/bin
+READY := .venv/.ready
+JOBS ?= 2
+
+export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
+
+.PHONY: help reproduce test test-slow lint format type bench docs all lock clean
+.DEFAULT_GOAL := help
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | awk -F'|' '{ printf "%-18s %s\n", $$1, $$2 }'
+
+reproduce: $(READY) ## the paper: figures, claims and one HTML report, in out/
+	@$(BIN)/vibrocap reproduce --out out
+
+test: $(READY) ## the tests, without the slow ones
+	@$(BIN)/python -m pytest -q -n $(JOBS)
+
+test-slow: $(READY) ## the slow tests alone
+	@$(BIN)/python -m pytest -q -n $(JOBS) -m slow || [ $$? -eq 5 ] # 5: there is none
+
+lint: $(READY) ## style, format and import contracts
+	@$(BIN)/ruff check --quiet
+	@$(BIN)/ruff format --check --quiet
+	@$(BIN)/lint-imports --no-logo
+
+format: $(READY) ## put the code into the form that lint asks for
+	@$(BIN)/ruff check --fix
+	@$(BIN)/ruff format
+
+type: $(READY) ## the types
+	@$(BIN)/pyright
+
+bench: $(READY) ## the speed, side by side with other solvers
+	@$(BIN)/python -m benchmarks
+
+docs: $(READY) ## run every snippet of the documentation
+	@$(BIN)/python -m pytest -q tests/test_docs.py
+
+all: lint type test docs reproduce ## lint, type, test, docs and reproduce
+
+$(READY): requirements.lock pyproject.toml .ci/environment
+	@PYTHON='$(PYTHON)' sh .ci/environment
+	@touch $@
+
+lock: ## resolve the dependencies anew (needs uv)
+	@uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --fork-strategy fewest \
+		--extra dev --extra ref --generate-hashes --no-emit-index-url --no-annotate --no-sources \
+		--custom-compile-command 'make lock' --output-file requirements.lock
+
+clean: ## remove results and caches (.venv stays)
+	@rm -rf out dist build .pytest_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
+	@find src tests benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

@@ -1,0 +1,55 @@
+"""Elementary functions of the physics, for numbers and for recorded expressions alike.
+
+The equations of a law, a machine or a drive are written once, as scalar code on `+ - * /` and the functions below.
+Called with floats they compute; called with an object that has a method of the same name (a recorded expression, a
+SymPy wrapper) they record. That is how one source serves plain Python, compiled code, series, derivatives and proofs.
+"""
+
+import math
+
+# Where |x|**a with a non-integer exponent is rounded off, so that it has a Taylor series at rest too; see `power`.
+POWER_ROUNDING = 1e-10
+
+
+def sin(x):
+    """Sine of x [rad]."""
+    return math.sin(x) if isinstance(x, (int, float)) else x.sin()
+
+
+def cos(x):
+    """Cosine of x [rad]."""
+    return math.cos(x) if isinstance(x, (int, float)) else x.cos()
+
+
+def exp(x):
+    """Exponential of x."""
+    return math.exp(x) if isinstance(x, (int, float)) else x.exp()
+
+
+def log(x):
+    """Natural logarithm of x > 0."""
+    return math.log(x) if isinstance(x, (int, float)) else x.log()
+
+
+def sqrt(x):
+    """Square root of x >= 0."""
+    return math.sqrt(x) if isinstance(x, (int, float)) else x.sqrt()
+
+
+def power(x, exponent):
+    """x**exponent for x >= 0, with a Taylor series at x = 0 as well.
+
+    A whole exponent from 1 to 8 is a product and exact. Any other would be singular at x = 0, where every reversal of a
+    sliding contact passes, so it is rounded off there:
+
+        (x^2 + e^2)^(exponent/2),  e = POWER_ROUNDING
+
+    which differs from x**exponent by at most e**exponent, and only where x is of the order of e. A motion crosses that
+    width in a time e/acceleration, so its effect on a state is of the order of e**(1 + exponent).
+    """
+    if isinstance(exponent, (int, float)) and exponent == int(exponent) and 1 <= exponent <= 8:
+        product = x
+        for _ in range(int(exponent) - 1):
+            product = product * x
+        return product
+    return exp(0.5 * exponent * log(x * x + POWER_ROUNDING**2))

@@ -1,0 +1,57 @@
+"""The contract of a machine with one sliding contact: one file per machine in this folder.
+
+Mechanical states come first in the state vector, the internal states of the friction law after them.
+"""
+
+from typing import ClassVar, Literal
+
+from vibrocap.elementary import cos, sin
+from vibrocap.parameters import NonNegative, Number, Positive, parameter, parameters
+
+__all__ = ["Machine", "NonNegative", "Number", "Positive", "cos", "parameter", "parameters", "sin"]
+
+
+class Machine:
+    """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
+
+    states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel).
+    contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
+    half-period symmetry.
+    """
+
+    name: ClassVar[str]
+    states: ClassVar[tuple[str, ...]]
+    cyclic: ClassVar[str]
+    contact_state: ClassVar[str]
+    symmetry: ClassVar[tuple[int, ...]]
+    channels: ClassVar[tuple[str, ...]]
+    normal_load: float | Literal["weight"]
+
+    def scales(self):
+        """Natural size of each state, over which its error is measured."""
+        return (1.0,) * len(self.states)
+
+    def load(self):
+        """Normal load of the contact."""
+        raise NotImplementedError
+
+    def contact_velocity(self, t, y):
+        """Sliding velocity of the contact."""
+        raise NotImplementedError
+
+    def holding_force(self, t, y, drive):
+        """Friction force that would keep a contact at rest at rest."""
+        raise NotImplementedError
+
+    def rates(self, t, y, drive, force):
+        """y', given the drive and the friction force. With force = holding_force the contact's acceleration is exactly
+        zero, which is how a stuck contact is integrated."""
+        raise NotImplementedError
+
+    def energy(self, t, y):
+        """Kinetic and potential energy."""
+        raise NotImplementedError
+
+    def powers(self, t, y, drive):
+        """Power taken in or given off through each of `channels` (positive: into the machine)."""
+        raise NotImplementedError

@@ -1,0 +1,50 @@
+"""The contract of generated code: what `source.py` writes for one system and the kernel modules call by these names.
+
+Linking (`link.py`) puts the generated definitions, and the places of `lanes.py`, in the place of these.
+"""
+
+from vibrocap.numerics.lanes import Layout
+
+SET_VALUED = True  # whether the contact can stick
+KINKED = False  # whether the law has a kink at rest
+CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
+
+_EXAMPLE = Layout(lanes=1, states=4, rows=9, order=12, parameters=10).constants()
+LANES = _EXAMPLE["LANES"]
+STATES = _EXAMPLE["STATES"]
+ROWS = _EXAMPLE["ROWS"]
+ORDER = _EXAMPLE["ORDER"]
+PIECE_SIZE = _EXAMPLE["PIECE_SIZE"]
+EVENT_SIZE = _EXAMPLE["EVENT_SIZE"]
+STATUS = PERIOD_COUNT = WHOLE_PERIODS = ARRIVING = ZEROS = STIFF = PATIENCE = TAYLOR_STEPS = IMPLICIT_STEPS = 0
+EVENTS = EVENT_LIMIT = IDLE = PIECES = PIECE_LIMIT = RECORDED_EVENTS = RECORDED_EVENT_LIMIT = 0
+PIECE_START = RECORDED_EVENT_START = 0
+TIME = PERIOD = TAIL = SIDE = CAME_FROM = TOLERANCE = IMPLICIT_STEP = EXPLICIT_STEP = CONTACT_RESIDUAL = 0
+STATE = PARAMETER = SCALE = SERIES = WORK = 0
+
+# First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
+# force (both to ORDER - 1), and a work row of the event search.
+VELOCITY = HOLD = LIMIT = GUARD = 0
+
+
+def jet(real):
+    """Taylor coefficients of states, integrals, contact velocity and guards for all lanes, written to SERIES."""
+    raise NotImplementedError
+
+
+def rates(real, t, point, side, lane, out):
+    """y' of one lane at the state real[point:point + STATES], written to real[out:out + ROWS]."""
+    raise NotImplementedError
+
+
+def jacobian(real, t, point, side, lane, out):
+    """Partial derivatives of `rates` at the state real[point:point + STATES].
+
+    Written to real[out + i * (STATES + 1) + j] for row i and state j; j = STATES: time.
+    """
+    raise NotImplementedError
+
+
+def contact_velocity(real, t, point, lane):
+    """Contact velocity of one lane at the state real[point:point + STATES]."""
+    raise NotImplementedError

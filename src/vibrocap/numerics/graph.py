@@ -1,0 +1,226 @@
+"""Recorded expressions: call a scalar function once with these, and its formula is known as a graph.
+
+Common subexpressions are merged as they are recorded and constants folded, so that whoever reads the graph (series,
+Jacobians, NumPy) meets every operation once.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+FUNCTIONS = {"sin": math.sin, "cos": math.cos, "exp": math.exp, "log": math.log, "sqrt": math.sqrt}
+
+
+class Graph:
+    """The nodes of recorded expressions, in an order in which each comes after its operands.
+
+    A node is (op, operands): ("constant", value), ("time",), ("side",), ("state", i), ("parameter", i),
+    ("add" | "sub" | "mul" | "div", a, b), ("neg", a), or (function, a) with a function of FUNCTIONS.
+    """
+
+    def __init__(self):
+        self.nodes: list[tuple] = []
+        self._known: dict[tuple, int] = {}
+
+    def node(self, op: str, *operands) -> "Expression":
+        """The expression of this node, recorded now if it is new."""
+        key = (op, *operands)
+        index = self._known.get(key)
+        if index is None:
+            index = len(self.nodes)
+            self.nodes.append(key)
+            self._known[key] = index
+        return Expression(self, index)
+
+    def constant(self, value: float) -> "Expression":
+        """A number."""
+        return self.node("constant", float(value))
+
+    def expression(self, value: Any) -> "Expression":
+        """A number or an expression, as an expression."""
+        return value if isinstance(value, Expression) else self.constant(value)
+
+    def is_constant_in_time(self, index: int) -> bool:
+        """Whether a node depends on neither time nor state."""
+        op, *operands = self.nodes[index]
+        if op in ("time", "state"):
+            return False
+        return op in ("constant", "side", "parameter") or all(self.is_constant_in_time(i) for i in operands)
+
+
+class Expression:
+    """A node of a graph that behaves like a number."""
+
+    __slots__ = ("graph", "index")
+
+    def __init__(self, graph: Graph, index: int):
+        self.graph = graph
+        self.index = index
+
+    @property
+    def value(self) -> float | None:
+        """The number that this expression is, if it is one."""
+        op, *operands = self.graph.nodes[self.index]
+        return operands[0] if op == "constant" else None
+
+    def _binary(self, op: str, left: Any, right: Any) -> "Expression":
+        graph = self.graph
+        a, b = graph.expression(left), graph.expression(right)
+        x, y = a.value, b.value
+        if x is not None and y is not None:
+            return graph.constant({"add": x + y, "sub": x - y, "mul": x * y}[op] if op != "div" else x / y)
+        if (op in ("add", "sub") and y == 0.0) or (op in ("mul", "div") and y == 1.0):
+            return a
+        if (op == "add" and x == 0.0) or (op == "mul" and x == 1.0):
+            return b
+        if (
+            (op == "mul" and (x == 0.0 or y == 0.0))
+            or (op == "div" and x == 0.0)
+            or (op == "sub" and a.index == b.index)
+        ):
+            return graph.constant(0.0)
+        if op == "sub" and x == 0.0:
+            return -b
+        i, j = (b.index, a.index) if op in ("add", "mul") and b.index < a.index else (a.index, b.index)
+        return graph.node(op, i, j)
+
+    def __add__(self, other):
+        return self._binary("add", self, other)
+
+    def __radd__(self, other):
+        return self._binary("add", other, self)
+
+    def __sub__(self, other):
+        return self._binary("sub", self, other)
+
+    def __rsub__(self, other):
+        return self._binary("sub", other, self)
+
+    def __mul__(self, other):
+        return self._binary("mul", self, other)
+
+    def __rmul__(self, other):
+        return self._binary("mul", other, self)
+
+    def __truediv__(self, other):
+        return self._binary("div", self, other)
+
+    def __rtruediv__(self, other):
+        return self._binary("div", other, self)
+
+    def __neg__(self):
+        return self.graph.constant(-self.value) if self.value is not None else self.graph.node("neg", self.index)
+
+    def _function(self, name: str) -> "Expression":
+        if self.value is not None:
+            return self.graph.constant(FUNCTIONS[name](self.value))
+        return self.graph.node(name, self.index)
+
+    def sin(self):
+        return self._function("sin")
+
+    def cos(self):
+        return self._function("cos")
+
+    def exp(self):
+        return self._function("exp")
+
+    def log(self):
+        return self._function("log")
+
+    def sqrt(self):
+        return self._function("sqrt")
+
+    def __bool__(self):
+        raise TypeError("recorded physics cannot branch on a value; use `side`, or a piece of its own")
+
+
+def derivative(expression: Expression, state: int, memory: dict | None = None) -> Expression:
+    """Partial derivative with respect to a state (state = -1: with respect to time), as an expression."""
+    memory = {} if memory is None else memory
+    graph, key = expression.graph, (expression.index, state)
+    if key in memory:
+        return memory[key]
+    op, *operands = graph.nodes[expression.index]
+    if op in ("constant", "side", "parameter"):
+        result = graph.constant(0.0)
+    elif op == "time":
+        result = graph.constant(1.0 if state == -1 else 0.0)
+    elif op == "state":
+        result = graph.constant(1.0 if state == operands[0] else 0.0)
+    else:
+        args = [Expression(graph, i) for i in operands]
+        slopes = [derivative(a, state, memory) for a in args]
+        result = _chain_rule(op, expression, args, slopes)
+    memory[key] = result
+    return result
+
+
+def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression]) -> Expression:
+    a, da = args[0], slopes[0]
+    if op == "neg":
+        return -da
+    if op == "sin":
+        return a.cos() * da
+    if op == "cos":
+        return -(a.sin() * da)
+    if op == "exp":
+        return f * da
+    if op == "log":
+        return da / a
+    if op == "sqrt":
+        return 0.5 * da / f
+    b, db = args[1], slopes[1]
+    if op == "add":
+        return da + db
+    if op == "sub":
+        return da - db
+    if op == "mul":
+        return da * b + a * db
+    return (da - f * db) / b
+
+
+def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> list:
+    """Values of expressions on NumPy arrays: `states[i]`, `side` and `t` are numbers or arrays of one shape."""
+    if not expressions:
+        return []
+    graph = expressions[0].graph
+    values: dict[int, Any] = {}
+    binary = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide}
+    needed = _reachable(graph, [e.index for e in expressions])
+    for index in needed:
+        op, *operands = graph.nodes[index]
+        if op == "constant":
+            values[index] = operands[0]
+        elif op == "time":
+            values[index] = t
+        elif op == "side":
+            values[index] = side
+        elif op == "state":
+            values[index] = states[operands[0]]
+        elif op == "parameter":
+            values[index] = parameters[operands[0]]
+        elif op in binary:
+            values[index] = binary[op](values[operands[0]], values[operands[1]])
+        elif op == "neg":
+            values[index] = -values[operands[0]]
+        else:
+            values[index] = getattr(np, op)(values[operands[0]])
+    return [values[e.index] for e in expressions]
+
+
+def _reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
+    """Indices of all nodes that the roots need, operands first."""
+    seen: set[int] = set()
+    waiting = list(roots)
+    while waiting:
+        index = waiting.pop()
+        if index in seen:
+            continue
+        seen.add(index)
+        op, *operands = graph.nodes[index]
+        if op not in ("constant", "time", "side", "state", "parameter"):
+            waiting.extend(operands)
+    return sorted(seen)

@@ -1,0 +1,117 @@
+"""Links a kernel: the generated source of one system and the sources of the loop become one module of their own.
+
+The module is a file in a cache folder, named by a hash of all it contains, so that Numba's cache beside it can never
+serve an edited law: another text is another file. The same text runs as plain Python, for reading and for tests.
+"""
+
+import ast
+import contextlib
+import functools
+import hashlib
+import importlib.metadata
+import importlib.util
+import inspect
+import os
+import pathlib
+import platform
+import sys
+import tempfile
+from types import ModuleType
+from typing import Any
+
+# Modules of the kernel, in the order in which they use each other.
+NEVER_STIFF = ("roots", "taylor", "explicit", "record", "loop")
+MAYBE_STIFF = ("roots", "taylor", "implicit", "switching", "record", "loop")
+ENTRY = "advance"  # the one function that is called from outside
+DECORATOR = 'numba.njit(fastmath={"contract"}, error_model="numpy", nogil=True)'
+ENTRY_DECORATOR = 'numba.njit(fastmath={"contract"}, error_model="numpy", nogil=True, cache=True)'
+
+
+@functools.cache
+def kernel_source(name: str) -> str:
+    """Source of a kernel module without its imports and its docstring."""
+    return _body(importlib.import_module(f"vibrocap.numerics.{name}"))
+
+
+@functools.cache
+def _lane_constants() -> str:
+    """The status and event numbers of `lanes.py`."""
+    module = importlib.import_module("vibrocap.numerics.lanes")
+    numbers = {name: value for name, value in vars(module).items() if name.isupper() and isinstance(value, int)}
+    return "\n".join(f"{name} = {value}" for name, value in numbers.items())
+
+
+def _body(module: ModuleType) -> str:
+    """Definitions of a module, as they stand in its file."""
+    text = inspect.getsource(module)
+    kept = [
+        node
+        for node in ast.parse(text).body
+        if not isinstance(node, (ast.Import, ast.ImportFrom))
+        and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
+    ]
+    return "\n\n\n".join(ast.get_source_segment(text, node) or "" for node in kept)
+
+
+def linked_source(generated: str, maybe_stiff: bool) -> str:
+    """Text of the kernel module of a system, without decorators: plain Python."""
+    head = "import math\n\nimport numpy as np\n"
+    kernel = [kernel_source(name) for name in (MAYBE_STIFF if maybe_stiff else NEVER_STIFF)]
+    return "\n\n".join([head, _lane_constants(), generated, *kernel]) + "\n"
+
+
+def plain_kernel(text: str) -> dict[str, Any]:
+    """The functions of a linked kernel as plain Python."""
+    names: dict[str, Any] = {}
+    exec(compile(text, "<kernel>", "exec"), names)
+    return names
+
+
+def compiled_kernel(linked: str) -> Any:
+    """The entry of a linked kernel, compiled by Numba on first use and kept on disk for the next process."""
+    text = "import numba\n" + _decorated(linked)
+    version = f"{platform.python_version()} {importlib.metadata.version('numba')}"
+    name = hashlib.sha256(f"{version}\n{text}".encode()).hexdigest()[:24]
+    return _loaded(name, text)
+
+
+@functools.lru_cache(maxsize=128)
+def _loaded(name: str, text: str) -> Any:
+    folder = _cache_folder()
+    path = folder / f"kernel_{name}.py"
+    if not path.exists():
+        handle, temporary = tempfile.mkstemp(dir=folder, suffix=".tmp")
+        with os.fdopen(handle, "w") as file:
+            file.write(text)
+        os.replace(temporary, path)
+    module_name = f"vibrocap_kernel_{name}"
+    spec = importlib.util.spec_from_file_location(module_name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    spec.loader.exec_module(module)
+    return getattr(module, ENTRY)
+
+
+def _decorated(text: str) -> str:
+    lines = []
+    for line in text.splitlines():
+        if line.startswith("def "):
+            entry = line.startswith(f"def {ENTRY}(")
+            lines.append("@" + (ENTRY_DECORATOR if entry else DECORATOR))
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+@functools.cache
+def _cache_folder() -> pathlib.Path:
+    """Where kernels are kept: VIBROCAP_CACHE, else the user's cache folder, else a temporary one."""
+    default = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "vibrocap"
+    for folder in (os.environ.get("VIBROCAP_CACHE"), default):
+        if folder:
+            with contextlib.suppress(OSError):
+                path = pathlib.Path(folder)
+                path.mkdir(parents=True, exist_ok=True)
+                if os.access(path, os.W_OK):
+                    return path
+    return pathlib.Path(tempfile.mkdtemp(prefix="vibrocap-"))

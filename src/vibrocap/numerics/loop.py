@@ -1,0 +1,260 @@
+"""The one loop: series, step, first event, next mode. It serves one recorded motion and many lanes alike.
+
+A lane slides (side +1 or -1) or sticks (side 0). Within a side every expression is analytic, and no step crosses a
+change of side:
+
+    sliding    ends where side * velocity falls to zero. A kinked law goes on with the other side; a set-valued law
+               comes to rest, and whether it sticks is decided by the force that would hold it.
+    sticking   ends where limit - |holding force| falls to zero; the contact then slides in the direction of that force.
+
+At the start of a slide the velocity is zero by construction, and after a stick its slope is too: the event search is
+told how many leading coefficients vanish, so that rounding cannot fake a root there.
+"""
+
+from vibrocap.numerics.generated import (
+    ARRIVING,
+    CAME_FROM,
+    CONTACT_RESIDUAL,
+    CONTACT_STATE,
+    EVENT_LIMIT,
+    EVENTS,
+    GUARD,
+    HOLD,
+    IDLE,
+    IMPLICIT_STEPS,
+    KINKED,
+    LANES,
+    LIMIT,
+    ORDER,
+    PERIOD,
+    PERIOD_COUNT,
+    SET_VALUED,
+    SIDE,
+    STATE,
+    STATES,
+    STATUS,
+    STIFF,
+    TAIL,
+    TAYLOR_STEPS,
+    TIME,
+    VELOCITY,
+    WHOLE_PERIODS,
+    ZEROS,
+    jet,
+)
+from vibrocap.numerics.lanes import (
+    DONE,
+    GRAZE,
+    NOT_FINITE,
+    REVERSAL,
+    RUNNING,
+    SLIP_BACK,
+    SLIP_FORWARD,
+    STEP_UNDERFLOW,
+    STICK,
+    TOO_MANY_EVENTS,
+    UNDECIDED,
+)
+from vibrocap.numerics.record import has_room, on_event, on_period, on_piece
+from vibrocap.numerics.roots import EPSILON, first_root
+from vibrocap.numerics.switching import chosen_step, polished_step
+from vibrocap.numerics.taylor import move_to, series_value
+
+# A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
+# before is a step of its own, of this share of a whole one.
+NEAR = 0.03
+MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
+
+
+def advance(real, whole, tape, rounds):
+    """Advance every running lane by up to `rounds` steps, or until it is done, has failed or the tape is full."""
+    for _ in range(rounds):
+        running = False
+        for lane in range(LANES):
+            running = running or whole[STATUS + lane] == RUNNING
+        if not running:
+            return
+        jet(real)
+        for lane in range(LANES):
+            if whole[STATUS + lane] == RUNNING and has_room(real, whole, tape, lane):
+                step(real, whole, tape, lane)
+
+
+def step(real, whole, tape, lane):
+    """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
+    if whole[IDLE + lane] > MOST_IDLE:
+        whole[STATUS + lane] = UNDECIDED
+        return
+    if whole[ARRIVING + lane] == 1:
+        if decide(real, whole, tape, lane):
+            return  # the series must be made anew for the other side
+    elif real[SIDE + lane] != 0.0 and whole[ZEROS + lane] > 0 and KINKED + SET_VALUED > 0:
+        if not leaves(real, whole, lane):
+            return
+    remaining = real[PERIOD + lane] - real[TIME + lane]
+    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
+        remaining = real[TAIL + lane] - real[TIME + lane]
+    h = chosen_step(real, whole, lane, remaining)
+    if not (h > 0.0):
+        whole[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
+        return
+    h = min(h, remaining)
+    if h <= 4.0 * EPSILON * real[PERIOD + lane] and h < remaining:
+        whole[STATUS + lane] = STEP_UNDERFLOW
+        return
+    longest = h
+    event, h = first_event(real, whole, tape, lane, h)
+    if abs(event) == 2 and h > NEAR * longest:
+        event, h = 0, (1.0 - 0.5 * NEAR) * h
+    if event == 1:
+        event, h = polished_step(real, whole, lane, h, longest)
+    on_piece(real, whole, tape, lane, h)
+    if whole[STIFF + lane] == 0:
+        whole[TAYLOR_STEPS + lane] += 1
+    else:
+        whole[IMPLICIT_STEPS + lane] += 1
+    move_to(real, whole, lane, h)
+    for i in range(STATES):
+        if not (abs(real[STATE + i * LANES + lane]) <= 1e300):
+            whole[STATUS + lane] = NOT_FINITE
+            return
+    whole[ZEROS + lane] = 0
+    whole[IDLE + lane] = 0
+    if event != 0:
+        cross(real, whole, tape, lane, event, h)
+    if remaining - h <= 2.0 * EPSILON * real[PERIOD + lane]:
+        turn_period(real, whole, tape, lane)
+
+
+def turn_period(real, whole, tape, lane):
+    """Begin the next period, or end the run."""
+    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
+        whole[STATUS + lane] = DONE
+        return
+    whole[PERIOD_COUNT + lane] += 1
+    real[TIME + lane] = 0.0
+    whole[EVENTS + lane] = 0
+    on_period(real, whole, tape, lane)
+    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane] and real[TAIL + lane] <= 0.0:
+        whole[STATUS + lane] = DONE
+
+
+def first_event(real, whole, tape, lane, h):
+    """First event within the step: (0: none, 1: velocity zero, +2 or -2: the hold gives way to that side; its time)."""
+    if not SET_VALUED and not KINKED:
+        return 0, h
+    side = real[SIDE + lane]
+    if side != 0.0:
+        root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h, lane)
+        if touch >= 0.0 and (root < 0.0 or touch < root):
+            on_event(real, whole, tape, lane, GRAZE, touch)
+        return (0, h) if root < 0.0 else (1, root)
+    event = 0
+    hold = 0.0
+    power = 1.0
+    for k in range(ORDER):  # can the force come near the limit at all?
+        hold += abs(real[HOLD + k * LANES + lane]) * power
+        if k > 0:
+            hold += abs(real[LIMIT + k * LANES + lane]) * power
+        power *= h
+    if hold < real[LIMIT + lane]:
+        return 0, h
+    for direction in range(-1, 2, 2):
+        for k in range(ORDER):
+            guard = real[LIMIT + k * LANES + lane] - direction * real[HOLD + k * LANES + lane]
+            real[GUARD + k * LANES + lane] = guard
+        size = abs(real[LIMIT + lane]) + abs(real[HOLD + lane])
+        zeros = 1 if real[GUARD + lane] <= 16.0 * EPSILON * size else 0
+        if real[GUARD + zeros * LANES + lane] < 0.0:
+            continue  # `decide` has settled this start
+        root, touch = first_root(real, GUARD + lane, ORDER - 1, 1.0, zeros, h, lane)
+        if touch >= 0.0 and (root < 0.0 or touch < root):
+            on_event(real, whole, tape, lane, GRAZE, touch)
+        if root >= 0.0 and (event == 0 or root < h):
+            event = 2 * direction
+            h = root
+    return event, h
+
+
+def cross(real, whole, tape, lane, event, h):
+    """Change the mode at the event at which the lane stands now, after a step of length h."""
+    whole[EVENTS + lane] += 1
+    if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:
+        whole[STATUS + lane] = TOO_MANY_EVENTS
+        return
+    if event == 1:
+        come_to_rest(real, whole, lane, h)
+        if SET_VALUED:
+            real[CAME_FROM + lane] = real[SIDE + lane]
+            real[SIDE + lane] = 0.0
+            whole[ARRIVING + lane] = 1
+        else:
+            real[SIDE + lane] = -real[SIDE + lane]
+            whole[ZEROS + lane] = 1
+            on_event(real, whole, tape, lane, REVERSAL, 0.0)
+    else:
+        real[SIDE + lane] = 1.0 if event > 0 else -1.0
+        whole[ZEROS + lane] = 2
+        on_event(real, whole, tape, lane, SLIP_FORWARD if event > 0 else SLIP_BACK, 0.0)
+
+
+def come_to_rest(real, whole, lane, h):
+    """Set the contact velocity to exactly zero at the end of a step of length h, after noting what it was."""
+    v = series_value(real, VELOCITY + lane, h)
+    real[CONTACT_RESIDUAL + lane] = max(real[CONTACT_RESIDUAL + lane], abs(v))
+    real[STATE + CONTACT_STATE * LANES + lane] -= v
+
+
+def decide(real, whole, tape, lane):
+    """A contact at rest: stick, or slide on? Returns whether the series must be made anew.
+
+    It sticks if the force needed to hold it is within the limit; at the limit, if that force is falling.
+    """
+    whole[ARRIVING + lane] = 0
+    hold = real[HOLD + lane]
+    limit = real[LIMIT + lane]
+    direction = 1.0 if hold > 0.0 else -1.0
+    excess = direction * hold - limit
+    zeros = 1
+    slides = excess > 0.0
+    if abs(excess) <= 16.0 * EPSILON * limit:
+        growth = direction * real[HOLD + LANES + lane] - real[LIMIT + LANES + lane]
+        slides = growth > 0.0
+        zeros = 2
+    came_from = real[CAME_FROM + lane]
+    if not slides:
+        if came_from != 0.0:
+            on_event(real, whole, tape, lane, STICK, 0.0)
+        real[CAME_FROM + lane] = 0.0
+        return False
+    real[SIDE + lane] = direction
+    whole[ZEROS + lane] = zeros
+    whole[IDLE + lane] += 1
+    if came_from == -direction:
+        on_event(real, whole, tape, lane, REVERSAL, 0.0)
+    elif came_from == direction:
+        on_event(real, whole, tape, lane, GRAZE, 0.0)
+    real[CAME_FROM + lane] = 0.0
+    return True
+
+
+def leaves(real, whole, lane):
+    """Whether a contact that starts sliding from rest moves to its side; if not, the other side is tried."""
+    side = real[SIDE + lane]
+    for k in range(whole[ZEROS + lane], ORDER):
+        v = real[VELOCITY + k * LANES + lane]
+        if v * side > 0.0:
+            return True
+        if v != 0.0:
+            break
+        whole[ZEROS + lane] = min(k + 1, ORDER)
+        if k == ORDER - 1:
+            return True  # at rest for good: nothing will happen on either side
+    whole[IDLE + lane] += 1
+    if SET_VALUED:
+        real[CAME_FROM + lane] = side
+        real[SIDE + lane] = 0.0
+        whole[ARRIVING + lane] = 1
+    else:
+        real[SIDE + lane] = -side
+    return False

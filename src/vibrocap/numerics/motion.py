@@ -1,0 +1,144 @@
+"""Runs the kernel for one motion and returns its tape as arrays."""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics import lanes as memory
+from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.lanes import Layout
+from vibrocap.numerics.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.source import generated_source
+
+ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
+EVENT_ROOM = 2_000
+TOO_MANY_STEPS = -1  # a status besides those of the kernel: the run was given up here
+
+Progress = Callable[[float], None]
+
+
+@dataclasses.dataclass(frozen=True)
+class Recorded:
+    """What came back from the kernel. Times of pieces and events count from the start of their period."""
+
+    status: int  # of `lanes.py`, or TOO_MANY_STEPS
+    pieces: np.ndarray  # [pieces, 5 + rows * (order + 1)]
+    events: np.ndarray  # [events, 3 + rows]
+    sections: np.ndarray  # [whole periods completed + 1, rows]
+    contact_residual: float
+    taylor_steps: int
+    implicit_steps: int
+
+
+def series_order(tolerance: float) -> int:
+    """Order of the series: the cheaper of two, so that few kernels are ever compiled (benchmarks/orders.py)."""
+    return 12 if tolerance >= 1e-11 else 16
+
+
+@functools.lru_cache(maxsize=64)
+def kernel(equations: Any, order: int, plain: bool = False) -> tuple[Layout, Callable]:
+    """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
+    states = len(equations.rates)
+    layout = Layout(1, states, states + len(equations.integrals), order, len(equations.parameter_paths))
+    text = linked_source(generated_source(equations, layout), maybe_stiff=equations.hold is None)
+    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text)
+
+
+def recorded_run(
+    equations: Any,
+    parameters: list[float],
+    initial: list[float],
+    period: float,
+    periods: float,
+    tolerance: float,
+    max_events_per_period: int,
+    max_steps: int,
+    progress: Progress | None = None,
+    plain: bool = False,
+    keep_pieces: bool = True,
+) -> Recorded:
+    """Run one motion to its end, or to where it could not go on."""
+    order = series_order(tolerance)
+    layout, advance = kernel(equations, order, plain)
+    place, rows = layout.places, layout.rows
+    real, whole = layout.allocated()
+    whole_periods = int(np.floor(periods + 1e-12))
+    _fill(real, place["STATE"], initial)
+    _fill(real, place["PARAMETER"], parameters)
+    _fill(real, place["SCALE"], evaluate(equations.scales, 0.0, initial, 1.0, parameters))
+    real[place["PERIOD"]] = period
+    real[place["TAIL"]] = max(0.0, (periods - whole_periods) * period) if periods - whole_periods > 1e-12 else 0.0
+    real[place["TOLERANCE"]] = tolerance
+    whole[place["WHOLE_PERIODS"]] = whole_periods
+    whole[place["EVENT_LIMIT"]] = max_events_per_period
+    _start_contact(equations, real, whole, place, initial, parameters)
+    piece_room = int(min(20_000, 80 * periods + 200))
+    event_start = (whole_periods + 1) * rows
+    piece_start = event_start + EVENT_ROOM * layout.event_size
+    tape = np.empty(piece_start + piece_room * layout.piece_size)
+    tape[:rows] = real[place["STATE"] : place["STATE"] + rows]
+    whole[place["RECORDED_EVENT_START"]], whole[place["RECORDED_EVENT_LIMIT"]] = event_start, EVENT_ROOM
+    whole[place["PIECE_START"]], whole[place["PIECE_LIMIT"]] = piece_start, piece_room
+
+    pieces, events = [], []
+    status, steps = memory.RUNNING, 0
+    while status == memory.RUNNING:
+        advance(real, whole, tape, min(ROUNDS, max_steps - steps))
+        status = int(whole[place["STATUS"]])
+        piece_count, event_count = whole[place["PIECES"]], whole[place["RECORDED_EVENTS"]]
+        full = status == memory.TAPE_FULL
+        if full or status != memory.RUNNING or not keep_pieces:
+            if keep_pieces:
+                pieces.append(_cut(tape, piece_start, piece_count, layout.piece_size, full))
+                events.append(_cut(tape, event_start, event_count, layout.event_size, full))
+            whole[place["PIECES"]] = whole[place["RECORDED_EVENTS"]] = 0
+        if full:
+            whole[place["STATUS"]] = status = memory.RUNNING
+        steps = int(whole[place["TAYLOR_STEPS"]] + whole[place["IMPLICIT_STEPS"]])
+        if status == memory.RUNNING and steps >= max_steps:
+            status = TOO_MANY_STEPS
+            if keep_pieces:
+                pieces.append(_cut(tape, piece_start, piece_count, layout.piece_size, False))
+                events.append(_cut(tape, event_start, event_count, layout.event_size, False))
+        if progress is not None:
+            progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods)
+    completed = int(whole[place["PERIOD_COUNT"]])
+    return Recorded(
+        status=status,
+        pieces=_joined(pieces, layout.piece_size),
+        events=_joined(events, layout.event_size),
+        sections=tape[: (completed + 1) * rows].reshape(-1, rows).copy(),
+        contact_residual=float(real[place["CONTACT_RESIDUAL"]]),
+        taylor_steps=int(whole[place["TAYLOR_STEPS"]]),
+        implicit_steps=int(whole[place["IMPLICIT_STEPS"]]),
+    )
+
+
+def _fill(real: np.ndarray, start: int, values: Any) -> None:
+    real[start : start + len(values)] = values
+
+
+def _cut(tape: np.ndarray, start: int, count: int, size: int, copy: bool) -> np.ndarray:
+    part = tape[start : start + count * size].reshape(-1, size)
+    return part.copy() if copy else part
+
+
+def _joined(parts: list[np.ndarray], size: int) -> np.ndarray:
+    if len(parts) == 1:
+        return parts[0]
+    return np.concatenate(parts) if parts else np.empty((0, size))
+
+
+def _start_contact(equations: Any, real: Any, whole: Any, place: dict, initial: Any, parameters: Any) -> None:
+    """Side at the start: that of the velocity; at rest, the kernel decides."""
+    velocity = evaluate([equations.contact_velocity], 0.0, initial, 1.0, parameters)[0]
+    if velocity != 0.0:
+        real[place["SIDE"]] = 1.0 if velocity > 0.0 else -1.0
+    elif equations.hold is not None:
+        whole[place["ARRIVING"]] = 1
+    else:
+        real[place["SIDE"]] = 1.0
+        whole[place["ZEROS"]] = 1

@@ -1,0 +1,112 @@
+"""Writes the generated part of a kernel: series, rates and Jacobian of one system's equations, as Python source."""
+
+from typing import Any
+
+from vibrocap.numerics.graph import Expression, derivative
+from vibrocap.numerics.jets import JetWriter
+from vibrocap.numerics.lanes import Layout
+
+OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+
+
+def generated_source(equations: Any, layout: Layout) -> str:
+    """Source of everything that `generated.py` promises, for these equations."""
+    series = layout.places["SERIES"]
+    row_size = (layout.order + 1) * layout.lanes
+    constants = {
+        **layout.constants(),
+        "SET_VALUED": equations.hold is not None,
+        "KINKED": equations.kinked,
+        "CONTACT_STATE": equations.contact_state,
+    }
+    for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD"), start=layout.rows):
+        constants[name] = series + i * row_size
+    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    functions = [jet_source(equations, layout), rates_source(equations), jacobian_source(equations)]
+    return "\n".join([*lines, "", *functions, ""])
+
+
+def jet_source(equations: Any, layout: Layout) -> str:
+    """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
+    graph, order = equations.graph, layout.order
+    writer = JetWriter(graph, list(equations.rates))
+    states, rows = layout.states, layout.rows
+    stored: list[tuple[int, int, str]] = []
+    for k in range(order + 1):
+        for i in range(states):
+            stored.append((i, k, writer.coefficient(graph.node("state", i).index, k)))
+        for i, rate in enumerate(equations.integrals, start=states):
+            if k == 0:
+                stored.append((i, 0, f"real[STATE + {i} * LANES + lane]"))
+            else:
+                stored.append((i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}"))
+        stored.append((rows, k, writer.coefficient(equations.contact_velocity.index, k)))
+        if equations.hold is not None and k < order:
+            stored.append((rows + 1, k, writer.coefficient(equations.hold.index, k)))
+            stored.append((rows + 2, k, writer.coefficient(equations.limit.index, k)))
+    body = ["time = real[TIME + lane]", "sliding = real[SIDE + lane]", *writer.lines]
+    body += [f"real[SERIES + {row * (order + 1) + k} * LANES + lane] = {value}" for row, k, value in stored]
+    return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
+
+
+def rates_source(equations: Any) -> str:
+    """`rates` and `contact_velocity` of one lane."""
+    writer = ScalarWriter(equations.graph)
+    body = [f"real[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *equations.integrals))]
+    rates = ["def rates(real, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+    writer = ScalarWriter(equations.graph)
+    velocity = writer.name(equations.contact_velocity)
+    head = "def contact_velocity(real, t, point, lane):"
+    return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
+
+
+def jacobian_source(equations: Any) -> str:
+    """`jacobian` of one lane, exact."""
+    states, memory = len(equations.rates), {}
+    writer = ScalarWriter(equations.graph)
+    body = []
+    for i, rate in enumerate((*equations.rates, *equations.integrals)):
+        for j in range(states + 1):
+            slope = derivative(rate, j if j < states else -1, memory)
+            body.append(f"real[out + {i * (states + 1) + j}] = {writer.name(slope)}")
+    head = "def jacobian(real, t, point, side, lane, out):"
+    return "\n".join([head, *_indented([*writer.lines, *body], 4), ""])
+
+
+class ScalarWriter:
+    """Writes the values of expressions as straight-line scalar code, each node once."""
+
+    def __init__(self, graph: Any):
+        self.graph = graph
+        self.lines: list[str] = []
+        self._names: dict[int, str] = {}
+
+    def name(self, expression: Expression) -> str:
+        """Name (or literal) of the value of an expression."""
+        return self._name(expression.index)
+
+    def _name(self, index: int) -> str:
+        if index not in self._names:
+            op, *operands = self.graph.nodes[index]
+            leaf = {"time": "t", "side": "side"}.get(op)
+            if op == "constant":
+                leaf = repr(operands[0])
+            if leaf is None:
+                leaf = f"n{index}"
+                self.lines.append(f"{leaf} = {self._formula(op, operands)}")
+            self._names[index] = leaf
+        return self._names[index]
+
+    def _formula(self, op: str, operands: list) -> str:
+        if op == "state":
+            return f"real[point + {operands[0]}]"
+        if op == "parameter":
+            return f"real[PARAMETER + {operands[0]} * LANES + lane]"
+        names = [self._name(i) for i in operands]
+        if op in OPERATORS:
+            return f"{names[0]} {OPERATORS[op]} {names[1]}"
+        return f"-{names[0]}" if op == "neg" else f"math.{op}({names[0]})"
+
+
+def _indented(lines: list[str], spaces: int) -> list[str]:
+    return [" " * spaces + line for line in lines]

@@ -1,0 +1,183 @@
+"""simulate(system, ...) -> Trajectory: the bridge from physics to numerics."""
+
+import difflib
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.equations import equations, parameter_values
+from vibrocap.numerics import lanes as memory
+from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.motion import TOO_MANY_STEPS, Recorded, recorded_run
+from vibrocap.system import System
+from vibrocap.trajectory import Certificate, Status, Trajectory
+
+EVENT_KINDS = {
+    memory.STICK: "stick",
+    memory.SLIP_FORWARD: "slip_forward",
+    memory.SLIP_BACK: "slip_back",
+    memory.REVERSAL: "reversal",
+    memory.GRAZE: "graze",
+}
+STATUSES = {
+    memory.DONE: Status.FINISHED,
+    memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
+    memory.NOT_FINITE: Status.NOT_FINITE,
+    memory.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
+    memory.UNDECIDED: Status.UNDECIDED_CONTACT,
+    TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+}
+COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
+
+
+def simulate(
+    system: System,
+    *,
+    periods: float = 40,
+    initial: Mapping[str, float] | None = None,
+    tolerance: float = 1e-9,
+    max_events_per_period: int = 10_000,
+    max_steps: int = 50_000_000,
+    samples: int = 256,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """The motion of a system over so many drive periods, with the sticking contact solved exactly.
+
+    Each step is a Taylor series (an implicit step where the law is stiff), and the roots of these polynomials are the
+    events: no step crosses a change between sticking and sliding.
+
+    periods: drive periods, a positive number, not necessarily whole
+    initial: initial states by name; what is not named starts at zero
+    tolerance: error per step, relative to the natural size of each state (1e-14 to 1e-2)
+    samples: points per period of the grid `motion.time`; the motion itself is known at every instant
+    progress: called now and then with the share done
+
+    Returns the motion; where it could not be completed, its status says why, and it holds what was computed.
+    Raises ValueError or TypeError, naming the argument, before any work.
+    """
+    start = initial_state(system, initial)
+    check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
+    recorded = _run(system, start, periods, tolerance, max_events_per_period, max_steps, progress=progress)
+    return _trajectory(system, start, periods, tolerance, max_events_per_period, max_steps, samples, recorded)
+
+
+def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
+    """All initial states by name; ValueError for a state that does not exist or is not a finite number."""
+    start = dict.fromkeys(system.state_names, 0.0)
+    for name, value in (initial or {}).items():
+        if name not in start:
+            near = difflib.get_close_matches(name, start, n=1, cutoff=0.0)[0]
+            raise ValueError(f"initial.{name}: no such state; did you mean {near!r}? States: {', '.join(start)}")
+        if isinstance(value, (bool, str)) or not math.isfinite(value):
+            raise ValueError(f"initial.{name} should be a finite number, got {value!r}")
+        start[name] = float(value)
+    return start
+
+
+def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:
+    """ValueError for run settings that make no sense, naming the field."""
+    for name, value, low, high in (
+        ("periods", periods, 0.0, 1e9),
+        ("tolerance", tolerance, 1e-14, 1e-2),
+        ("max_events_per_period", max_events_per_period, 1, math.inf),
+        ("max_steps", max_steps, 1, math.inf),
+    ):
+        number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+        if not number or not (low <= value <= high) or value == 0:
+            wanted = "a positive number" if name == "periods" else f"a number from {low:g} to {high:g}"
+            raise ValueError(f"{name} should be {wanted}, got {value!r}")
+
+
+def _run(system, start, periods, tolerance, max_events, max_steps, progress=None, keep_pieces=True) -> Recorded:
+    return recorded_run(
+        equations(system),
+        parameter_values(system),
+        list(start.values()),
+        system.drive.period,
+        periods,
+        tolerance,
+        max_events,
+        max_steps,
+        progress=progress,
+        keep_pieces=keep_pieces,
+    )
+
+
+def _trajectory(system, start, periods, tolerance, max_events, max_steps, samples, recorded) -> Trajectory:
+    recording = equations(system)
+    rows = len(recording.rates) + len(recording.integrals)
+    period = system.drive.period
+    parameters = parameter_values(system)
+    pieces = recorded.pieces
+
+    def observe(names, t, values, side):
+        local = t - period * np.floor(t / period)
+        expressions = [recording.observables[name] for name in names]
+        found = evaluate(expressions, local, values, side, parameters)
+        return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
+
+    def certify(motion: Trajectory) -> Certificate:
+        loose = _run(system, start, periods, min(COMPANION * tolerance, 0.05), max_events, max_steps, keep_pieces=False)
+        return _certificate(motion, recorded, loose, evaluate(recording.scales, 0.0, [], 1.0, parameters))
+
+    return Trajectory(
+        system=system,
+        initial=start,
+        periods=periods,
+        tolerance=tolerance,
+        period=period,
+        status=STATUSES[recorded.status],
+        state_names=system.state_names,
+        integral_names=tuple(f"{name}_work" for name in system.channels) + ("impulse",),
+        piece_start=pieces[:, 0] * period + pieces[:, 1],
+        piece_length=pieces[:, 2],
+        piece_side=pieces[:, 3],
+        coefficients=pieces[:, 5:].reshape(len(pieces), rows, -1),
+        sections=recorded.sections,
+        event_times=recorded.events[:, 0] * period + recorded.events[:, 1],
+        event_kinds=tuple(EVENT_KINDS[int(kind)] for kind in recorded.events[:, 2]),
+        event_states=recorded.events[:, 3:],
+        observe=observe,
+        observable_names=tuple(recording.observables),
+        certify=certify,
+        samples=samples,
+    )
+
+
+def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales: list) -> Certificate:
+    """Evidence for a motion, from points within every piece and from a second, looser run."""
+    share = np.linspace(0.0, 1.0, 9)
+    length = len(motion.piece_start)
+    s = motion.piece_length[:, None] * share
+    values = np.zeros((motion.coefficients.shape[1], length, share.size))
+    for k in range(motion.coefficients.shape[2] - 1, -1, -1):
+        values = values * s + motion.coefficients[:, :, k].T[:, :, None]
+    values = values.reshape(values.shape[0], -1)
+    t = (motion.piece_start[:, None] + s).ravel()
+    side = np.repeat(motion.piece_side, share.size)
+    names = ("contact_velocity", "friction", "energy", "contact_energy", "momentum")
+    velocity, friction, energy, contact_energy, momentum = motion.observe(names, t, values, side)
+    states = len(motion.state_names)
+    work = values[states:-1].sum(axis=0)
+    stored = energy + contact_energy
+    stuck = side == 0
+    ratio = None
+    if motion.system.friction.kind == "set-valued":
+        limit = float(motion.system.friction.holding_limit(motion.system.machine.load()))
+        ratio = float(np.max(np.abs(friction[stuck]), initial=0.0) / limit) if limit > 0 else 0.0
+    least = float(np.min((side * velocity)[~stuck], initial=0.0))
+    marks = min(len(motion.sections), len(loose.sections))
+    difference = np.abs(motion.sections[:marks, :states] - loose.sections[:marks, :states]) / np.asarray(scales, float)
+    return Certificate(
+        stick_force_ratio=ratio,
+        event_velocity=recorded.contact_residual,
+        sign_kept=bool(least >= -64 * np.finfo(float).eps * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))),
+        least_velocity=least,
+        energy_residual=float(np.max(np.abs(stored - stored[0] - work), initial=0.0)) if length else 0.0,
+        momentum_residual=float(np.max(np.abs(momentum - momentum[0] + values[-1]), initial=0.0)) if length else 0.0,
+        estimated_error=float(np.max(difference, initial=0.0)) / (COMPANION - 1.0),
+        taylor_steps=recorded.taylor_steps,
+        implicit_steps=recorded.implicit_steps,
+    )

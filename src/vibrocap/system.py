@@ -1,0 +1,123 @@
+"""A system: a machine on a friction law, moved by a drive. The one place where their equations meet."""
+
+import dataclasses
+import difflib
+from typing import Any
+
+from vibrocap.drives.drive import Drive
+from vibrocap.friction.law import Law
+from vibrocap.machines.machine import Machine
+from vibrocap.parameters import parameter_table
+
+PARTS = ("machine", "friction", "drive")
+
+
+@dataclasses.dataclass(frozen=True)
+class Flow:
+    """Everything that the equations say at one instant, as numbers or as recorded expressions."""
+
+    rates: tuple  # y', one per state
+    drive: Any
+    contact_velocity: Any
+    friction: Any  # friction force R
+    holding_force: Any  # R that would keep a resting contact at rest
+    holding_limit: Any  # largest force at rest; None where the law is not set-valued
+    powers: tuple  # one per channel, positive into the system
+    energy: Any  # of the machine
+    contact_energy: Any  # stored in the contact
+
+
+@dataclasses.dataclass(frozen=True)
+class System:
+    """Machine + friction + drive.
+
+    The state vector holds the machine's states, then the internal states of the law. A set-valued law is given the
+    force that holds the contact wherever it sticks (side 0), so that one set of equations serves sliding and sticking.
+    """
+
+    machine: Machine
+    friction: Law
+    drive: Drive
+
+    def __post_init__(self):
+        for part, contract in zip(PARTS, (Machine, Law, Drive), strict=True):
+            given = getattr(self, part)
+            if not isinstance(given, contract):
+                raise TypeError(f"{part} should be a {contract.__name__.lower()}, got {given!r}")
+        if self.friction.internal and self.machine.normal_load == 0:
+            raise ValueError(f"machine.normal_load should be > 0 with the {self.friction.name} law, got 0")
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in the order of the state vector."""
+        return self.machine.states + self.friction.internal
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the energy channels, in the order of `Flow.powers`."""
+        return (*self.machine.channels, "contact_sliding", "bristle_loss")
+
+    @property
+    def symmetry(self) -> tuple[int, ...]:
+        """Sign of each state under the half-period symmetry."""
+        return self.machine.symmetry + (-1,) * len(self.friction.internal)
+
+    def flow(self, t, y, side) -> Flow:
+        """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
+        mechanical, internal = y[: len(self.machine.states)], y[len(self.machine.states) :]
+        drive = self.drive.value(t)
+        load = self.machine.load()
+        velocity = self.machine.contact_velocity(t, mechanical)
+        hold = self.machine.holding_force(t, mechanical, drive)
+        force, internal_rates = self.friction.force(velocity, internal, side, load)
+        sliding_loss, bristle_loss = self.friction.losses(velocity, internal, side, load)
+        limit = None
+        if self.friction.kind == "set-valued":
+            slipping = side * side
+            force = hold + slipping * (force - hold)
+            sliding_loss = slipping * sliding_loss
+            limit = self.friction.holding_limit(load)
+        return Flow(
+            rates=(*self.machine.rates(t, mechanical, drive, force), *internal_rates),
+            drive=drive,
+            contact_velocity=velocity,
+            friction=force,
+            holding_force=hold,
+            holding_limit=limit,
+            powers=(*self.machine.powers(t, mechanical, drive), -sliding_loss, -bristle_loss),
+            energy=self.machine.energy(t, mechanical),
+            contact_energy=self.friction.stored_energy(internal),
+        )
+
+    def rates(self, t, y, side) -> tuple:
+        """y' at time t and state y, sliding to `side` or stuck (0)."""
+        return self.flow(t, y, side).rates
+
+    @property
+    def parameter_paths(self) -> tuple[str, ...]:
+        """Paths of all parameters, such as "machine.mass_ratio"."""
+        return tuple(f"{part}.{info.name}" for part in PARTS for info in parameter_table(getattr(self, part)))
+
+    def parameter(self, path: str) -> Any:
+        """The value of the parameter at a path such as "machine.mass_ratio"."""
+        part, name = self._resolved(path)
+        return getattr(getattr(self, part), name)
+
+    def with_parameters(self, values: dict[str, Any]) -> "System":
+        """The same system with other values at the given parameter paths."""
+        changes: dict[str, dict[str, Any]] = {}
+        for path, value in values.items():
+            part, name = self._resolved(path)
+            changes.setdefault(part, {})[name] = value
+        parts: dict[str, Any] = {}
+        for part, fields in changes.items():
+            given: Any = getattr(self, part)
+            parts[part] = dataclasses.replace(given, **fields)
+        return dataclasses.replace(self, **parts)
+
+    def _resolved(self, path: str) -> tuple[str, str]:
+        if path not in self.parameter_paths:
+            near = difflib.get_close_matches(path, self.parameter_paths, n=1, cutoff=0.0)
+            raise KeyError(f"{path!r} is not a parameter of this system; did you mean {near[0]!r}?")
+        part, name = path.split(".", 1)
+        return part, name

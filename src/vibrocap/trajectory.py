@@ -1,0 +1,213 @@
+"""What a motion is: its pieces, its events, how it ended, and the certificate of how exact it is."""
+
+import dataclasses
+import enum
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+STUCK, FORWARD, BACK = 0, 1, -1
+
+
+class Status(enum.Enum):
+    """How a run ended; `text` says what to do where it could not be completed."""
+
+    FINISHED = "finished"
+    STEP_UNDERFLOW = "step underflow"
+    NOT_FINITE = "not finite"
+    TOO_MANY_EVENTS = "too many events"
+    UNDECIDED_CONTACT = "undecided contact"
+    TOO_MANY_STEPS = "too many steps"
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run went to its end."""
+        return self is Status.FINISHED
+
+    @property
+    def text(self) -> str:
+        """What happened and what to try."""
+        return _STATUS_TEXT[self]
+
+
+_STATUS_TEXT = {
+    Status.FINISHED: "The run went to its end.",
+    Status.STEP_UNDERFLOW: (
+        "The step became smaller than the spacing of numbers: the equations are singular here, or stiffer than the "
+        "tolerance allows. Try a larger tolerance, or less extreme parameters."
+    ),
+    Status.NOT_FINITE: (
+        "A state grew beyond all numbers. Check the parameters: a negative effective stiffness or an enormous drive "
+        "lets the pendulum run away."
+    ),
+    Status.TOO_MANY_EVENTS: (
+        "The contact changed between sticking and sliding more often than allowed in one period. Raise "
+        "max_events_per_period if that is real; otherwise look at the motion so far."
+    ),
+    Status.UNDECIDED_CONTACT: (
+        "At one instant neither sticking nor sliding to either side is consistent to rounding level (a degenerate "
+        "contact). Perturb the initial state or a parameter slightly."
+    ),
+    Status.TOO_MANY_STEPS: "The run needed more steps than allowed. Raise max_steps, or the tolerance.",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Event:
+    """A change of the contact, located to rounding level.
+
+    kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
+    sign), "graze" (velocity or holding force touches its limit without crossing).
+    """
+
+    time: float
+    kind: str
+    state: dict[str, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class Phase:
+    """A stretch of time on one side: 0 stuck, +1 sliding forward, -1 sliding back."""
+
+    start: float
+    end: float
+    side: int
+
+    @property
+    def length(self) -> float:
+        """Duration."""
+        return self.end - self.start
+
+
+@dataclasses.dataclass(frozen=True)
+class Certificate:
+    """Evidence that a motion is what the equations say.
+
+    stick_force_ratio: largest |R|/(N eta_s) while stuck; at most 1 to rounding (None: the law cannot stick).
+    event_velocity: largest |contact velocity| at located events, before it was set to zero.
+    sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
+    energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
+    estimated_error: of the states (over their natural size) at the period marks, from a second run at ten times the
+    tolerance: their difference over nine.
+    """
+
+    stick_force_ratio: float | None
+    event_velocity: float
+    sign_kept: bool
+    least_velocity: float
+    energy_residual: float
+    momentum_residual: float
+    estimated_error: float
+    taylor_steps: int
+    implicit_steps: int
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A motion, known at every instant: on each piece every state is a polynomial in time.
+
+    motion["position"] is the position at motion.time (a uniform grid that ends with the run), motion.at(t, name) at any
+    times. Names: the states, the contact's "side", observables such as "friction", "drive", "holding_force" and
+    "energy", and the integrals from the start, such as "drive_work".
+    """
+
+    system: Any
+    initial: Mapping[str, float]
+    periods: float
+    tolerance: float
+    period: float
+    status: Status
+    state_names: tuple[str, ...]
+    integral_names: tuple[str, ...]
+    piece_start: np.ndarray  # [pieces]
+    piece_length: np.ndarray  # [pieces]
+    piece_side: np.ndarray  # [pieces]
+    coefficients: np.ndarray  # [pieces, states + integrals, order + 1]
+    sections: np.ndarray  # [whole periods completed + 1, states + integrals] at the period marks
+    event_times: np.ndarray  # [events]
+    event_kinds: tuple[str, ...]
+    event_states: np.ndarray  # [events, states + integrals]
+    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]]
+    observable_names: tuple[str, ...]
+    certify: Callable[["Trajectory"], Certificate]
+    samples: int = 256  # per period, of the grid `time`
+
+    @property
+    def end(self) -> float:
+        """Time reached."""
+        return float(self.piece_start[-1] + self.piece_length[-1]) if len(self.piece_start) else 0.0
+
+    @functools.cached_property
+    def time(self) -> np.ndarray:
+        """A uniform grid over the motion, `samples` points per period, both ends included."""
+        count = max(1, round(self.samples * self.end / self.period))
+        return np.linspace(0.0, self.end, count + 1)
+
+    @functools.cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Changes of the contact, in order."""
+        rows = zip(self.event_times, self.event_kinds, self.event_states, strict=True)
+        return tuple(
+            Event(float(t), kind, dict(zip(self.state_names, map(float, row), strict=False))) for t, kind, row in rows
+        )
+
+    @functools.cached_property
+    def certificate(self) -> Certificate:
+        """Evidence of exactness; made when first asked for."""
+        return self.certify(self)
+
+    @functools.cached_property
+    def state(self) -> dict[str, float]:
+        """The final state by name."""
+        values = self.values(np.array([self.end])) if len(self.piece_start) else self.sections[:1].T
+        return {name: float(values[i, 0]) for i, name in enumerate(self.state_names)}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names that can be asked for."""
+        return (*self.state_names, *self.integral_names, *self.observable_names, "side")
+
+    def piece_at(self, t: np.ndarray) -> np.ndarray:
+        """Index of the piece at each time; at a border the later one."""
+        index = np.searchsorted(self.piece_start, t, side="right") - 1
+        return np.clip(index, 0, len(self.piece_start) - 1)
+
+    def values(self, t: np.ndarray) -> np.ndarray:
+        """States and integrals at times t: array [states + integrals, len(t)]."""
+        t = np.atleast_1d(np.asarray(t, dtype=float))
+        if np.any((t < 0.0) | (t > self.end * (1 + 1e-12))):
+            raise ValueError(f"times should lie within the motion, 0 to {self.end}")
+        index = self.piece_at(t)
+        s = t - self.piece_start[index]
+        chosen = self.coefficients[index]
+        result = chosen[:, :, -1].copy()
+        for k in range(chosen.shape[2] - 2, -1, -1):
+            result = result * s[:, None] + chosen[:, :, k]
+        return result.T
+
+    def at(self, t: Any, name: str) -> np.ndarray:
+        """A named quantity at times t."""
+        t = np.atleast_1d(np.asarray(t, dtype=float))
+        if name == "side":
+            return self.piece_side[self.piece_at(t)]
+        columns = (*self.state_names, *self.integral_names)
+        if name in columns:
+            return self.values(t)[columns.index(name)]
+        if name in self.observable_names:
+            return self.observe((name,), t, self.values(t), self.piece_side[self.piece_at(t)])[0]
+        raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(self.names)}")
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.at(self.time, name)
+
+    @functools.cached_property
+    def phases(self) -> tuple[Phase, ...]:
+        """Stretches of sticking and sliding, in order."""
+        if not len(self.piece_start):
+            return ()
+        sides = self.piece_side
+        starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
+        times = np.concatenate((self.piece_start[starts], [self.end]))
+        return tuple(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))

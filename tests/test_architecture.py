@@ -1,0 +1,79 @@
+"""The shape of the project: what a reader may rely on before opening a single module.
+
+The import contracts themselves are checked by import-linter in `make lint`.
+"""
+
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+MODULES = sorted((ROOT / "src").rglob("*.py"))
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+
+LONGEST_MODULE = 400
+VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "misc"}
+HEAVY = {"numba", "scipy", "matplotlib", "xarray", "zarr", "dask"}
+
+
+def test_there_are_modules_to_check():
+    assert ROOT / "src" / "vibrocap" / "__init__.py" in MODULES
+
+
+def test_version_is_the_same_everywhere():
+    import vibrocap
+
+    declared = PROJECT["version"]
+    citation = re.search(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert version("vibrocap") == declared
+    assert vibrocap.__version__ == declared
+    assert citation is not None
+    assert citation.group(1).strip('"') == declared
+
+
+def test_newest_release_in_the_changelog_is_this_version():
+    releases = re.findall(r"^## \[(\d[^\]]*)\] - \d{4}-\d{2}-\d{2}$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.M)
+    assert releases[:1] == [PROJECT["version"]]
+
+
+def test_lock_holds_names_versions_and_hashes_only():
+    requirement = re.compile(r"[a-z0-9][a-z0-9.-]*==[0-9][\w.+!]*( ; [^/\\]+)? \\")
+    digest = re.compile(r"    --hash=sha256:[0-9a-f]{64}( \\)?")
+    comment = re.compile(r" *#[^/\\:]*:?")
+    strange = [
+        line
+        for line in LOCK.splitlines()
+        if line and not (requirement.fullmatch(line) or digest.fullmatch(line) or comment.fullmatch(line))
+    ]
+    assert strange == []
+
+
+def test_lock_covers_every_declared_dependency():
+    extras = PROJECT["optional-dependencies"]
+    declared = {
+        re.match(r"[A-Za-z0-9._-]+", requirement).group().lower()
+        for requirement in (*PROJECT["dependencies"], *(r for extra in extras.values() for r in extra))
+    }
+    locked = set(re.findall(r"^([a-z0-9.-]+)==", LOCK, re.MULTILINE))
+    assert declared - {"vibrocap"} - locked == set()
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(ROOT / "src")))
+def test_module_is_short_and_its_name_says_what_it_holds(module):
+    assert len(module.read_text(encoding="utf-8").splitlines()) <= LONGEST_MODULE
+    assert not VAGUE_NAMES & {part.strip("_") for part in module.relative_to(ROOT / "src").with_suffix("").parts}
+
+
+def test_importing_vibrocap_is_quick():
+    """Heavy imports happen where they are used: `import vibrocap` loads none of them."""
+    script = "import sys, vibrocap; print(*sorted(set(sys.argv[1:]) & set(sys.modules)))"
+    answer = subprocess.run(
+        [sys.executable, "-c", script, *sorted(HEAVY)], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert answer.stdout.split() == []
