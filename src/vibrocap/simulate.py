@@ -29,6 +29,7 @@ STATUSES = {
     memory.UNDECIDED: Status.UNDECIDED_CONTACT,
     TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
 }
+POINTS = 9  # per piece at which a certificate looks
 COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
 
 
@@ -81,13 +82,14 @@ def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_s
     for name, value, low, high in (
         ("periods", periods, 0.0, 1e9),
         ("tolerance", tolerance, 1e-14, 1e-2),
-        ("max_events_per_period", max_events_per_period, 1, math.inf),
-        ("max_steps", max_steps, 1, math.inf),
     ):
         number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
         if not number or not (low <= value <= high) or value == 0:
             wanted = "a positive number" if name == "periods" else f"a number from {low:g} to {high:g}"
             raise ValueError(f"{name} should be {wanted}, got {value!r}")
+    for name, value in (("max_events_per_period", max_events_per_period), ("max_steps", max_steps)):
+        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not 1 <= value < 2**62:
+            raise ValueError(f"{name} should be a whole number >= 1, got {value!r}")
 
 
 def _run(system, start, periods, tolerance, max_events, max_steps, progress=None, keep_pieces=True) -> Recorded:
@@ -107,14 +109,16 @@ def _run(system, start, periods, tolerance, max_events, max_steps, progress=None
 
 def _trajectory(system, start, periods, tolerance, max_events, max_steps, samples, recorded) -> Trajectory:
     recording = equations(system)
-    rows = len(recording.rates) + len(recording.integrals)
+    states = len(recording.rates)
     period = system.drive.period
     parameters = parameter_values(system)
     pieces = recorded.pieces
+    integral_names = tuple(f"{name}_work" for name in system.channels) + ("impulse",)
+    known = recording.observables | dict(zip(integral_names, recording.integrals, strict=True))
 
     def observe(names, t, values, side):
         local = t - period * np.floor(t / period)
-        expressions = [recording.observables[name] for name in names]
+        expressions = [known[name] for name in names]
         found = evaluate(expressions, local, values, side, parameters)
         return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
 
@@ -130,11 +134,11 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
         period=period,
         status=STATUSES[recorded.status],
         state_names=system.state_names,
-        integral_names=tuple(f"{name}_work" for name in system.channels) + ("impulse",),
+        integral_names=integral_names,
         piece_start=pieces[:, 0] * period + pieces[:, 1],
         piece_length=pieces[:, 2],
         piece_side=pieces[:, 3],
-        coefficients=pieces[:, 5:].reshape(len(pieces), rows, -1),
+        coefficients=pieces[:, 5:].reshape(len(pieces), states, (pieces.shape[1] - 5) // states),
         sections=recorded.sections,
         event_times=recorded.events[:, 0] * period + recorded.events[:, 1],
         event_kinds=tuple(EVENT_KINDS[int(kind)] for kind in recorded.events[:, 2]),
@@ -148,35 +152,35 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
 
 def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales: list) -> Certificate:
     """Evidence for a motion, from points within every piece and from a second, looser run."""
-    share = np.linspace(0.0, 1.0, 9)
-    length = len(motion.piece_start)
-    s = motion.piece_length[:, None] * share
-    values = np.zeros((motion.coefficients.shape[1], length, share.size))
-    for k in range(motion.coefficients.shape[2] - 1, -1, -1):
-        values = values * s + motion.coefficients[:, :, k].T[:, :, None]
-    values = values.reshape(values.shape[0], -1)
-    t = (motion.piece_start[:, None] + s).ravel()
-    side = np.repeat(motion.piece_side, share.size)
+    if not len(motion.piece_start):
+        return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0, 0)
+    share = np.linspace(0.0, 1.0, POINTS)
+    index = np.repeat(np.arange(len(motion.piece_start)), POINTS)
+    s = np.tile(share, len(motion.piece_start)) * motion.piece_length[index]
+    side = motion.piece_side[index]
     names = ("contact_velocity", "friction", "energy", "contact_energy", "momentum")
-    velocity, friction, energy, contact_energy, momentum = motion.observe(names, t, values, side)
-    states = len(motion.state_names)
-    work = values[states:-1].sum(axis=0)
-    stored = energy + contact_energy
+    observed = motion.observe(names, motion.piece_start[index] + s, motion.piece_states(index, s), side)
+    velocity, friction, energy, contact_energy, momentum = observed
+    marks = motion.piece_marks  # integrals at the start of every piece
+    stored = (energy + contact_energy)[::POINTS]
+    balance = stored - stored[0] - marks[:-1].sum(axis=0)
+    impulse = momentum[::POINTS] - momentum[0] + marks[-1]
     stuck = side == 0
     ratio = None
     if motion.system.friction.kind == "set-valued":
         limit = float(motion.system.friction.holding_limit(motion.system.machine.load()))
-        ratio = float(np.max(np.abs(friction[stuck]), initial=0.0) / limit) if limit > 0 else 0.0
+        largest = float(np.max(np.abs(friction[stuck]), initial=0.0))
+        ratio = largest / limit if limit > 0.0 else (0.0 if largest == 0.0 else math.inf)
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
-    marks = min(len(motion.sections), len(loose.sections))
-    difference = np.abs(motion.sections[:marks, :states] - loose.sections[:marks, :states]) / np.asarray(scales, float)
+    count = min(len(motion.sections), len(loose.sections))
+    difference = np.abs(motion.sections[:count] - loose.sections[:count]) / np.asarray(scales, float)
     return Certificate(
         stick_force_ratio=ratio,
         event_velocity=recorded.contact_residual,
         sign_kept=bool(least >= -64 * np.finfo(float).eps * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))),
         least_velocity=least,
-        energy_residual=float(np.max(np.abs(stored - stored[0] - work), initial=0.0)) if length else 0.0,
-        momentum_residual=float(np.max(np.abs(momentum - momentum[0] + values[-1]), initial=0.0)) if length else 0.0,
+        energy_residual=float(np.max(np.abs(balance), initial=0.0)),
+        momentum_residual=float(np.max(np.abs(impulse), initial=0.0)),
         estimated_error=float(np.max(difference, initial=0.0)) / (COMPANION - 1.0),
         taylor_steps=recorded.taylor_steps,
         implicit_steps=recorded.implicit_steps,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 STUCK, FORWARD, BACK = 0, 1, -1
+GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
 
 
 class Status(enum.Enum):
@@ -124,12 +125,13 @@ class Trajectory:
     piece_start: np.ndarray  # [pieces]
     piece_length: np.ndarray  # [pieces]
     piece_side: np.ndarray  # [pieces]
-    coefficients: np.ndarray  # [pieces, states + integrals, order + 1]
-    sections: np.ndarray  # [whole periods completed + 1, states + integrals] at the period marks
+    coefficients: np.ndarray  # [pieces, states, order + 1]
+    sections: np.ndarray  # [whole periods completed + 1, states] at the period marks
     event_times: np.ndarray  # [events]
     event_kinds: tuple[str, ...]
-    event_states: np.ndarray  # [events, states + integrals]
+    event_states: np.ndarray  # [events, states]
     observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]]
+    # (names, times, states [states, n], sides) -> values of observables and rates of integrals
     observable_names: tuple[str, ...]
     certify: Callable[["Trajectory"], Certificate]
     samples: int = 256  # per period, of the grid `time`
@@ -161,7 +163,7 @@ class Trajectory:
     @functools.cached_property
     def state(self) -> dict[str, float]:
         """The final state by name."""
-        values = self.values(np.array([self.end])) if len(self.piece_start) else self.sections[:1].T
+        values = self.states(np.array([self.end])) if len(self.piece_start) else self.sections[:1].T
         return {name: float(values[i, 0]) for i, name in enumerate(self.state_names)}
 
     @property
@@ -174,29 +176,67 @@ class Trajectory:
         index = np.searchsorted(self.piece_start, t, side="right") - 1
         return np.clip(index, 0, len(self.piece_start) - 1)
 
-    def values(self, t: np.ndarray) -> np.ndarray:
-        """States and integrals at times t: array [states + integrals, len(t)]."""
+    def _located(self, t: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times as an array, the piece of each and the time since its start."""
         t = np.atleast_1d(np.asarray(t, dtype=float))
         if np.any((t < 0.0) | (t > self.end * (1 + 1e-12))):
             raise ValueError(f"times should lie within the motion, 0 to {self.end}")
         index = self.piece_at(t)
-        s = t - self.piece_start[index]
+        return t, index, t - self.piece_start[index]
+
+    def piece_states(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """States at times s since the start of the pieces: array [states, n]."""
         chosen = self.coefficients[index]
         result = chosen[:, :, -1].copy()
         for k in range(chosen.shape[2] - 2, -1, -1):
             result = result * s[:, None] + chosen[:, :, k]
         return result.T
 
+    def states(self, t: Any) -> np.ndarray:
+        """States at times t: array [states, len(t)]."""
+        _, index, s = self._located(t)
+        return self.piece_states(index, s)
+
+    def integrals(self, t: Any) -> np.ndarray:
+        """Integrals from the start to times t, work by channel and impulse of friction: array [integrals, len(t)].
+
+        Gauss-Legendre quadrature of the powers on every piece, where they are analytic; exact to rounding for the
+        motion as it is recorded.
+        """
+        _, index, s = self._located(t)
+        return self.piece_marks[:, index] + self.piece_integrals(index, s)
+
+    @functools.cached_property
+    def piece_marks(self) -> np.ndarray:
+        """Integrals at the start of every piece: array [integrals, pieces]."""
+        whole = self.piece_integrals(np.arange(len(self.piece_start)), self.piece_length)
+        return np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)[:, :-1]), axis=1)
+
+    def piece_integrals(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Integrals over the first s of each of the pieces: array [integrals, n]."""
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
+        points = 0.5 * s[:, None] * (1.0 + nodes)
+        repeated = np.repeat(index, GAUSS_NODES)
+        states = self.piece_states(repeated, points.ravel())
+        t = self.piece_start[repeated] + points.ravel()
+        powers = self.observe(self.integral_names, t, states, self.piece_side[repeated])
+        return np.stack([(power.reshape(points.shape) @ weights) * 0.5 * s for power in powers])
+
+    def values(self, t: Any) -> np.ndarray:
+        """States and integrals at times t: array [states + integrals, len(t)]."""
+        return np.concatenate((self.states(t), self.integrals(t)))
+
     def at(self, t: Any, name: str) -> np.ndarray:
         """A named quantity at times t."""
-        t = np.atleast_1d(np.asarray(t, dtype=float))
+        t, index, s = self._located(t)
         if name == "side":
-            return self.piece_side[self.piece_at(t)]
-        columns = (*self.state_names, *self.integral_names)
-        if name in columns:
-            return self.values(t)[columns.index(name)]
+            return self.piece_side[index]
+        if name in self.state_names:
+            return self.piece_states(index, s)[self.state_names.index(name)]
+        if name in self.integral_names:
+            return self.integrals(t)[self.integral_names.index(name)]
         if name in self.observable_names:
-            return self.observe((name,), t, self.values(t), self.piece_side[self.piece_at(t)])[0]
+            return self.observe((name,), t, self.piece_states(index, s), self.piece_side[index])[0]
         raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(self.names)}")
 
     def __getitem__(self, name: str) -> np.ndarray:

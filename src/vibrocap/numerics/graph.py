@@ -83,6 +83,9 @@ class Expression:
             return graph.constant(0.0)
         if op == "sub" and x == 0.0:
             return -b
+        if op == "sub" and graph.nodes[b.index][0] == "add" and a.index in graph.nodes[b.index][1:]:
+            _, i, j = graph.nodes[b.index]  # a - (a + rest) = -rest
+            return -Expression(graph, j if i == a.index else i)
         i, j = (b.index, a.index) if op in ("add", "mul") and b.index < a.index else (a.index, b.index)
         return graph.node(op, i, j)
 
@@ -111,7 +114,18 @@ class Expression:
         return self._binary("div", other, self)
 
     def __neg__(self):
-        return self.graph.constant(-self.value) if self.value is not None else self.graph.node("neg", self.index)
+        if self.value is not None:
+            return self.graph.constant(-self.value)
+        op, *operands = self.graph.nodes[self.index]
+        if op == "sub":
+            return self._binary("sub", Expression(self.graph, operands[1]), Expression(self.graph, operands[0]))
+        if op == "mul":  # move the sign to the factor that can absorb it
+            for i, j in (operands, operands[::-1]):
+                if self.graph.nodes[j][0] in ("sub", "constant", "neg"):
+                    return self._binary("mul", Expression(self.graph, i), -Expression(self.graph, j))
+        if op == "neg":
+            return Expression(self.graph, operands[0])
+        return self.graph.node("neg", self.index)
 
     def _function(self, name: str) -> "Expression":
         if self.value is not None:

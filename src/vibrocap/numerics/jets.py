@@ -5,6 +5,8 @@ f by one recurrence per operation (products are convolutions; Jorba and Zou 2005
 a fixed order, over `LANES` trajectories side by side: the loop over lanes is the only loop, so that compilers vectorise it.
 """
 
+from collections.abc import Iterable
+
 from vibrocap.numerics.graph import Expression, Graph
 
 FREE = 10**9  # degree of a node that is no polynomial in time
@@ -49,10 +51,29 @@ class JetWriter:
             if op == "constant":
                 self._written[key] = repr(operands[0])
             else:
-                formula = self._formula(index, op, operands, k)
-                self._written[key] = f"n{index}_{k}"
-                self.lines.append(f"n{index}_{k} = {formula}")
+                self._named(key, f"n{index}_{k}", self._formula(index, op, operands, k))
         return self._written[key]
+
+    def _named(self, key: tuple[int, int], name: str, formula: str) -> str:
+        """The name under which a formula is kept; its line is written if it is new."""
+        if key not in self._written:
+            self._written[key] = name
+            self.lines.append(f"{name} = {formula}")
+        return self._written[key]
+
+    def _linear_form(self, index: int) -> tuple[Expression, int]:
+        """(factor, base): constants aside, the node is factor * base, so its coefficients k >= 1 are factor * base_k."""
+        op, *operands = self.graph.nodes[index]
+        varying = [i for i in operands if self.degree(i) > 0] if op in ("add", "sub", "mul", "neg") else []
+        if len(varying) != 1:
+            return self.graph.constant(1.0), index
+        factor, base = self._linear_form(varying[0])
+        if op == "neg" or (op == "sub" and operands[1] == varying[0]):
+            factor = -factor
+        if op == "mul":
+            other = operands[0] if operands[1] == varying[0] else operands[1]
+            factor = Expression(self.graph, other) * factor
+        return factor, base
 
     def _formula(self, index: int, op: str, operands: list, k: int) -> str:
         c = self.coefficient
@@ -64,6 +85,10 @@ class JetWriter:
             return f"real[PARAMETER + {operands[0]} * LANES + lane]"
         if op == "state":
             return self._state(operands[0], k)
+        if k > 0:
+            factor, base = self._linear_form(index)
+            if base != index:
+                return self._scaled(factor, c(base, k))
         if op in ("add", "sub"):
             left, right = c(operands[0], k), c(operands[1], k)
             if right == "0.0":
@@ -79,78 +104,100 @@ class JetWriter:
             return self._quotient(index, operands[0], operands[1], k)
         return self._function(index, op, operands[0], k)
 
+    def _scaled(self, factor: Expression, value: str) -> str:
+        if value == "0.0" or factor.value == 1.0:
+            return value
+        return f"-{value}" if factor.value == -1.0 else f"{self.coefficient(factor.index, 0)} * {value}"
+
     def _state(self, state: int, k: int) -> str:
         if k == 0:
             return f"real[STATE + {state} * LANES + lane]"
         rate = self.coefficient(self.rates[state].index, k - 1)
         return rate if k == 1 else f"{rate} * {1.0 / k!r}"
 
-    def _terms(self, pairs) -> str:
-        """Sum of products of coefficients: pairs of (node, order), those that vanish left out."""
+    def _terms(self, pairs: Iterable[tuple[tuple[int, int], tuple[int, int]]]) -> list[str]:
+        """Products of coefficients, given as pairs of (node, order), those that vanish left out.
+
+        The coefficients known longest come first, so that most of a sum is done before the newest arrive: additions are
+        not reassociated, and their latency is what the series of a single motion costs.
+        """
         terms = []
-        for (a, i), (b, j) in pairs:
+        for (a, i), (b, j) in sorted(pairs, key=lambda pair: max(pair[0][1], pair[1][1])):
             left, right = self.coefficient(a, i), self.coefficient(b, j)
             if left != "0.0" and right != "0.0":
                 terms.append(f"{left} * {right}")
-        return " + ".join(terms) if terms else "0.0"
+        return terms
 
     def _product(self, a: int, b: int, k: int) -> str:
-        if a == b and self.degree(a) > 0:
-            half = self._terms(((a, i), (a, k - i)) for i in range((k + 1) // 2))
-            middle = self._terms([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else "0.0"
-            if half == "0.0":
-                return middle
-            return f"2.0 * ({half})" if middle == "0.0" else f"2.0 * ({half}) + {middle}"
-        return self._terms(((a, i), (b, k - i)) for i in range(k + 1))
+        if a != b or k == 0:
+            return " + ".join(self._terms(((a, i), (b, k - i)) for i in range(k + 1))) or "0.0"
+        middle = self._terms([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else []
+        half = self._terms(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
+        doubled = [f"2.0 * ({' + '.join(half)})"] if half else []
+        newest = self._terms([((a, 0), (a, k))])
+        return " + ".join([*doubled, *middle, *(f"2.0 * {term}" for term in newest)]) or "0.0"
 
     def _quotient(self, index: int, a: int, b: int, k: int) -> str:
-        inverse = f"i{b}"
-        if (b, -1) not in self._written:
-            divisor = self.coefficient(b, 0)
-            self._written[(b, -1)] = inverse
-            self.lines.append(f"{inverse} = 1.0 / {divisor}")
-        earlier = self._terms(((b, i), (index, k - i)) for i in range(1, k + 1))
-        numerator = self.coefficient(a, k)
-        if earlier == "0.0":
-            return f"{numerator} * {inverse}"
-        return f"({numerator} - ({earlier})) * {inverse}"
+        inverse = self._named((b, -1), f"i{b}", f"1.0 / {self.coefficient(b, 0)}")
+        earlier = " + ".join(self._terms(((b, i), (index, k - i)) for i in range(1, k + 1)))
+        factor, base = self._linear_form(a) if k > 0 else (self.graph.constant(1.0), a)
+        numerator = self.coefficient(base, k)
+        if factor.value != 1.0:
+            scaled = f"{self.coefficient(factor.index, 0)} * {inverse}"
+            inverse_of_base = self._named((index, -1), f"f{index}", scaled)
+        else:
+            inverse_of_base = inverse
+        if not earlier:
+            return f"{numerator} * {inverse_of_base}" if numerator != "0.0" else "0.0"
+        if numerator == "0.0":
+            return f"-({earlier}) * {inverse}"
+        return f"{numerator} * {inverse_of_base} - ({earlier}) * {inverse}"
 
     def _weighted(self, a: int, j: int) -> str:
-        """j a_j, written once."""
+        """j a_j, written once: the coefficient of the rate before, where a is a state or a multiple of one."""
+        op, *operands = self.graph.nodes[a]
+        if op == "state":
+            return self.coefficient(self.rates[operands[0]].index, j - 1)
+        factor, base = self._linear_form(a)
+        if base != a:
+            value = self._weighted(base, j)
+            return value if value == "0.0" else self._named((a, -1 - j), f"w{a}_{j}", self._scaled(factor, value))
         value = self.coefficient(a, j)
         if j == 1 or value == "0.0":
             return value
-        key = (a, -1 - j)
-        if key not in self._written:
-            self._written[key] = f"w{a}_{j}"
-            self.lines.append(f"w{a}_{j} = {float(j)!r} * {value}")
-        return self._written[key]
+        return self._named((a, -1 - j), f"w{a}_{j}", f"{float(j)!r} * {value}")
 
-    def _slope_terms(self, a: int, f: int, k: int) -> str:
-        """sum over j = 1..k of j a_j f_(k-j): k times the coefficient of an integral of f a'."""
+    def _slope_series(self, a: int, f: int, k: int) -> str:
+        """1/k times the sum over j = 1..k of j a_j f_(k-j): the coefficient of an integral of f a'."""
+        scale = repr(1.0 / k)
         terms = []
-        for j in range(1, k + 1):
-            left = self._weighted(a, j)
-            if left != "0.0":
-                terms.append(f"{left} * {self.coefficient(f, k - j)}")
-        return " + ".join(terms) if terms else "0.0"
+        for j in sorted(range(1, k), key=lambda j: max(j, k - j)):
+            weighted = self._weighted(a, j)
+            if weighted != "0.0":
+                terms.append(f"{weighted} * {self.coefficient(f, k - j)}")
+        newest = self._weighted(a, k)
+        sums = [f"({' + '.join(terms)}) * {scale}"] if terms else []
+        if newest != "0.0":
+            start = self.coefficient(f, 0)
+            sums.append(f"{newest} * {self._named((f, -100 - k), f's{f}_{k}', f'{start} * {scale}')}")
+        return " + ".join(sums) or "0.0"
 
     def _function(self, index: int, op: str, a: int, k: int) -> str:
         if k == 0:
             return f"math.{op}({self.coefficient(a, 0)})"
-        scale = repr(1.0 / k)
         if op == "exp":
-            return f"({self._slope_terms(a, index, k)}) * {scale}"
+            return self._slope_series(a, index, k)
         if op == "sin":
-            return f"({self._slope_terms(a, self.graph.node('cos', a).index, k)}) * {scale}"
+            return self._slope_series(a, self.graph.node("cos", a).index, k)
         if op == "cos":
-            return f"-({self._slope_terms(a, self.graph.node('sin', a).index, k)}) * {scale}"
+            return f"-({self._slope_series(a, self.graph.node('sin', a).index, k)})"
+        value = self.coefficient(a, k)
         if op == "log":
-            earlier = [f"{self._weighted(index, j)} * {self.coefficient(a, k - j)}" for j in range(1, k)]
-            earlier = [t for t in earlier if not t.endswith("* 0.0")]
-            rest = f" - ({' + '.join(earlier)}) * {scale}" if earlier else ""
-            return f"({self.coefficient(a, k)}{rest}) / {self.coefficient(a, 0)}"
+            known = [(self._weighted(index, j), self.coefficient(a, k - j)) for j in range(1, k)]
+            earlier = " + ".join(f"{left} * {right}" for left, right in known if "0.0" not in (left, right))
+            rest = f" - ({earlier}) * {1.0 / k!r}" if earlier else ""
+            return f"({value}{rest}) / {self.coefficient(a, 0)}"
         if op == "sqrt":
-            earlier = self._terms(((index, i), (index, k - i)) for i in range(1, k))
-            return f"0.5 * ({self.coefficient(a, k)} - ({earlier})) / {self.coefficient(index, 0)}"
+            earlier = " + ".join(self._terms(((index, i), (index, k - i)) for i in range(1, k)))
+            return f"0.5 * ({value} - ({earlier or '0.0'})) / {self.coefficient(index, 0)}"
         raise ValueError(f"no Taylor recurrence for {op}")

@@ -58,7 +58,7 @@ from vibrocap.numerics.lanes import (
 from vibrocap.numerics.record import has_room, on_event, on_period, on_piece
 from vibrocap.numerics.roots import EPSILON, first_root
 from vibrocap.numerics.switching import chosen_step, polished_step
-from vibrocap.numerics.taylor import move_to, series_value
+from vibrocap.numerics.taylor import move_to, series_value, taylor_step
 
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
 # before is a step of its own, of this share of a whole one.
@@ -145,35 +145,44 @@ def first_event(real, whole, tape, lane, h):
         return 0, h
     side = real[SIDE + lane]
     if side != 0.0:
-        root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h, lane)
+        root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h)
         if touch >= 0.0 and (root < 0.0 or touch < root):
             on_event(real, whole, tape, lane, GRAZE, touch)
         return (0, h) if root < 0.0 else (1, root)
     event = 0
-    hold = 0.0
-    power = 1.0
-    for k in range(ORDER):  # can the force come near the limit at all?
-        hold += abs(real[HOLD + k * LANES + lane]) * power
-        if k > 0:
-            hold += abs(real[LIMIT + k * LANES + lane]) * power
-        power *= h
-    if hold < real[LIMIT + lane]:
+    growth = 0.0
+    for k in range(ORDER - 1, 0, -1):  # can the force come near the limit at all?
+        growth = (growth + abs(real[HOLD + k * LANES + lane]) + abs(real[LIMIT + k * LANES + lane])) * h
+    if abs(real[HOLD + lane]) + growth < real[LIMIT + lane]:
         return 0, h
     for direction in range(-1, 2, 2):
-        for k in range(ORDER):
-            guard = real[LIMIT + k * LANES + lane] - direction * real[HOLD + k * LANES + lane]
-            real[GUARD + k * LANES + lane] = guard
-        size = abs(real[LIMIT + lane]) + abs(real[HOLD + lane])
-        zeros = 1 if real[GUARD + lane] <= 16.0 * EPSILON * size else 0
-        if real[GUARD + zeros * LANES + lane] < 0.0:
+        zeros = guard_series(real, lane, direction, h)
+        if zeros > ORDER - 2 or real[GUARD + zeros * LANES + lane] < 0.0:
             continue  # `decide` has settled this start
-        root, touch = first_root(real, GUARD + lane, ORDER - 1, 1.0, zeros, h, lane)
+        root, touch = first_root(real, GUARD + lane, ORDER - 1, 1.0, zeros, h)
         if touch >= 0.0 and (root < 0.0 or touch < root):
             on_event(real, whole, tape, lane, GRAZE, touch)
         if root >= 0.0 and (event == 0 or root < h):
             event = 2 * direction
             h = root
     return event, h
+
+
+def guard_series(real, lane, direction, h):
+    """Write the series of limit - direction * holding force; returns how many leading coefficients are rounding only.
+
+    A coefficient is rounding where, over the step h, it moves the guard by no more than the rounding of the forces.
+    """
+    noise = 64.0 * EPSILON * (real[LIMIT + lane] + abs(real[HOLD + lane]))
+    zeros = 0
+    power = 1.0
+    for k in range(ORDER):
+        guard = real[LIMIT + k * LANES + lane] - direction * real[HOLD + k * LANES + lane]
+        real[GUARD + k * LANES + lane] = guard
+        if zeros == k and abs(guard) * power <= noise:
+            zeros = k + 1
+        power *= h
+    return zeros
 
 
 def cross(real, whole, tape, lane, event, h):
@@ -208,19 +217,16 @@ def come_to_rest(real, whole, lane, h):
 def decide(real, whole, tape, lane):
     """A contact at rest: stick, or slide on? Returns whether the series must be made anew.
 
-    It sticks if the force needed to hold it is within the limit; at the limit, if that force is falling.
+    It sticks if the force needed to hold it is within the limit; at the limit, if that force does not grow beyond it.
+    The velocity of a slide starts with one vanishing coefficient more than the excess of that force over the limit.
     """
     whole[ARRIVING + lane] = 0
-    hold = real[HOLD + lane]
-    limit = real[LIMIT + lane]
-    direction = 1.0 if hold > 0.0 else -1.0
-    excess = direction * hold - limit
-    zeros = 1
-    slides = excess > 0.0
-    if abs(excess) <= 16.0 * EPSILON * limit:
-        growth = direction * real[HOLD + LANES + lane] - real[LIMIT + LANES + lane]
-        slides = growth > 0.0
-        zeros = 2
+    h = min(taylor_step(real, whole, lane), real[PERIOD + lane])
+    slides, direction, zeros = False, 0.0, 0
+    for k in range(-1, 2, 2):
+        leading = guard_series(real, lane, k, h)
+        if leading < ORDER - 1 and real[GUARD + leading * LANES + lane] < 0.0:
+            slides, direction, zeros = True, float(k), leading + 1
     came_from = real[CAME_FROM + lane]
     if not slides:
         if came_from != 0.0:

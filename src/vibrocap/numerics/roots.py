@@ -40,17 +40,22 @@ def polished_root(a, start, degree, low, high):
     """Root between low (value > 0) and high (value <= 0): Newton's method, kept inside the bracket by halving."""
     x = 0.5 * (low + high)
     for _ in range(80):
-        y = value(a, start, degree, x)
+        y = a[start + degree]
+        d = 0.0
+        for i in range(degree - 1, -1, -1):
+            d = d * x + y
+            y = y * x + a[start + i]
         if y > 0.0:
             low = x
         else:
             high = x
-        d = slope(a, start, degree, x)
         following = x - y / d if d != 0.0 else low
+        if abs(following - x) <= 2.0 * EPSILON * x:
+            return min(max(following, low), high)
         if not (low < following < high):
             following = 0.5 * (low + high)
-        if abs(following - x) <= EPSILON * abs(x) or following == low or following == high:
-            return following
+            if following == low or following == high:
+                return high
         x = following
     return x
 
@@ -106,24 +111,28 @@ def halve(b, start, degree, right):
             b[start + i] = 0.5 * (b[start + i - 1] + b[start + i])
 
 
-def first_root(real, row, degree, sign, zeros, h, lane):
+def first_root(real, row, degree, sign, zeros, h):
     """First time in (0, h] at which sign * polynomial falls to zero; the first `zeros` coefficients are taken as zero.
 
-    real[row + k * LANES + lane]: coefficient of s^k.
+    real[row + k * LANES]: coefficient of s^k.
     Returns (root, touch): the root, or -1 where there is none, and the first place where the polynomial touches zero to
     rounding level without falling below, or -1.
     """
     n = degree - zeros
+    first = real[row + zeros * LANES]
+    others = 0.0
+    for i in range(degree, zeros, -1):
+        others = (others + abs(real[row + i * LANES])) * h
+    if sign * first > others:
+        return -1.0, -1.0
     a = WORK  # coefficients over the unit interval
     total = 0.0
     power = 1.0
     for i in range(n + 1):
-        term = sign * real[row + (zeros + i) * LANES + lane] * power
+        term = sign * real[row + (zeros + i) * LANES] * power
         real[a + i] = term
         total += abs(term)
         power *= h
-    if 2.0 * real[a] > total:
-        return -1.0, -1.0
     noise = 8.0 * EPSILON * total
     stride = n + 2  # Bernstein coefficients and the width of their interval
     now = a + n + 1

@@ -1,5 +1,6 @@
 """Writes the generated part of a kernel: series, rates and Jacobian of one system's equations, as Python source."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.graph import Expression, derivative
@@ -10,7 +11,10 @@ OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
 def generated_source(equations: Any, layout: Layout) -> str:
-    """Source of everything that `generated.py` promises, for these equations."""
+    """Source of everything that `generated.py` promises, for these equations.
+
+    The integrals are carried along where the layout has rows for them.
+    """
     series = layout.places["SERIES"]
     row_size = (layout.order + 1) * layout.lanes
     constants = {
@@ -22,11 +26,16 @@ def generated_source(equations: Any, layout: Layout) -> str:
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD"), start=layout.rows):
         constants[name] = series + i * row_size
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
-    functions = [jet_source(equations, layout), rates_source(equations), jacobian_source(equations)]
+    integrals = equations.integrals[: layout.rows - layout.states]
+    functions = [
+        jet_source(equations, integrals, layout),
+        rates_source(equations, integrals),
+        jacobian_source(equations, integrals),
+    ]
     return "\n".join([*lines, "", *functions, ""])
 
 
-def jet_source(equations: Any, layout: Layout) -> str:
+def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
     graph, order = equations.graph, layout.order
     writer = JetWriter(graph, list(equations.rates))
@@ -35,7 +44,7 @@ def jet_source(equations: Any, layout: Layout) -> str:
     for k in range(order + 1):
         for i in range(states):
             stored.append((i, k, writer.coefficient(graph.node("state", i).index, k)))
-        for i, rate in enumerate(equations.integrals, start=states):
+        for i, rate in enumerate(integrals, start=states):
             if k == 0:
                 stored.append((i, 0, f"real[STATE + {i} * LANES + lane]"))
             else:
@@ -49,10 +58,10 @@ def jet_source(equations: Any, layout: Layout) -> str:
     return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
 
-def rates_source(equations: Any) -> str:
+def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     """`rates` and `contact_velocity` of one lane."""
     writer = ScalarWriter(equations.graph)
-    body = [f"real[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *equations.integrals))]
+    body = [f"real[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
     rates = ["def rates(real, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
     writer = ScalarWriter(equations.graph)
     velocity = writer.name(equations.contact_velocity)
@@ -60,12 +69,12 @@ def rates_source(equations: Any) -> str:
     return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
 
 
-def jacobian_source(equations: Any) -> str:
+def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:
     """`jacobian` of one lane, exact."""
     states, memory = len(equations.rates), {}
     writer = ScalarWriter(equations.graph)
     body = []
-    for i, rate in enumerate((*equations.rates, *equations.integrals)):
+    for i, rate in enumerate((*equations.rates, *integrals)):
         for j in range(states + 1):
             slope = derivative(rate, j if j < states else -1, memory)
             body.append(f"real[out + {i * (states + 1) + j}] = {writer.name(slope)}")

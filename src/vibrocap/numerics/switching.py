@@ -1,5 +1,7 @@
 """Choice of the method for laws that can be stiff: whichever, Taylor or implicit, gets further for its cost."""
 
+import math
+
 from vibrocap.numerics.generated import (
     EXPLICIT_STEP,
     IMPLICIT_STEP,
@@ -19,11 +21,12 @@ from vibrocap.numerics.implicit import (
     spectral_radius,
     velocity_series,
 )
-from vibrocap.numerics.roots import EPSILON
+from vibrocap.numerics.roots import EPSILON, first_root
 from vibrocap.numerics.taylor import series_value, taylor_step
 
 LOOK = 32  # steps between two looks at the choice of method
 REST = 256  # steps before the implicit method is tried again after it lost
+REACH = 2.0  # times the time to rest: the longest implicit step towards a reversal
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
 IMPLICIT_COST = 6.0  # an implicit step costs about this many Taylor steps (benchmarks)
 
@@ -47,7 +50,8 @@ def chosen_step(real, whole, lane, remaining):
         whole[STIFF + lane] = 1
         real[EXPLICIT_STEP + lane] = explicit
         real[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
-    h = implicit_step(real, whole, lane, remaining)
+        whole[PATIENCE + lane] = 0  # one step tells whether it pays
+    h = implicit_step(real, whole, lane, min(remaining, REACH * time_to_rest(real, lane)))
     if whole[PATIENCE + lane] <= 0:
         whole[PATIENCE + lane] = LOOK
         reach = real[IMPLICIT_STEP + lane] / IMPLICIT_COST
@@ -58,21 +62,48 @@ def chosen_step(real, whole, lane, remaining):
     return h
 
 
+def time_to_rest(real, lane):
+    """Time in which the contact velocity would vanish at its present rate; infinite if it grows.
+
+    Beyond rest the equations of this side mean nothing (bristles of a LuGre contact would grow without bound), so an
+    implicit step should not go far beyond. The series in memory need not be that of the present state: only its first
+    two coefficients are used, which the Taylor series of every step provides.
+    """
+    v, slope = real[VELOCITY + lane], real[VELOCITY + LANES + lane]
+    return -v / slope if v * slope < 0.0 else math.inf
+
+
 def polished_step(real, whole, lane, h, longest):
     """(event, length) of an implicit step that ends where the contact velocity vanishes.
 
     The dense output is less exact than the step, so the step is repeated with the length at which the velocity vanishes
-    at its very end (Newton's method within (0, longest]). Where there is no such length the whole step is kept.
+    at its very end. Where that step would not be exact enough, a shorter one without an event is made instead.
     """
     if whole[STIFF + lane] == 0:
         return 1, h
+    h = length_to_rest(real, whole, lane, h, longest)
+    error = implicit_stages(real, whole, lane, h)
+    if error <= 1.0:
+        return 1, h
+    for _ in range(60):
+        h *= max(0.2, min(0.8, 0.9 * error ** (-0.2)))
+        v = real[SIDE + lane] * end_velocity(real, whole, lane, h)
+        error = implicit_stages(real, whole, lane, h)
+        root, _touch = first_root(real, VELOCITY + lane, ORDER, real[SIDE + lane], 0, h)
+        if error <= 1.0 and v > 0.0 and root < 0.0:
+            break
+    real[IMPLICIT_STEP + lane] = h
+    return 0, h
+
+
+def length_to_rest(real, whole, lane, h, longest):
+    """Length within (0, longest] of the implicit step that ends at rest, whose series is written: Newton's method from
+    a guess h, by halving where that is slow."""
     side = real[SIDE + lane]
     low, high = 0.0, longest
-    for _ in range(60):
-        implicit_stages(real, whole, lane, h)
-        implicit_series(real, whole, lane, h)
-        velocity_series(real, whole, lane, h)
-        v = side * series_value(real, VELOCITY + lane, h)
+    before = math.inf
+    for _ in range(200):
+        v = side * end_velocity(real, whole, lane, h)
         if v > 0.0:
             low = h
         else:
@@ -80,15 +111,22 @@ def polished_step(real, whole, lane, h, longest):
         slope = 0.0
         for k in range(4, 0, -1):
             slope = slope * h + side * k * real[VELOCITY + k * LANES + lane]
-        following = h - v / slope if slope != 0.0 else low
-        if abs(following - h) <= 4.0 * EPSILON * (real[TIME + lane] + h):
-            return 1, h
+        following = h - v / slope if slope != 0.0 and abs(v) < 0.5 * before else low
+        if abs(following - h) <= EPSILON * (real[TIME + lane] + h):
+            return h
         if not (low < following < high):
             following = 0.5 * (low + high)
-        if high - low <= 4.0 * EPSILON * (real[TIME + lane] + h):
-            break
+            if following == low or following == high:
+                break
+        before = abs(v)
         h = following
-    implicit_stages(real, whole, lane, longest)
-    implicit_series(real, whole, lane, longest)
-    velocity_series(real, whole, lane, longest)
-    return 0, longest
+    end_velocity(real, whole, lane, high)
+    return high
+
+
+def end_velocity(real, whole, lane, h):
+    """Contact velocity at the end of an implicit step of length h, whose series is written."""
+    implicit_stages(real, whole, lane, h)
+    implicit_series(real, whole, lane, h)
+    velocity_series(real, whole, lane, h)
+    return series_value(real, VELOCITY + lane, h)
