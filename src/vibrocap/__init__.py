@@ -7,6 +7,29 @@ from vibrocap.drives.harmonic import Harmonic
 from vibrocap.friction.exponential import Exponential
 from vibrocap.friction.lugre import LuGre
 from vibrocap.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.measures.energy import EnergyBalance, energy_balance
+from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
+from vibrocap.measures.limits import (
+    FrictionalLimits,
+    boundary_velocity,
+    frictional_limits,
+    offset_points,
+    steady_friction,
+    steady_slope,
+)
+from vibrocap.measures.response import ResponseClass, response_class
+from vibrocap.measures.settling import Settling, settling
+from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
+from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+from vibrocap.scaling import (
+    BiharmonicInSI,
+    ExponentialInSI,
+    HarmonicInSI,
+    LuGreInSI,
+    PendulumCapsuleInSI,
+    Scales,
+    SystemInSI,
+)
 from vibrocap.simulate import simulate
 from vibrocap.system import System
 from vibrocap.trajectory import Certificate, Event, Phase, Status, Trajectory
@@ -25,4 +48,35 @@ __all__ = [
     "System",
     "Trajectory",
     "simulate",
+    "displacement",
+    "drift",
+    "mean_velocity",
+    "MeanVelocity",
+    "settling",
+    "Settling",
+    "response_class",
+    "ResponseClass",
+    "energy_balance",
+    "EnergyBalance",
+    "stick_fraction",
+    "stick_phases",
+    "StickPhases",
+    "word",
+    "friction_loop",
+    "FrictionLoop",
+    "friction_curve",
+    "FrictionCurve",
+    "frictional_limits",
+    "FrictionalLimits",
+    "boundary_velocity",
+    "offset_points",
+    "steady_friction",
+    "steady_slope",
+    "Scales",
+    "SystemInSI",
+    "PendulumCapsuleInSI",
+    "ExponentialInSI",
+    "LuGreInSI",
+    "HarmonicInSI",
+    "BiharmonicInSI",
 ]

@@ -5,6 +5,7 @@ ValidationError (a ValueError) that names every bad field, what was given and wh
 """
 
 import dataclasses
+import functools
 from typing import Annotated, Any, TypeVar, dataclass_transform
 
 from pydantic import ConfigDict, Field
@@ -23,7 +24,7 @@ def parameter(default: Any, symbol: str, meaning: str) -> Any:
     return Field(default=default, description=meaning, json_schema_extra={"symbol": symbol})
 
 
-@dataclass_transform(frozen_default=True, field_specifiers=(parameter,))
+@dataclass_transform(frozen_default=True)
 def parameters(cls: type[Record]) -> type[Record]:
     """Class decorator: a frozen dataclass whose fields are checked and whose unknown names are refused."""
     return _checked_dataclass(frozen=True, config=ConfigDict(extra="forbid"))(cls)  # type: ignore[return-value]
@@ -41,7 +42,11 @@ class ParameterInfo:
 
 def parameter_table(record: Any) -> tuple[ParameterInfo, ...]:
     """The parameters of a record or of its class, in order."""
-    cls = record if isinstance(record, type) else type(record)
+    return _parameter_table(record if isinstance(record, type) else type(record))
+
+
+@functools.cache
+def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     assert is_pydantic_dataclass(cls)
     fields: dict[str, Any] = cls.__pydantic_fields__
     return tuple(

@@ -14,13 +14,7 @@ from vibrocap.numerics.motion import TOO_MANY_STEPS, Recorded, recorded_run
 from vibrocap.system import System
 from vibrocap.trajectory import Certificate, Status, Trajectory
 
-EVENT_KINDS = {
-    memory.STICK: "stick",
-    memory.SLIP_FORWARD: "slip_forward",
-    memory.SLIP_BACK: "slip_back",
-    memory.REVERSAL: "reversal",
-    memory.GRAZE: "graze",
-}
+EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze"])  # by the numbers of `lanes.py`
 STATUSES = {
     memory.DONE: Status.FINISHED,
     memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
@@ -141,7 +135,7 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
         coefficients=pieces[:, 5:].reshape(len(pieces), states, (pieces.shape[1] - 5) // states),
         sections=recorded.sections,
         event_times=recorded.events[:, 0] * period + recorded.events[:, 1],
-        event_kinds=tuple(EVENT_KINDS[int(kind)] for kind in recorded.events[:, 2]),
+        event_kinds=EVENT_KINDS[recorded.events[:, 2].astype(int)],
         event_states=recorded.events[:, 3:],
         observe=observe,
         observable_names=tuple(recording.observables),

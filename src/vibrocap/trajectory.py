@@ -128,7 +128,7 @@ class Trajectory:
     coefficients: np.ndarray  # [pieces, states, order + 1]
     sections: np.ndarray  # [whole periods completed + 1, states] at the period marks
     event_times: np.ndarray  # [events]
-    event_kinds: tuple[str, ...]
+    event_kinds: np.ndarray  # [events] of names
     event_states: np.ndarray  # [events, states]
     observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]]
     # (names, times, states [states, n], sides) -> values of observables and rates of integrals
@@ -152,7 +152,7 @@ class Trajectory:
         """Changes of the contact, in order."""
         rows = zip(self.event_times, self.event_kinds, self.event_states, strict=True)
         return tuple(
-            Event(float(t), kind, dict(zip(self.state_names, map(float, row), strict=False))) for t, kind, row in rows
+            Event(float(t), str(kind), dict(zip(self.state_names, map(float, row), strict=False))) for t, kind, row in rows
         )
 
     @functools.cached_property

@@ -5,6 +5,7 @@ an entry at `ENTRY + i * LANES + lane`; `tape` holds what is recorded. The place
 """
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -102,7 +103,7 @@ class Layout:
         """Numbers per event on the tape."""
         return EVENT_HEAD + self.rows
 
-    @property
+    @functools.cached_property
     def places(self) -> dict[str, int]:
         """Offset of each entry of `whole` and of `real`."""
         found = {name: i * self.lanes for i, name in enumerate(WHOLE)}

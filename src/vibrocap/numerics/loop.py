@@ -152,8 +152,8 @@ def first_event(real, whole, tape, lane, h):
     event = 0
     growth = 0.0
     for k in range(ORDER - 1, 0, -1):  # can the force come near the limit at all?
-        growth = (growth + abs(real[HOLD + k * LANES + lane]) + abs(real[LIMIT + k * LANES + lane])) * h
-    if abs(real[HOLD + lane]) + growth < real[LIMIT + lane]:
+        growth = growth * h + (abs(real[HOLD + k * LANES + lane]) + abs(real[LIMIT + k * LANES + lane]))
+    if abs(real[HOLD + lane]) + growth * h < real[LIMIT + lane]:
         return 0, h
     for direction in range(-1, 2, 2):
         zeros = guard_series(real, lane, direction, h)

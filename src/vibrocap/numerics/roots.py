@@ -122,8 +122,8 @@ def first_root(real, row, degree, sign, zeros, h):
     first = real[row + zeros * LANES]
     others = 0.0
     for i in range(degree, zeros, -1):
-        others = (others + abs(real[row + i * LANES])) * h
-    if sign * first > others:
+        others = others * h + abs(real[row + i * LANES])
+    if sign * first > others * h:  # the first term outweighs all others: no root
         return -1.0, -1.0
     a = WORK  # coefficients over the unit interval
     total = 0.0

@@ -28,7 +28,7 @@ LOOK = 32  # steps between two looks at the choice of method
 REST = 256  # steps before the implicit method is tried again after it lost
 REACH = 2.0  # times the time to rest: the longest implicit step towards a reversal
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
-IMPLICIT_COST = 6.0  # an implicit step costs about this many Taylor steps (benchmarks)
+IMPLICIT_COST = 5.0  # an implicit step costs about this many Taylor steps (benchmarks)
 
 
 def chosen_step(real, whole, lane, remaining):
@@ -56,7 +56,7 @@ def chosen_step(real, whole, lane, remaining):
         whole[PATIENCE + lane] = LOOK
         reach = real[IMPLICIT_STEP + lane] / IMPLICIT_COST
         lost = reach < real[EXPLICIT_STEP + lane]
-        if lost or reach * spectral_radius(real, whole, lane) < 0.5 * STABLE:
+        if lost or reach * spectral_radius(real, whole, lane) < STABLE:
             whole[STIFF + lane] = 0
             whole[PATIENCE + lane] = REST if lost else LOOK
     return h

@@ -1,0 +1,1 @@
+"""Drives, one waveform per file."""

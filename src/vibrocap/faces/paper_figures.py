@@ -1,0 +1,100 @@
+"""The paper's figures, drawn: LM red and solid, EM blue and dashed, as in the paper."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.paper.figure_data import Curve, Figure, Panel
+
+WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns
+NARROW = 3.3  # for three
+WIDE = 8.2, 1.9  # for one
+CROWDED = 4  # curves, from which on the legend is set small
+
+LABELS = {
+    "mass_ratio": r"mass ratio $\lambda$",
+    "mean_velocity": "average velocity",
+    "phase": r"time in the period $\tau/T$",
+}
+
+
+def draw(figure: Figure, path: Path) -> Path:
+    """Draw a figure into a file; its suffix chooses the format."""
+    from vibrocap.faces import plots
+
+    rows = -(-len(figure.panels) // figure.columns)
+    width, height = {1: WIDE, 3: (NARROW, HEIGHT)}.get(figure.columns, (WIDTH, HEIGHT))
+    fig, axes = plots.figure(rows, figure.columns, size=(width * figure.columns, height * rows + 0.3))
+    for panel, ax in zip(figure.panels, axes.flat, strict=True):
+        _panel(ax, panel)
+    plots.footnote(fig)
+    return plots.save(fig, path)
+
+
+def _panel(ax: Any, panel: Panel) -> None:
+    from vibrocap.faces import plots
+
+    labels = plots.LABELS | LABELS
+    for curve in panel.curves:
+        style = _style(curve)
+        ax.plot(curve.x, curve.y, label=curve.label, **style)
+        for share in curve.arrows:
+            _arrow(ax, curve, share, style["color"])
+    ax.set_xlabel(labels[panel.x])
+    ax.set_ylabel(labels[panel.y])
+    ax.set_title(panel.title)
+    if panel.x_limits:
+        ax.set_xlim(panel.x_limits)
+    if panel.y_limits:
+        ax.set_ylim(panel.y_limits)
+    for mark in panel.marks:
+        _mark(ax, mark)
+    plots.legend(ax, **({"fontsize": 6.5, "ncols": 2} if len(panel.curves) > CROWDED else {}))
+
+
+def _style(curve: Curve) -> dict[str, Any]:
+    from vibrocap.faces import plots
+
+    style = {
+        "LM": plots.LM_STYLE,
+        "EM": plots.EM_STYLE,
+        "steady": {"color": plots.BLACK, "linestyle": "-", "linewidth": 1.3},
+        "sliding": {"color": plots.GREEN, "linestyle": "-", "linewidth": 1.6},
+        "twin": {"color": plots.GREEN, "linestyle": (0, (3, 1.5, 1, 1.5)), "linewidth": 1.8},
+    }[curve.role]
+    return style | {"alpha": 0.3 + 0.7 * curve.weight, "linewidth": style["linewidth"] * (0.6 + 0.4 * curve.weight)}
+
+
+def _arrow(ax: Any, curve: Curve, share: float, color: str) -> None:
+    """An arrowhead on a curve, in its direction; nothing where the curve stands still."""
+    start = min(int(share * (curve.x.size - 1)), curve.x.size - 2)
+    moved = np.hypot(
+        (curve.x[start:] - curve.x[start]) / np.ptp(curve.x), (curve.y[start:] - curve.y[start]) / np.ptp(curve.y)
+    )
+    ahead = int(np.argmax(moved > 0.004))
+    if ahead:
+        ax.annotate(
+            "",
+            xy=(curve.x[start + ahead], curve.y[start + ahead]),
+            xytext=(curve.x[start], curve.y[start]),
+            arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 0.0, "mutation_scale": 11},
+        )
+
+
+def _mark(ax: Any, mark: Any) -> None:
+    if mark.y is None:
+        ax.axvline(mark.x, color="#777777", linewidth=0.8, linestyle=":")
+        ax.annotate(
+            mark.label,
+            (mark.x, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, -9),
+            textcoords="offset points",
+            fontsize=8,
+            color="#444444",
+        )
+        return
+    ax.plot([mark.x], [mark.y], marker="o", markersize=5, color="#111111", zorder=5)
+    if mark.label:
+        ax.annotate(mark.label, (mark.x, mark.y), xytext=(6, 5), textcoords="offset points", fontsize=10)

@@ -1,0 +1,224 @@
+"""Pictures of motions: time histories, phase planes and the friction loop.
+
+Figures are made as objects, never through pyplot's global state, so that drawing leaves no trace in a session.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from vibrocap.parameters import parameter_table
+from vibrocap.trajectory import STUCK, Trajectory
+
+# Okabe and Ito's colours, which colour-blind readers can tell apart.
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+
+# The paper's arrangement: LuGre red and solid, exponential blue and dashed.
+LM_STYLE: dict[str, Any] = {"color": "#C8102E", "linestyle": "-", "linewidth": 1.4}
+EM_STYLE: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 2)), "linewidth": 1.4}
+
+STICK_SHADE: dict[str, Any] = {"color": "#B8B8B8", "alpha": 0.45, "linewidth": 0, "zorder": 0}
+DIMENSIONLESS = r"All quantities dimensionless: lengths in $l$, time in $\sqrt{l/g}$, forces in $m\,g$."
+
+LABELS = {
+    "time": r"time $\tau$",
+    "periods": r"time in drive periods $\tau/T$",
+    "angle": r"pendulum angle $\theta$",
+    "angle_rate": r"angular velocity $\theta'$",
+    "position": r"capsule position $X$",
+    "velocity": r"capsule velocity $X'$",
+    "contact_velocity": r"sliding velocity $X'$",
+    "bristle": r"bristle deflection $\xi$",
+    "bristle_rate": r"bristle rate $\xi'$",
+    "friction": r"friction force $R$",
+    "drive": r"drive $h\cos\omega\tau$",
+}
+
+STYLE: dict[Any, Any] = {
+    "figure.dpi": 110,
+    "savefig.dpi": 150,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "mathtext.fontset": "stix",
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.xmargin": 0.02,
+    "axes.ymargin": 0.06,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "legend.frameon": True,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "none",
+    "legend.fontsize": 8.5,
+    "svg.hashsalt": "vibrocap",
+}
+
+
+def figure(
+    nrows: int = 1, ncols: int = 1, size: tuple[float, float] = (6.4, 4.0), **options: Any
+) -> tuple[Figure, Any]:
+    """A figure in the project's style and its axes, an array [nrows, ncols]; `size` in inches.
+
+    Further options go to `Figure.subplots` (sharex, width_ratios, ...).
+    """
+    fig = blank_figure(size)
+    with matplotlib.rc_context(STYLE):
+        axes = fig.subplots(nrows, ncols, squeeze=False, **options)
+    return fig, axes
+
+
+def blank_figure(size: tuple[float, float]) -> Figure:
+    """A figure in the project's style without axes; `size` in inches."""
+    with matplotlib.rc_context(STYLE):
+        fig = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(fig)
+    return fig
+
+
+def legend(axes: Axes, **options: Any) -> None:
+    """A legend in the project's style."""
+    with matplotlib.rc_context(STYLE):
+        axes.legend(**{"loc": "best", **options})
+
+
+def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
+    """A line of small print below the axes."""
+    fig.supxlabel(text, fontsize=7.5, color="#555555", x=0.01, ha="left")
+
+
+def save(fig: Figure, path: str | Path) -> Path:
+    """Write a figure to a file (.png, .svg or .pdf); the same figure gives the same bytes."""
+    path = Path(path)
+    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with matplotlib.rc_context(STYLE):
+        fig.savefig(path, metadata=dates.get(path.suffix.lower()))
+    return path
+
+
+DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
+FIRST_PERIODS = 12  # grey in the phase planes
+POINTS_PER_PERIOD = 512
+FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
+LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
+FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
+SLOWER: dict[str, Any] = {"color": BLUE, "linewidth": 1.6, "linestyle": (0, (4, 1.5)), "zorder": 4}
+
+
+def plot_motion(motion: Trajectory, path: str | Path) -> Path:
+    """Draw a motion: time histories on the left, phase planes and the friction loop on the right.
+
+    The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes.
+    """
+    fig = blank_figure((11.5, 8.2))
+    with matplotlib.rc_context(STYLE):
+        left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
+        _time_histories(left.subplots(4, 1), motion)
+        left.align_ylabels()
+        _phase_planes(right.subplots(3, 1), motion)
+        right.align_ylabels()
+        fig.suptitle(_title(motion.system), fontsize=9.5, x=0.01, ha="left")
+        footnote(fig)
+    return save(fig, path)
+
+
+def sample_times(motion: Trajectory, start: float, end: float) -> np.ndarray:
+    """Times to draw a motion at: evenly spread, with both sides of every event, so that jumps stand upright."""
+    count = max(64, round(POINTS_PER_PERIOD * (end - start) / motion.period))
+    events = motion.event_times[(motion.event_times > start) & (motion.event_times < end)]
+    before = np.maximum(start, events - 1e-9 * motion.period)
+    return np.unique(np.concatenate((np.linspace(start, end, count + 1), events, before)))
+
+
+def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float = 1.0) -> bool:
+    """Shade the times at which the contact sticks, divided by `scale`; returns whether there are any."""
+    stuck = [phase for phase in motion.phases if phase.side == STUCK and phase.end > start and phase.start < end]
+    if motion.system.friction.kind != "set-valued":
+        return False
+    for number, phase in enumerate(stuck):
+        label = "stuck" if number == 0 else None
+        axes.axvspan(max(phase.start, start) / scale, min(phase.end, end) / scale, label=label, **STICK_SHADE)
+    return bool(stuck)
+
+
+def _title(system: Any) -> str:
+    parts = (system.machine, system.friction, system.drive)
+    return "\n".join(
+        f"{part.name}:  "
+        + ",  ".join(f"{info.name} {_short(getattr(part, info.name))}" for info in parameter_table(part))
+        for part in parts
+    )
+
+
+def _short(value: Any) -> str:
+    return value if isinstance(value, str) else f"{value:.6g}"
+
+
+def _time_histories(axes: Any, motion: Trajectory) -> None:
+    """The position over the whole run, then angle, velocity and friction over the last periods."""
+    period, end = motion.period, motion.end
+    start = max(0.0, end - DETAIL_PERIODS * period)
+    whole = sample_times(motion, 0.0, end)
+    axes[0].plot(whole / period, motion.at(whole, "position"), **LAST)
+    axes[0].set(title="Travel over the whole run", ylabel=LABELS["position"], xlabel=LABELS["periods"])
+    if start > 0.0:
+        axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
+        _legend_above(axes[0])
+    t = sample_times(motion, start, end)
+    names = ("angle", "velocity", "friction")
+    for ax, name, title in zip(axes[1:], names, ("Pendulum", "Capsule", "Contact"), strict=True):
+        shaded = shade_stick(ax, motion, start, end, period)
+        ax.plot(t / period, motion.at(t, name), **LAST)
+        ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+        ax.set(title=title, ylabel=LABELS[name])
+        ax.set_xlim(start / period, end / period)
+        if name != "friction":
+            ax.tick_params(labelbottom=False)
+        if shaded and name == "velocity":
+            _legend_above(ax)
+    axes[-1].set_xlabel(LABELS["periods"])
+
+
+def _phase_planes(axes: Any, motion: Trajectory) -> None:
+    """theta-theta', X-X' relative to the mean travel, and R against X'; the last period over the first ones."""
+    period, end = motion.period, motion.end
+    last = max(0.0, end - period)
+    t = sample_times(motion, last, end)
+    first = sample_times(motion, 0.0, min(last, FIRST_PERIODS * period)) if last > 0.0 else t
+    whole = end >= period
+    speed = (motion.at(end, "position")[0] - motion.at(last, "position")[0]) / period if whole else 0.0
+
+    def relative(times: np.ndarray) -> np.ndarray:
+        return motion.at(times, "position") - speed * times
+
+    origin = relative(t).mean()
+    for times, style, label in ((first, FAINT, f"first {FIRST_PERIODS} periods"), (t, LAST, "last period")):
+        axes[0].plot(motion.at(times, "angle"), motion.at(times, "angle_rate"), **style, label=label)
+        axes[1].plot(relative(times) - origin, motion.at(times, "velocity"), **style)
+    axes[0].set(title="Pendulum", xlabel=LABELS["angle"], ylabel=LABELS["angle_rate"])
+    _legend_above(axes[0])
+    label = r"position less steady travel $X - \langle X' \rangle\,\tau$"
+    axes[1].set(title="Capsule", xlabel=label, ylabel=LABELS["velocity"])
+
+    velocity, friction = motion.at(t, "contact_velocity"), motion.at(t, "friction")
+    faster = np.append(np.diff(np.abs(velocity)) > 0.0, False)
+    axes[2].plot(velocity, np.where(faster | np.roll(faster, 1), friction, np.nan), **FASTER, label="accelerating")
+    axes[2].plot(velocity, np.where(~faster | np.roll(~faster, 1), friction, np.nan), **SLOWER, label="decelerating")
+    axes[2].set(title="Friction loop", xlabel=LABELS["contact_velocity"] + ", last period", ylabel=LABELS["friction"])
+    _legend_above(axes[2])
+
+
+def _legend_above(axes: Axes) -> None:
+    """A legend in the line of the title, where it covers no data."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=2, borderaxespad=0.0)

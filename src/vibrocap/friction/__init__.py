@@ -1,0 +1,1 @@
+"""Friction laws, one per file."""

@@ -1,0 +1,76 @@
+"""Where the energy goes: the work of every channel over a window, and what the balance leaves over."""
+
+import dataclasses
+
+from vibrocap.measures.windows import window_times
+from vibrocap.trajectory import Trajectory
+
+
+@dataclasses.dataclass(frozen=True)
+class EnergyBalance:
+    """Work over a window, positive into the system, and the change of the stored energy.
+
+    drive, damper: work of the machine's channels; contact_sliding, bristle_loss: of friction, split at the bristles
+    stored: change of the energy of machine and contact (bristles); 0 over a period of a steady motion
+    residual: stored - (drive + damper + contact_sliding + bristle_loss), 0 but for the error of the motion
+    window: (start, end) in time; periods: its length in drive periods
+    """
+
+    drive: float
+    damper: float
+    contact_sliding: float
+    bristle_loss: float
+    stored: float
+    residual: float
+    window: tuple[float, float]
+    periods: float
+
+    @property
+    def per_period(self) -> "EnergyBalance":
+        """The same, per drive period."""
+        return self._over(self.periods)
+
+    @property
+    def mean_power(self) -> "EnergyBalance":
+        """The same, per unit of time."""
+        return self._over(self.window[1] - self.window[0])
+
+    @property
+    def friction(self) -> float:
+        """Work of friction: sliding and bristles together."""
+        return self.contact_sliding + self.bristle_loss
+
+    def _over(self, divisor: float) -> "EnergyBalance":
+        kept = ("window", "periods")
+        works = {
+            field.name: getattr(self, field.name) / divisor
+            for field in dataclasses.fields(self)
+            if field.name not in kept
+        }
+        return dataclasses.replace(self, **works)
+
+
+def energy_balance(
+    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None
+) -> EnergyBalance:
+    """Work by channel over a window (`windows.window_times`).
+
+    What the drive puts in is stored or lost in the damper and in the contact:
+
+        d(stored)/dt = drive theta' - nu theta'^2 - R X'
+
+    The works are integrals of the powers along the motion, the stored energy is a closed form of its states at both
+    ends: their difference, the residual, is the error of the motion itself.
+    """
+    start, end = window_times(motion, window, periods)
+    before, after = motion.integrals([start, end]).T
+    works = {channel: float(after[i] - before[i]) for i, channel in enumerate(motion.system.channels)}
+    stored = motion.at([start, end], "energy") + motion.at([start, end], "contact_energy")
+    gained = float(stored[1] - stored[0])
+    return EnergyBalance(
+        **works,
+        stored=gained,
+        residual=gained - sum(works.values()),
+        window=(start, end),
+        periods=(end - start) / motion.period if periods is None else float(periods),
+    )

@@ -1,0 +1,65 @@
+"""Sticking: how much of the time, how often, how long, and the word that a period spells."""
+
+import dataclasses
+
+from vibrocap.measures.windows import period_times, window_times
+from vibrocap.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
+
+LETTERS = {FORWARD: "F", STUCK: "S", BACK: "B"}
+SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase
+
+
+@dataclasses.dataclass(frozen=True)
+class StickPhases:
+    """Stretches of sticking within a window; those that it cuts count with the part inside."""
+
+    number: int
+    lengths: tuple[float, ...]
+    total: float
+    longest: float
+
+
+def stick_phases(
+    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None
+) -> StickPhases | None:
+    """Number and lengths of the phases in which the contact sticks, over a window (`windows.window_times`).
+
+    None where the law cannot stick: with a law that gives a force for every velocity (LuGre), rest is passed through at
+    an instant and never held, so "0" would claim something that was not looked at.
+    """
+    start, end = window_times(motion, window, periods)
+    if motion.system.friction.kind != "set-valued":
+        return None
+    lengths = tuple(phase.length for phase in _phases(motion, start, end) if phase.side == STUCK)
+    return StickPhases(len(lengths), lengths, sum(lengths), max(lengths, default=0.0))
+
+
+def stick_fraction(
+    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None
+) -> float | None:
+    """Share of a window in which the contact sticks; None where the law cannot stick (`stick_phases`)."""
+    start, end = window_times(motion, window, periods)
+    phases = stick_phases(motion, (start, end))
+    return None if phases is None else phases.total / (end - start)
+
+
+def word(motion: Trajectory, period: int = -1) -> str:
+    """The word of one whole period: its phases in order, F sliding forward, S stuck, B sliding back, such as "FSBS".
+
+    It is read as a cycle from the period's start: a last phase on the side of the first is the same phase of a steady
+    motion, cut by the period's mark, and is left out. A law that cannot stick spells with F and B alone.
+    Raises ValueError for a smooth law, whose motion passes through rest unnoticed.
+    """
+    if motion.system.friction.kind == "smooth":
+        raise ValueError(f"the {motion.system.friction.name} law is smooth: changes of its side are not recorded")
+    start, end = period_times(motion, period)
+    letters = [LETTERS[phase.side] for phase in _phases(motion, start, end)]
+    while len(letters) > 1 and letters[-1] == letters[0]:
+        letters.pop()
+    return "".join(letters)
+
+
+def _phases(motion: Trajectory, start: float, end: float) -> list[Phase]:
+    """Phases within a window, cut at its ends."""
+    cut = (Phase(max(phase.start, start), min(phase.end, end), phase.side) for phase in motion.phases)
+    return [phase for phase in cut if phase.length > SLIVER * motion.period]

@@ -1,0 +1,55 @@
+"""Travel: how far and how fast the machine gets. Only a window makes such a number mean something (erratum 8)."""
+
+import dataclasses
+
+from vibrocap.measures.settling import settling
+from vibrocap.measures.windows import period_index, whole_periods, window_times
+from vibrocap.trajectory import Trajectory
+
+
+@dataclasses.dataclass(frozen=True)
+class MeanVelocity:
+    """Mean velocity over a window, and whether the motion had settled when the window began."""
+
+    value: float
+    window: tuple[float, float]
+    settled: bool
+
+
+def displacement(motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None) -> float:
+    """Change of the machine's cyclic coordinate (the travel X) over a window (`windows.window_times`)."""
+    start, end = window_times(motion, window, periods)
+    before, after = motion.states([start, end])[_cyclic(motion)]
+    return float(after - before)
+
+
+def drift(motion: Trajectory, period: int = -1) -> float:
+    """What the cyclic coordinate gains in one whole period, the last unless named.
+
+    Steady motions are periodic only up to this shift: they are relative periodic orbits, since nothing depends on X.
+    ValueError where the motion has no such period.
+    """
+    index = period_index(motion, period)
+    column = _cyclic(motion)
+    return float(motion.sections[index + 1, column] - motion.sections[index, column])
+
+
+def mean_velocity(motion: Trajectory, periods: int = 10, *, threshold: float | None = None) -> MeanVelocity:
+    """Mean velocity over the last `periods` whole periods.
+
+    Over whole periods the swing within a period cancels, so what is left is travel. `settled` says whether the motion
+    was settled (`settling.settling`, with that threshold) from the start of the window on: if it was not, part of the
+    value belongs to the transient. For a response of period n take a multiple of n periods.
+
+    Raises ValueError for more periods than the motion has.
+    """
+    window = window_times(motion, periods=periods)
+    done, column = whole_periods(motion), _cyclic(motion)
+    gained = motion.sections[done, column] - motion.sections[done - periods, column]
+    found = settling(motion, threshold=threshold)
+    settled = found.settled and found.since is not None and found.since <= done - periods
+    return MeanVelocity(float(gained / (window[1] - window[0])), window, settled)
+
+
+def _cyclic(motion: Trajectory) -> int:
+    return motion.state_names.index(motion.system.machine.cyclic)

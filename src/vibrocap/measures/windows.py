@@ -1,0 +1,64 @@
+"""The stretch of time over which something is measured: named in times, or as the last so many whole periods."""
+
+from typing import Any
+
+import numpy as np
+
+from vibrocap.trajectory import Trajectory
+
+
+def whole_periods(motion: Trajectory) -> int:
+    """Number of drive periods that the motion completed."""
+    return len(motion.sections) - 1
+
+
+def window_times(
+    motion: Trajectory, window: tuple[float, float] | None = None, periods: int | None = None
+) -> tuple[float, float]:
+    """(start, end) of a window: the given times, the last `periods` whole periods, or else the whole motion.
+
+    The last whole periods end at the last period mark that the motion reached, even if it went on from there.
+
+    Raises ValueError where the window is empty, not within the motion, or asks for more periods than the motion has.
+    """
+    if window is not None and periods is not None:
+        raise ValueError("window and periods should not both be given")
+    if periods is not None:
+        done = whole_periods(motion)
+        if not _is_whole(periods) or periods < 1:
+            raise ValueError(f"periods should be a whole number from 1 on, got {periods!r}")
+        if periods > done:
+            raise ValueError(f"periods should be at most {done}, the whole periods of the motion, got {periods}")
+        return (done - int(periods)) * motion.period, done * motion.period
+    if window is None:
+        if motion.end <= 0.0:
+            raise ValueError("the motion has no length: nothing can be measured")
+        return 0.0, motion.end
+    try:
+        start, end = (float(t) for t in window)
+    except (TypeError, ValueError):
+        raise ValueError(f"window should be a pair of times (start, end), got {window!r}") from None
+    if not (0.0 <= start < end <= motion.end * (1 + 1e-12)):
+        raise ValueError(f"window should be (start, end) with 0 <= start < end <= {motion.end}, got ({start}, {end})")
+    return start, end
+
+
+def period_index(motion: Trajectory, period: int) -> int:
+    """The index, from 0, of a whole period that may be counted from the end (-1 is the last).
+
+    Raises ValueError where the motion has no such period.
+    """
+    done = whole_periods(motion)
+    if not _is_whole(period) or not (-done <= period < done):
+        raise ValueError(f"period should be a whole number from {-done} to {done - 1} for this motion, got {period!r}")
+    return int(period) % done
+
+
+def period_times(motion: Trajectory, period: int) -> tuple[float, float]:
+    """(start, end) of a whole period, see `period_index`."""
+    index = period_index(motion, period)
+    return index * motion.period, (index + 1) * motion.period
+
+
+def _is_whole(number: Any) -> bool:
+    return isinstance(number, (int, np.integer)) and not isinstance(number, bool)

@@ -1,0 +1,1 @@
+"""Series, event search, contact modes and the compiled loop."""

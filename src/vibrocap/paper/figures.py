@@ -1,0 +1,32 @@
+"""The figures by key."""
+
+from collections.abc import Callable
+
+from vibrocap.paper.figure_data import Figure
+from vibrocap.paper.figures_friction import figure_3, figure_6, figure_8
+from vibrocap.paper.figures_motion import figure_5, figure_7, figure_10, figure_11
+from vibrocap.paper.figures_travel import figure_9, figure_symmetry
+from vibrocap.paper.runs import Runs
+
+FIGURES: dict[str, Callable[[Runs], Figure]] = {
+    "fig03": figure_3,
+    "fig05": figure_5,
+    "fig06": figure_6,
+    "fig07": figure_7,
+    "fig08": figure_8,
+    "fig09": figure_9,
+    "symmetry": figure_symmetry,
+    "fig10": figure_10,
+    "fig11": figure_11,
+}
+
+KEYS = tuple(key for key in FIGURES if key != "symmetry")
+
+
+def chosen_figures(only: str | None = None) -> tuple[str, ...]:
+    """Keys of the figures to make: all, or one with what explains it. ValueError for a key that does not exist."""
+    if only is None:
+        return tuple(FIGURES)
+    if only not in KEYS:
+        raise ValueError(f"only should be one of {', '.join(KEYS)}, got {only!r}")
+    return ("fig09", "symmetry") if only == "fig09" else (only,)

@@ -1,0 +1,115 @@
+"""Data of Figs 5, 7, 10 and 11: motions over time and phase planes."""
+
+import numpy as np
+
+from vibrocap.paper.figure_data import Curve, Figure, Panel
+from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_9_to_11
+from vibrocap.paper.runs import Runs
+from vibrocap.trajectory import Trajectory
+
+PRINTED_FIRST = "lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are not printed, are those of Figs 9-11"
+SYMBOL = {"angle": "θ", "angle_rate": "θ′", "position": "X", "velocity": "X′"}
+
+
+def _history(motion: Trajectory, name: str, quantity: str, periods: float) -> Curve:
+    time = np.linspace(0.0, periods * motion.period, round(300 * periods) + 1)
+    return Curve(SHORT[name], SHORT[name], time, motion.at(time, quantity))
+
+
+def figure_5(runs: Runs) -> Figure:
+    """theta, theta', X, X' over time."""
+    panels = tuple(
+        Panel(
+            f"({letter}) {SYMBOL[quantity]}",
+            "time",
+            quantity,
+            tuple(_history(runs.first_set(name), name, quantity, 8) for name in SHORT),
+        )
+        for letter, quantity in zip("abcd", SYMBOL, strict=True)
+    )
+    return Figure(
+        "fig05",
+        "Motion with LM and EM",
+        f"The first eight drive periods from the paper's start ({PRINTED_FIRST}).",
+        panels,
+    )
+
+
+def figure_7(runs: Runs) -> Figure:
+    """Phase planes of the pendulum and of the capsule, one settled period."""
+    pendulum, capsule = [], []
+    for name, short in SHORT.items():
+        period = runs.steady(name)
+        pendulum.append(Curve(short, short, period["angle"][::8], period["angle_rate"][::8], arrows=(0.1, 0.6)))
+        position = period["position"] - period["position"][0]
+        capsule.append(
+            Curve(f"{short} (gap = drift {period.drift:.3f})", short, position[::8], period["velocity"][::8])
+        )
+    return Figure(
+        "fig07",
+        "Phase planes",
+        f"One settled drive period ({PRINTED_FIRST}); X counts from its start. The gap in (b) is the travel of that "
+        "period: modulo X both motions are exactly periodic.",
+        (
+            Panel("(a) pendulum", "angle", "angle_rate", tuple(pendulum)),
+            Panel("(b) capsule", "position", "velocity", tuple(capsule)),
+        ),
+    )
+
+
+def figure_10(runs: Runs) -> Figure:
+    """Pendulum phase planes and capsule velocity over time, at three mass ratios."""
+    planes, histories = [], []
+    for ratio in DISPLACEMENT_MASS_RATIOS:
+        motions = {name: runs.motion(figures_9_to_11(name, ratio)) for name in SHORT}
+        planes.append(
+            Panel(
+                f"λ = {ratio:g}: pendulum",
+                "angle",
+                "angle_rate",
+                tuple(_plane(motion, name, 6) for name, motion in motions.items()),
+            )
+        )
+        histories.append(
+            Panel(
+                f"λ = {ratio:g}: capsule velocity",
+                "time",
+                "velocity",
+                tuple(_history(motion, name, "velocity", 6) for name, motion in motions.items()),
+            )
+        )
+    return Figure(
+        "fig10",
+        "Phase planes of the pendulum and velocity of the capsule",
+        "The first six drive periods (h 1.8, omega 1, rho 4, nu 1.2). After the transient forward and backward velocity "
+        "peaks are equal.",
+        (*planes, *histories),
+        columns=3,
+    )
+
+
+def _plane(motion: Trajectory, name: str, periods: int) -> Curve:
+    time = np.linspace(0.0, periods * motion.period, 300 * periods + 1)
+    return Curve(SHORT[name], SHORT[name], motion.at(time, "angle"), motion.at(time, "angle_rate"))
+
+
+def figure_11(runs: Runs) -> Figure:
+    """Displacement over time at three mass ratios."""
+    panels = tuple(
+        Panel(
+            f"λ = {ratio:g}",
+            "time",
+            "position",
+            tuple(_history(runs.motion(figures_9_to_11(name, ratio)), name, "position", 20) for name in SHORT),
+            y_limits=(-0.5, 0.8),
+        )
+        for ratio in DISPLACEMENT_MASS_RATIOS
+    )
+    return Figure(
+        "fig11",
+        "Displacement of the capsule",
+        "The first twenty drive periods (h 1.8, omega 1, rho 4, nu 1.2). X gains or loses something during the transient "
+        "and then swings about a fixed place.",
+        panels,
+        columns=3,
+    )

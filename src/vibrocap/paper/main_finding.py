@@ -1,0 +1,76 @@
+"""The main finding about Fig. 9: the half-period symmetry, and what follows from it, in numbers."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibrocap.paper.claims_travel import averages, meetings, zeros
+from vibrocap.paper.figures_travel import SOFT_SPRINGS, soft_zero_points
+from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
+from vibrocap.paper.runs import LAST, Runs, last_period
+from vibrocap.system import System
+
+PRINTED = {"O1": 4.0, "O2": 2.2, "P1": 1.18, "P2": 4.36}
+SHOWN_RATIOS = (0.1, 0.8, 2.0, 4.0, 8.1)
+
+
+@dataclasses.dataclass(frozen=True)
+class Asymmetry:
+    """How far a settled motion is from its mirror image, and what it travels per period; the same for its twin."""
+
+    case: str
+    largest_difference: float  # |X'(tau) + X'(tau + T/2)|
+    drift: float
+    drift_of_twin: float
+
+
+@dataclasses.dataclass(frozen=True)
+class MainFinding:
+    """Numbers of the main finding.
+
+    asymmetries: for both parameter sets and both laws   steady: largest |steady velocity| over lambda, by law
+    points: the printed points against their place by averaging window   soft: the same for softer springs, steady
+    """
+
+    asymmetries: tuple[Asymmetry, ...]
+    steady: Mapping[str, float]
+    points: Mapping[str, Mapping[str, float]]
+    soft: Mapping[str, Mapping[str, float]]
+
+
+def asymmetry(runs: Runs, case: str, system: System) -> Asymmetry:
+    """How far the settled motion of a system is from its mirror image."""
+    period = last_period(runs.motion(system, 200), samples=4096)
+    twin = last_period(runs.motion(system, 200, twin=True), samples=2)
+    velocity = period["velocity"][:-1]
+    difference = velocity + np.roll(velocity, velocity.size // 2)
+    return Asymmetry(case, float(np.max(np.abs(difference))), period.drift, twin.drift)
+
+
+def main_finding(runs: Runs) -> MainFinding:
+    """All numbers of the main finding."""
+    asymmetries = [
+        asymmetry(runs, f"Figs 9-11, lambda = {ratio:g}, {short}", figures_9_to_11(name, ratio))
+        for ratio in SHOWN_RATIOS
+        for name, short in SHORT.items()
+    ]
+    asymmetries += [asymmetry(runs, f"Figs 5-8, {short}", figures_5_to_8(name)) for name, short in SHORT.items()]
+    lm, em, met = zeros(runs, "lugre"), zeros(runs, "exponential"), meetings(runs)
+    points = {"printed": PRINTED} | {
+        f"{window} periods": {
+            "O1": lm[window],
+            "O2": em[window],
+            "P1": met[window][0] if met[window] else math.nan,
+            "P2": met[window][1] if len(met[window]) > 1 else math.nan,
+        }
+        for window in lm
+    }
+    return MainFinding(
+        tuple(asymmetries),
+        {short: float(np.max(np.abs(averages(runs, name)[f"last {LAST}"]))) for name, short in SHORT.items()},
+        points,
+        {"printed": PRINTED}
+        | {f"rho = {stiffness:g}": soft_zero_points(runs, stiffness) for stiffness in SOFT_SPRINGS},
+    )

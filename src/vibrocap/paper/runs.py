@@ -1,0 +1,127 @@
+"""The runs behind the paper's figures and claims, each made once."""
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
+from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start
+from vibrocap.simulate import simulate
+from vibrocap.system import System
+from vibrocap.trajectory import Trajectory
+
+TOLERANCE = 1e-10
+SHOWN_PERIODS = 40  # of the runs that start as the paper's do
+SETTLING_PERIODS = 200  # after which every motion of the paper has settled, or is reported as not settled
+WINDOWS = (1, 5, 10, 20, 40, 100)  # averaging windows from the start, in drive periods; the paper names none
+LAST = 10  # periods of the window at the end, for the steady velocity
+SWEEP_PERIODS = 150
+SWEEP_POINTS = 82  # mass ratios of Fig. 9: about 0.1 apart
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Period:
+    """The last period of a settled motion, on a fine grid: time from its start, every state, and the friction."""
+
+    motion: Trajectory
+    time: np.ndarray
+    values: dict[str, np.ndarray]
+    drift: float
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.values[name]
+
+    @functools.cached_property
+    def loop(self) -> FrictionLoop:
+        """The friction loop of this period."""
+        return friction_loop(self.motion)
+
+    @property
+    def wave(self) -> np.ndarray:
+        """The position less its drift: periodic."""
+        return self.values["position"] - self.drift * self.time / self.motion.period
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Sweep:
+    """Motions over the mass ratio: displacement at each period mark, and the peaks of the last period."""
+
+    mass_ratio: np.ndarray  # [points]
+    sections: np.ndarray  # position at the period marks [points, periods + 1]
+    residual: np.ndarray  # largest change of the state modulo X over the last period [points]
+    velocity_peaks: np.ndarray  # largest forward and backward velocity of the last period [points, 2]
+    swing: np.ndarray  # largest less smallest position in the last period [points]
+
+    def mean_velocity(self, period: float, window: int, last: bool = False) -> np.ndarray:
+        """Average velocity over the first (or the last) `window` periods."""
+        if last:
+            return (self.sections[:, -1] - self.sections[:, -1 - window]) / (window * period)
+        return (self.sections[:, window] - self.sections[:, 0]) / (window * period)
+
+
+class Runs:
+    """Makes each run once and keeps it. `progress` is told before each that takes a while."""
+
+    def __init__(self):
+        self._motions: dict[tuple, Trajectory] = {}
+
+    def motion(self, system: System, periods: float = SHOWN_PERIODS, twin: bool = False) -> Trajectory:
+        """A motion from the paper's start, or its mirror twin."""
+        key = (system, periods, twin)
+        if key not in self._motions:
+            self._motions[key] = run(system, periods, twin)
+        return self._motions[key]
+
+    def first_set(self, friction: str, twin: bool = False, **friction_changes: float) -> Trajectory:
+        """The motion of Figs 5-8 from the start, as far as it is shown."""
+        return self.motion(figures_5_to_8(friction, **friction_changes), twin=twin)
+
+    @functools.cache  # noqa: B019 - a handful of runs, kept as long as their owner
+    def steady(self, friction: str, twin: bool = False, **friction_changes: float) -> Period:
+        """The last period of the settled motion of Figs 5-8."""
+        return last_period(self.motion(figures_5_to_8(friction, **friction_changes), SETTLING_PERIODS, twin=twin))
+
+    @functools.cache  # noqa: B019
+    def sweep(self, friction: str, stiffness: float = 4.0, points: int = SWEEP_POINTS, twin: bool = False) -> Sweep:
+        """The motions of Fig. 9 over the mass ratio."""
+        ratios = np.linspace(*MASS_RATIOS, points)
+        rows = [self._sweep_row(figures_9_to_11(friction, ratio, stiffness), twin) for ratio in map(float, ratios)]
+        return Sweep(ratios, *(np.array(column) for column in zip(*rows, strict=True)))
+
+    def _sweep_row(self, system: System, twin: bool) -> tuple:
+        motion = run(system, SWEEP_PERIODS, twin)
+        period = last_period(motion, samples=1024)
+        velocity, position = period["velocity"], period["position"]
+        peaks = (float(velocity.max()), float(-velocity.min()))
+        return motion.sections[:, 2], return_residual(motion), peaks, float(np.ptp(position))
+
+
+def run(system: System, periods: float, twin: bool = False) -> Trajectory:
+    """A motion from the paper's start; or its mirror twin: started mirrored, half a period later.
+
+    Half a period later the torque of an odd drive is reversed: that is how the twin is run here.
+    """
+    if twin:
+        system = system.with_parameters({"drive.amplitude": -system.parameter("drive.amplitude")})
+    motion = simulate(system, periods=periods, initial=start(system, mirrored=twin), tolerance=TOLERANCE)
+    if not motion.status.ok:
+        raise RuntimeError(f"{system}: {motion.status.text}")
+    return motion
+
+
+def last_period(motion: Trajectory, samples: int = 8192) -> Period:
+    """The last period of a motion on a uniform grid, both ends included."""
+    begin = motion.end - motion.period
+    time = np.linspace(begin, motion.end, samples + 1)
+    rows = motion.states(time)
+    values = {name: rows[i] for i, name in enumerate(motion.state_names)}
+    values["friction"] = motion.at(time, "friction")
+    position = values["position"]
+    return Period(motion, time - begin, values, float(position[-1] - position[0]))
+
+
+def return_residual(motion: Trajectory) -> float:
+    """Largest difference between the last two period marks, of all states but X: zero for a period-1 motion."""
+    kept = [i for i, name in enumerate(motion.state_names) if name != motion.system.machine.cyclic]
+    return float(np.max(np.abs(motion.sections[-1, kept] - motion.sections[-2, kept])))

@@ -1,0 +1,128 @@
+"""Every example runs, shows what its name says, and stands in the table of examples/README.md with its drift."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.case import case_from_text, case_text, read_case
+from vibrocap.measures.response import response_class
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+FILES = sorted(EXAMPLES.glob("*.toml"))
+TABLE = dict(
+    re.findall(
+        r"^\| \[([\w-]+)\]\([\w-]+\.toml\) \|.*\| ([-+.\d]+) \|$", (EXAMPLES / "README.md").read_text("utf-8"), re.M
+    )
+)
+
+STILL = 1e-8  # a drift that is zero but for tolerance and the end of the transient
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return {path.stem: read_case(path).simulate() for path in FILES}
+
+
+def test_table_names_every_example():
+    assert sorted(TABLE) == [path.stem for path in FILES]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_example_says_what_to_see_and_reads_back_equal(path):
+    head = path.read_text("utf-8").split("[machine]")[0].splitlines()
+    assert all(line.startswith("#") or not line for line in head)
+    assert any(line.startswith("# See: ") for line in head)
+    assert any(f"examples/{path.name}" in line for line in head)
+    case = read_case(path)
+    assert case_from_text(case_text(case)) == case
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_example_runs_settles_and_has_the_drift_of_the_table(path, motions):
+    motion = motions[path.stem]
+    assert motion.status.ok
+    assert vc.mean_velocity(motion).settled
+    assert vc.drift(motion) == pytest.approx(float(TABLE[path.stem]), abs=0.5e-5)
+
+
+def test_every_drift_named_in_a_header_is_right(motions):
+    for path in FILES:
+        for named in re.findall(r"drift ([-+]?\d+\.\d+)", path.read_text("utf-8").partition("[machine]")[0]):
+            digits = len(named.partition(".")[2])
+            assert vc.drift(motions[path.stem]) == pytest.approx(float(named), abs=0.51 * 10.0**-digits), path.name
+
+
+def test_twins_drift_the_same_way_up_to_sign(motions):
+    one, other = motions["travels-by-stick-slip"], motions["mirror-twin"]
+    assert vc.drift(one) == pytest.approx(-vc.drift(other), rel=1e-9)
+    assert response_class(one).symmetric is False
+
+
+@pytest.mark.parametrize("name", ["symmetric-no-travel", "weight-as-load", "slow-drive-mostly-sticks"])
+def test_symmetric_motions_slip_but_do_not_travel(name, motions):
+    assert response_class(motions[name]).symmetric is True
+    assert abs(vc.drift(motions[name])) < STILL
+    assert {"slip_forward", "slip_back"} <= set(motions[name].event_kinds)
+
+
+def test_never_leaves_stick(motions):
+    motion = motions["never-leaves-stick"]
+    assert vc.stick_fraction(motion) == 1.0
+    assert motion.events == ()
+    assert np.all(motion["position"] == 0.0)
+    assert 0.0 < motion.certificate.stick_force_ratio < 1.0
+
+
+def test_biharmonic_drive_walks_backward_only(motions):
+    motion = motions["biharmonic-drive-travels"]
+    assert sorted(vc.word(motion)) == ["B", "S"]
+    assert vc.stick_fraction(motion) == pytest.approx(0.5, abs=0.01)
+
+
+def test_phase_of_the_second_harmonic_reverses_travel(motions):
+    case = read_case(EXAMPLES / "phase-reverses-travel.toml")
+    other = vc.simulate(case.system.with_parameters({"drive.second_phase": 0.0}), initial=case.initial, periods=40)
+    assert vc.drift(motions["phase-reverses-travel"]) > 0.2
+    assert vc.drift(other) == pytest.approx(-0.221, abs=1e-3)
+
+
+def test_bristles_open_the_loop_and_exceed_static_friction(motions):
+    loop = vc.friction_loop(motions["bristles-lugre"])
+    assert loop.peak_force == pytest.approx(0.459, abs=1e-3)
+    assert abs(loop.velocity_area) > 1e-3
+    shorter = read_case(EXAMPLES / "bristles-lugre.toml", periods=40).simulate()
+    assert not vc.mean_velocity(shorter).settled
+
+
+def test_bristles_with_offset_points():
+    case = read_case(EXAMPLES / "bristles-with-offset-points.toml")
+    offset = vc.frictional_limits(case.system.friction).offset
+    assert offset.lower == pytest.approx(0.006696630374612, rel=1e-12)
+    assert offset.upper == pytest.approx(0.181821489161179, rel=1e-12)
+
+
+def test_without_friction_momentum_stays(motions):
+    motion = motions["no-friction-no-travel"]
+    assert np.all(motion["friction"] == 0.0)
+    kept = 3.5 * motion["position"] - np.sin(motion["angle"])
+    np.testing.assert_allclose(kept, kept[0], atol=1e-7)
+    assert abs(vc.drift(motion)) < STILL
+
+
+def test_light_capsule_travels_four_times_as_far(motions):
+    assert vc.drift(motions["light-capsule-travels-fast"]) > 4 * vc.drift(motions["travels-by-stick-slip"])
+
+
+def test_buckled_pendulum_leans_to_one_side(motions):
+    motion = motions["buckled-pendulum-travels"]
+    assert response_class(motion).symmetric is False
+    assert vc.stick_fraction(motion, periods=10) == 0.0
+
+
+def test_slow_drive_mostly_sticks_and_weight_sticks_a_third(motions):
+    assert vc.stick_fraction(motions["slow-drive-mostly-sticks"]) == pytest.approx(0.76, abs=0.01)
+    assert vc.stick_fraction(motions["weight-as-load"]) == pytest.approx(1 / 3, abs=0.03)
+    assert vc.word(motions["weight-as-load"]).count("S") == 4

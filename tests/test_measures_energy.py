@@ -1,0 +1,152 @@
+"""Energy and sticking: identities of the equations, reference values, and phases laid down by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from signals import Signal, made_up_motion, paper_motion, paper_system
+
+PERIOD = 2 * math.pi
+
+
+@pytest.fixture(scope="module", params=["exponential", "lugre"])
+def steady(request):
+    law = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}[request.param]
+    return paper_motion(law, periods=100)
+
+
+def by_quadrature(motion, integrand, start, end):
+    """An integral by 20 Gauss points on 400 equal panels, cut at the events: it shares nothing with the measures."""
+    events = [t for t in motion.event_times if start < t < end]
+    marks = np.unique(np.concatenate((np.linspace(start, end, 401), events)))
+    points, weights = np.polynomial.legendre.leggauss(20)
+    half = 0.5 * np.diff(marks)[:, None]
+    t = 0.5 * (marks[1:] + marks[:-1])[:, None] + half * points
+    return float(np.sum(half * weights * integrand(t.ravel()).reshape(t.shape)))
+
+
+def test_channels_are_the_integrals_of_their_powers(steady):
+    start, end = 98.3 * PERIOD, 99.6 * PERIOD
+    balance = vc.energy_balance(steady, (start, end))
+
+    def at(name, t):
+        return steady.at(t, name)
+
+    drive = by_quadrature(steady, lambda t: at("drive", t) * at("angle_rate", t), start, end)
+    damper = by_quadrature(steady, lambda t: -1.0 * at("angle_rate", t) ** 2, start, end)
+    friction = by_quadrature(steady, lambda t: -at("friction", t) * at("velocity", t), start, end)
+    contact = at("contact_energy", [start, end])
+    # The pieces of the motion meet to within the tolerance of the run, 1e-10.
+    assert balance.drive == pytest.approx(drive, abs=1e-9)
+    assert balance.damper == pytest.approx(damper, abs=1e-9)
+    # -R v is what the contact loses and what the bristles store.
+    assert balance.friction - (contact[1] - contact[0]) == pytest.approx(friction, abs=1e-9)
+    if steady.system.friction.internal:
+        bristle = by_quadrature(steady, lambda t: -10.0 * at("bristle_rate", t) ** 2, start, end)
+        assert balance.bristle_loss == pytest.approx(bristle, abs=1e-9)
+        assert balance.bristle_loss < -1e-3
+    else:
+        assert balance.bristle_loss == 0.0
+
+
+def test_what_goes_in_is_stored_or_lost(steady):
+    for window in (None, (0.1, 5.0), (300.0, 301.0)):
+        balance = vc.energy_balance(steady, window)
+        assert abs(balance.residual) <= 100 * steady.tolerance
+        total = balance.drive + balance.damper + balance.contact_sliding + balance.bristle_loss
+        assert balance.residual == balance.stored - total or abs(balance.residual - balance.stored + total) < 1e-13
+    assert abs(vc.energy_balance(steady, (0.1, 5.0)).stored) > 1e-2  # so the window is not a trivial one
+
+
+def test_a_steady_period_stores_nothing_and_has_no_mean_friction(steady):
+    balance = vc.energy_balance(steady, periods=1)
+    assert abs(balance.stored) < 1e-8
+    assert balance.drive > 0.0 > balance.damper
+    assert balance.friction < -0.1
+    assert balance.periods == 1.0
+    # Momentum returns after a period, and its rate is -R.
+    impulse = steady.at([99 * PERIOD, 100 * PERIOD], "impulse")
+    assert impulse[1] - impulse[0] == pytest.approx(0.0, abs=1e-8)
+
+
+def test_per_period_and_mean_power(steady):
+    ten, one = vc.energy_balance(steady, periods=10), vc.energy_balance(steady, periods=1)
+    assert ten.per_period.drive == pytest.approx(one.drive, rel=1e-7)
+    assert ten.mean_power.drive == pytest.approx(one.drive / PERIOD, rel=1e-7)
+    assert ten.per_period.window == ten.window
+    assert ten.per_period.residual == ten.residual / 10
+
+
+def test_balance_of_a_made_up_motion():
+    """X' = cos t against R = 0.2 sgn X': the loss per period is 0.2 times the 4 travelled."""
+    rests = np.pi / 2 + np.pi * np.arange(8)
+    motion = made_up_motion(
+        vc.Exponential(), Signal(((1.0, 1.0, -np.pi / 2),)), lambda t, side: 0.2 * side, rests=rests
+    )
+    balance = vc.energy_balance(motion, periods=3)
+    assert balance.per_period.contact_sliding == pytest.approx(-0.8, abs=1e-13)
+    assert balance.residual == pytest.approx(2.4, abs=1e-12)  # made up: nothing drives it
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Sticking
+
+RESTS = np.pi / 2 + np.pi * np.arange(8)  # of X' = cos t over 4 periods
+STUCK = [(1.0, 2.0), (4.5, 4.75), (7.0, 7.5), (13.0, 14.0), (PERIOD * 3 - 0.25, PERIOD * 3 + 0.5)]
+
+
+@pytest.fixture(scope="module")
+def by_hand():
+    cosine = Signal(((1.0, 1.0, -np.pi / 2),))
+    return made_up_motion(vc.Exponential(), cosine, lambda t, side: 0.0 * t, rests=RESTS, stuck=STUCK)
+
+
+def test_stick_phases_laid_down_by_hand(by_hand):
+    phases = vc.stick_phases(by_hand)
+    assert phases.number == 5
+    assert phases.lengths == pytest.approx((1.0, 0.25, 0.5, 1.0, 0.75), abs=1e-13)
+    assert phases.total == pytest.approx(3.5, abs=1e-13)
+    assert phases.longest == pytest.approx(1.0, abs=1e-13)
+    assert vc.stick_fraction(by_hand) == pytest.approx(3.5 / (4 * PERIOD), abs=1e-14)
+
+
+def test_a_window_cuts_phases(by_hand):
+    phases = vc.stick_phases(by_hand, (1.5, 4.6))
+    assert phases.lengths == pytest.approx((0.5, 0.1), abs=1e-13)
+    assert vc.stick_fraction(by_hand, (1.5, 4.6)) == pytest.approx(0.6 / 3.1, abs=1e-13)
+    assert vc.stick_phases(by_hand, periods=1).lengths == pytest.approx((0.5,), abs=1e-12)
+    assert vc.stick_phases(by_hand, (2.0, 4.5)).number == 0  # it only touches two
+    assert vc.stick_phases(by_hand, (2.0, 4.5)).longest == 0.0
+    assert vc.stick_fraction(by_hand, (1.2, 1.4)) == pytest.approx(1.0)
+
+
+def test_words(by_hand):
+    # cos t: forward up to pi/2 (stuck 1 to 2), back to 3 pi/2 = 4.712 (stuck 4.5 to 4.75), forward to 2 pi
+    assert vc.word(by_hand, 0) == "FSBS"
+    assert vc.word(by_hand, 1) == "FSFB"  # stuck 0.72 to 1.22 after its start
+    assert vc.word(by_hand, 2) == "FSFBFS"  # stuck 0.43 to 1.43 after its start, and again from 0.25 before its end
+    assert vc.word(by_hand, 3) == "SFBF"
+
+
+def test_reference_stick_fraction(steady):
+    first40 = (0.0, 40 * PERIOD)
+    if steady.system.friction.kind == "set-valued":
+        assert vc.stick_fraction(steady, first40) == pytest.approx(0.0487, abs=5e-5)
+        assert vc.word(steady) == "FBSB"
+        # While it sticks the velocity is exactly zero.
+        last = [phase for phase in steady.phases if phase.side == 0][-1]
+        assert np.all(steady.at(np.linspace(last.start, last.end, 50)[1:-1], "velocity") == 0.0)
+        assert vc.stick_phases(steady, periods=1).lengths == pytest.approx((last.length,), abs=1e-12)
+    else:
+        assert vc.stick_fraction(steady, first40) is None
+        assert vc.stick_phases(steady) is None
+        assert vc.word(steady) == "FBFB"
+
+
+def test_a_capsule_that_never_leaves_rest():
+    motion = vc.simulate(paper_system(vc.Exponential(), 4.0, 1.2, amplitude=0.01), periods=3)
+    assert vc.stick_fraction(motion) == 1.0
+    assert vc.word(motion) == "S"
+    assert vc.stick_phases(motion).number == 1

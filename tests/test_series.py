@@ -1,0 +1,310 @@
+"""The generated series, rates and Jacobians against equations typed again in mpmath, and against themselves.
+
+A series y(s) = sum c_k s^k is right if y' - f(t + s, y(s)) vanishes to its order. That residual is expanded in 50-digit
+arithmetic by numerical differentiation, which knows nothing of the recurrences; what is left is their rounding, which
+is measured in units of the largest coefficient at the same distance from the singularity.
+"""
+
+import ast
+import math
+import random
+import re
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from plain_kernels import PlainKernel, kernel_of
+from vibrocap.elementary import cos, exp, log, power, sin, sqrt
+from vibrocap.equations import equations, parameter_values
+from vibrocap.numerics.graph import Graph, evaluate
+from vibrocap.numerics.jets import JetWriter
+
+EPSILON = float(np.finfo(float).eps)
+ORDER = 12
+ROUNDING = 16  # operations behind a coefficient, per order
+MACHINE = vc.PendulumCapsule(mass_ratio=1.7, stiffness=2.3, damping=0.9, normal_load=0.8)
+HARMONIC = vc.Harmonic(amplitude=1.4, frequency=1.3)
+BIHARMONIC = vc.Biharmonic(amplitude=1.4, frequency=1.3, second_amplitude=0.6, second_phase=0.5)
+EXPONENTIAL = vc.Exponential(coulomb_coefficient=0.15, static_coefficient=0.4, decay_rate=3.0)
+
+
+def lugre(exponent):
+    return vc.LuGre(
+        bristle_stiffness=20.0,
+        bristle_damping=2.0,
+        viscous_damping=0.3,
+        coulomb_coefficient=0.15,
+        static_coefficient=0.4,
+        stribeck_velocity=0.4,
+        stribeck_exponent=exponent,
+    )
+
+
+WEIGHT = vc.PendulumCapsule(mass_ratio=1.7, stiffness=2.3, damping=0.9, normal_load="weight")
+SYSTEMS = {
+    "exponential": vc.System(MACHINE, EXPONENTIAL, HARMONIC),
+    "exponential, biharmonic": vc.System(MACHINE, EXPONENTIAL, BIHARMONIC),
+    "exponential, weight": vc.System(WEIGHT, EXPONENTIAL, HARMONIC),
+    "lugre": vc.System(MACHINE, lugre(2.0), HARMONIC),
+    "lugre, alpha 1": vc.System(MACHINE, lugre(1.0), HARMONIC),
+    "lugre, alpha 1.5, biharmonic": vc.System(MACHINE, lugre(1.5), BIHARMONIC),
+    "lugre, alpha 3, biharmonic": vc.System(MACHINE, lugre(3.0), BIHARMONIC),
+}
+TIME, STATE = 0.7, (0.6, -0.8, 0.2, 0.25, 0.003)
+CASES = [(name, side) for name, system in SYSTEMS.items() for side in (1, -1, 0) if side or "exp" in name]
+
+
+def typed_again(system, t, y, side):
+    """y' of PHYSICS.md, section 1, in mpmath; side 0 is the stuck capsule. Also the force that would hold it."""
+    m, f, d = system.machine, system.friction, system.drive
+    theta, rate, v = y[0], y[1], y[3]
+    load = m.mass_ratio + 1 if m.normal_load == "weight" else m.normal_load
+    drive = d.amplitude * mp.cos(d.frequency * t)
+    if d.name == "biharmonic":
+        drive += d.second_amplitude * mp.cos(2 * d.frequency * t + d.second_phase)
+    torque = drive + mp.sin(theta) - m.stiffness * theta - m.damping * rate
+    hold = mp.cos(theta) * torque - mp.sin(theta) * rate**2
+    eta_c, eta_s = f.coulomb_coefficient, f.static_coefficient
+    bristle_rate = []
+    if f.name == "exponential":
+        force = side * load * (eta_c + (eta_s - eta_c) * mp.exp(-f.decay_rate * side * v)) if side else hold
+    else:
+        xi = y[4]
+        shape = mp.exp(-((side * v / f.stribeck_velocity) ** mp.mpf(f.stribeck_exponent)))
+        g = load / f.bristle_stiffness * (eta_c + (eta_s - eta_c) * shape)
+        bristle_rate = [v - side * v * xi / g]
+        force = f.bristle_stiffness * xi + f.bristle_damping * bristle_rate[0] + f.viscous_damping * v
+    b = m.mass_ratio + 1 - mp.cos(theta) ** 2
+    turn = ((m.mass_ratio + 1) * torque - mp.sin(theta) * mp.cos(theta) * rate**2 - force * mp.cos(theta)) / b
+    return [rate, turn, v, (hold - force) / b, *bristle_rate], hold
+
+
+def state_of(system, side):
+    y = list(STATE[: len(system.state_names)])
+    y[3] *= side
+    return y
+
+
+def expanded(system, side) -> PlainKernel:
+    """A kernel with the series of STATE in its memory."""
+    kernel = kernel_of(system, ORDER)
+    kernel.fill("TIME", TIME)
+    kernel.fill("SIDE", side)
+    kernel.fill("STATE", state_of(system, side))
+    kernel["jet"](kernel.real)
+    return kernel
+
+
+def sizes(coefficients):
+    """M/r^k, a bound on coefficients [rows, order + 1]: what their rounding is relative to.
+
+    M is the largest of the first three orders, since one alone may nearly vanish.
+    """
+    largest = np.abs(coefficients).max(axis=0)
+    k = np.flatnonzero(largest)
+    k = k[k > 2]
+    start = largest[:3].max()
+    radius = np.min((start / largest[k]) ** (1.0 / k), initial=1.0 if not k.size else np.inf)
+    return start / radius ** np.arange(largest.size)
+
+
+@pytest.mark.parametrize(("name", "side"), CASES)
+def test_series_solves_the_equations(name, side):
+    system = SYSTEMS[name]
+    kernel = expanded(system, side)
+    states = len(system.state_names)
+    c = np.array([kernel.series(i) for i in range(states)])
+    assert c[:, 0].tolist() == state_of(system, side)
+    with mp.workdps(50):
+        polynomials = [[mp.mpf(float(value)) for value in row] for row in c]
+
+        def y(s):
+            return [mp.polyval(row[::-1], s) for row in polynomials]
+
+        allowed = sizes(c)
+        for i in range(states):
+            rate = mp.taylor(lambda s, i=i: typed_again(system, TIME + s, y(s), side)[0][i], 0, ORDER - 1)
+            for k in range(ORDER):
+                error = abs((k + 1) * polynomials[i][k + 1] - rate[k])
+                assert error <= ROUNDING * (k + 1) * EPSILON * allowed[k + 1], (system.state_names[i], k + 1)
+        assert np.array_equal(kernel.series(states), c[3])  # the contact velocity is X'
+        if system.friction.name == "exponential":
+            hold = mp.taylor(lambda s: typed_again(system, TIME + s, y(s), side)[1], 0, ORDER - 1)
+            for k in range(ORDER):
+                assert abs(kernel.series(states + 1)[k] - hold[k]) <= ROUNDING * (k + 1) * EPSILON * allowed[k + 1], k
+            limit = system.machine.load() * system.friction.static_coefficient
+            assert kernel.series(states + 2)[0] == pytest.approx(limit, rel=2 * EPSILON)
+            assert not kernel.series(states + 2)[1:ORDER].any()
+
+
+def test_stuck_contact_stays_exactly_at_rest():
+    """With the holding force in place of R, every coefficient of X' after the first is exactly zero."""
+    kernel = expanded(SYSTEMS["exponential, biharmonic"], 0)
+    assert not kernel.series(4).any()
+    assert kernel.series(2)[0] == STATE[2]
+    assert not kernel.series(2)[1:].any()
+
+
+# One expression per recurrence and per short cut of the writer; x is a state with x' = 1 + x/3, t the time.
+EXPRESSIONS = {
+    "sin": lambda x, t: sin(2.0 * x),
+    "cos": lambda x, t: cos(x * x),
+    "sin and cos of time": lambda x, t: sin(1.3 * t) * cos(1.3 * t + 0.2),
+    "exp": lambda x, t: exp(-x * t),
+    "exp of a square": lambda x, t: exp(-(x / 0.7) * (x / 0.7)),
+    "log": lambda x, t: log(x * x + 0.3),
+    "sqrt": lambda x, t: sqrt(1.0 + x * x),
+    "power 1.7": lambda x, t: power(x / 0.9, 1.7),
+    "power 3": lambda x, t: power(x / 0.9, 3.0),
+    "quotient": lambda x, t: (1.0 + t) / (2.0 + cos(x)),
+    "inverse": lambda x, t: 0.7 / (1.0 + x),
+    "multiple over": lambda x, t: (3.0 - 2.0 * x) / (1.0 + x * x),
+    "constant divisor": lambda x, t: (x * t) / 3.0,
+    "polynomial in time": lambda x, t: (2.0 * t * t - t + 1.0) * (t - 0.3),
+    "linear forms": lambda x, t: -(4.0 - 3.0 * (x + 2.0)) * 0.5 - (0.5 - x),
+    "sum minus itself": lambda x, t: x * t - (x * t + cos(x)),
+    "square of a sum": lambda x, t: (x + t) * (x + t),
+    "negated product": lambda x, t: -(x * (t - 2.0)) - (-1.0 * (-(x * cos(t)))),
+    "of a constant": lambda x, t: sin(x - x) + 2.0 * t,
+}
+
+
+class Real:
+    """A 50-digit number with the methods that `vibrocap.elementary` asks of what is no float."""
+
+    def __init__(self, value):
+        self.value = mp.mpf(value)
+
+    def _with(self, other, operation):
+        return Real(operation(self.value, other.value if isinstance(other, Real) else mp.mpf(other)))
+
+    def __add__(self, other):
+        return self._with(other, lambda a, b: a + b)
+
+    def __sub__(self, other):
+        return self._with(other, lambda a, b: a - b)
+
+    def __rsub__(self, other):
+        return self._with(other, lambda a, b: b - a)
+
+    def __mul__(self, other):
+        return self._with(other, lambda a, b: a * b)
+
+    def __truediv__(self, other):
+        return self._with(other, lambda a, b: a / b)
+
+    def __rtruediv__(self, other):
+        return self._with(other, lambda a, b: b / a)
+
+    def __neg__(self):
+        return Real(-self.value)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def sin(self):
+        return Real(mp.sin(self.value))
+
+    def cos(self):
+        return Real(mp.cos(self.value))
+
+    def exp(self):
+        return Real(mp.exp(self.value))
+
+    def log(self):
+        return Real(mp.log(self.value))
+
+    def sqrt(self):
+        return Real(mp.sqrt(self.value))
+
+
+@pytest.mark.parametrize("name", EXPRESSIONS)
+@pytest.mark.parametrize("x0", [0.8, 0.35])
+def test_recurrences(name, x0):
+    """x' = 1 + x/3 has the solution (x0 + 3) exp(s/3) - 3, so every expression is a known function of s."""
+    expression, t0 = EXPRESSIONS[name], 0.4
+    graph = Graph()
+    x, t = graph.node("state", 0), graph.node("time")
+    recorded = graph.expression(expression(x, t))
+    writer = JetWriter(graph, [1.0 + x / 3.0])
+    found = [writer.coefficient(recorded.index, k) for k in range(ORDER + 1)]
+    names = {"math": math, "real": [x0], "STATE": 0, "LANES": 1, "lane": 0, "time": t0, "sliding": 1.0}
+    exec("\n".join(writer.lines), names)
+    found = [eval(value, names) for value in found]
+    with mp.workdps(50):
+        exact = mp.taylor(
+            lambda s: expression(Real((x0 + 3) * mp.exp(s / 3) - 3), Real(t0 + s)).value, mp.mpf(0), ORDER
+        )
+    exact = np.array([float(value) for value in exact])
+    intermediate = np.zeros((len(graph.nodes), ORDER + 1))  # rounding is relative to what the terms were made of
+    for key, value in names.items():
+        if node := re.fullmatch(r"n(\d+)_(\d+)", key):
+            intermediate[int(node[1]), int(node[2])] = value
+    assert np.all(np.abs(np.array(found) - exact) <= 16 * np.arange(1, ORDER + 2) * EPSILON * sizes(intermediate))
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_graph_on_arrays_is_the_scalar_physics(name):
+    """NumPy on the recorded graph = the scalar functions called with floats, at random states, both sides and stuck."""
+    system, draw = SYSTEMS[name], random.Random(name)
+    recording = equations(system)
+    names = ("friction", "holding_force", "contact_velocity", "drive", "energy", "contact_energy")
+    expressions = [*recording.rates, *recording.integrals, *(recording.observables[n] for n in names)]
+    sides = (1, -1) if system.friction.kind == "kinked" else (1, -1, 0)
+    count = 40
+    t = np.array([draw.uniform(0, 5) for _ in range(count)])
+    y = np.array([[draw.uniform(-1, 1) for _ in range(count)] for _ in system.state_names])
+    side = np.array([draw.choice(sides) for _ in range(count)], dtype=float)
+    y[3] = side * np.abs(y[3])
+    found = evaluate(expressions, t, y, side, parameter_values(system))
+    for j in range(count):
+        flow = system.flow(float(t[j]), tuple(map(float, y[:, j])), float(side[j]))
+        scalar = [*flow.rates, *flow.powers, flow.friction, *(getattr(flow, n) for n in names)]
+        size = 1 + max(map(abs, scalar))
+        for value, one in zip(found, scalar, strict=True):
+            assert abs(float(np.broadcast_to(value, count)[j]) - one) <= 16 * EPSILON * size
+
+
+@pytest.mark.parametrize(("name", "side"), CASES)
+def test_jacobian_is_exact(name, side):
+    """Generated partial derivatives, time included, against 50-digit differences of the equations typed again."""
+    system = SYSTEMS[name]
+    kernel = kernel_of(system, ORDER)
+    states, y = len(system.state_names), state_of(system, side)
+    point, out = kernel["WORK"], kernel["WORK"] + 50
+    kernel.real[point : point + states] = y
+    kernel["jacobian"](kernel.real, TIME, point, float(side), 0, out)
+    found = kernel.real[out : out + states * (states + 1)].reshape(states, states + 1)
+    with mp.workdps(50):
+        for i in range(states):
+            for j in range(states + 1):
+
+                def moved(x, i=i, j=j):
+                    z = [x if k == j else mp.mpf(value) for k, value in enumerate(y)]
+                    return typed_again(system, x if j == states else mp.mpf(TIME), z, side)[0][i]
+
+                exact = mp.diff(moved, mp.mpf([*y, TIME][j]))
+                assert abs(found[i, j] - exact) <= 64 * EPSILON * np.abs(found).max(), (i, j)
+    kernel["rates"](kernel.real, TIME, point, float(side), 0, out)
+    rates = [float(value) for value in typed_again(system, mp.mpf(TIME), [mp.mpf(v) for v in y], side)[0]]
+    assert kernel.real[out : out + states] == pytest.approx(rates, rel=64 * EPSILON)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_generated_source_has_no_branch(name):
+    """Straight-line code: no condition anywhere, and no loop but the one over the lanes."""
+    tree = ast.parse(kernel_of(SYSTEMS[name]).text)
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    for function, loops in (("jet", 1), ("rates", 0), ("jacobian", 0), ("contact_velocity", 0)):
+        nodes = list(ast.walk(functions[function]))
+        assert not [n for n in nodes if isinstance(n, (ast.If, ast.IfExp, ast.While, ast.Compare, ast.BoolOp))]
+        assert sum(isinstance(n, ast.For) for n in nodes) == loops
+
+
+def test_recorded_physics_cannot_branch():
+    x = Graph().node("state", 0)
+    with pytest.raises(TypeError, match="cannot branch"):
+        abs(1.0) if x else 0.0
+    with pytest.raises(TypeError):
+        x > 0.0  # noqa: B015
