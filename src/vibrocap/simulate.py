@@ -155,10 +155,10 @@ def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales
     names = ("contact_velocity", "friction", "energy", "contact_energy", "momentum")
     observed = motion.observe(names, motion.piece_start[index] + s, motion.piece_states(index, s), side)
     velocity, friction, energy, contact_energy, momentum = observed
-    marks = motion.piece_marks  # integrals at the start of every piece
-    stored = (energy + contact_energy)[::POINTS]
+    marks = motion.piece_marks  # integrals at the start of every piece and at the end
+    stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
-    impulse = momentum[::POINTS] - momentum[0] + marks[-1]
+    impulse = _at_marks(momentum) - momentum[0] + marks[-1]
     stuck = side == 0
     ratio = None
     if motion.system.friction.kind == "set-valued":
@@ -179,3 +179,8 @@ def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales
         taylor_steps=recorded.taylor_steps,
         implicit_steps=recorded.implicit_steps,
     )
+
+
+def _at_marks(values: np.ndarray) -> np.ndarray:
+    """Of values at POINTS points per piece: those at the start of every piece, and at the end."""
+    return np.append(values[::POINTS], values[-1])

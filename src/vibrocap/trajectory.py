@@ -208,9 +208,9 @@ class Trajectory:
 
     @functools.cached_property
     def piece_marks(self) -> np.ndarray:
-        """Integrals at the start of every piece: array [integrals, pieces]."""
+        """Integrals at the start of every piece and at the end: array [integrals, pieces + 1]."""
         whole = self.piece_integrals(np.arange(len(self.piece_start)), self.piece_length)
-        return np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)[:, :-1]), axis=1)
+        return np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Integrals over the first s of each of the pieces: array [integrals, n]."""

@@ -1,7 +1,6 @@
 """Motion pictures: the capsule with its pendulum on a ground with ticks, the contact coloured by stick and slip."""
 
 import math
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
 
 from vibrocap.faces.plots import BLUE, GREEN, ORANGE, STYLE, VERMILION, blank_figure
-from vibrocap.faces.terminal import Refusal
+from vibrocap.faces.terminal import needs_film
 from vibrocap.trajectory import BACK, FORWARD, STUCK, Trajectory
 
 PERIODS = 5  # the last ones are filmed
@@ -25,12 +24,6 @@ MOST_FRAMES = 750  # a longer film runs faster instead
 CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
 HALF_WIDTH, HEIGHT, BOB = 0.42, 0.34, 0.12  # of the drawing; the pendulum's length is 1
 HIGH, WIDTH_OVER_HEIGHT = 1.65, 16 / 9
-
-
-def check_writer(path: Path) -> None:
-    """Refusal if a film of this kind cannot be made here."""
-    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-        raise Refusal("--animate: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif")
 
 
 def animate_motion(
@@ -45,7 +38,7 @@ def animate_motion(
     path = Path(path)
     if path.suffix.lower() not in (".mp4", ".gif"):
         raise ValueError(f"a film should end in .mp4 or .gif, got {str(path)!r}")
-    check_writer(path)
+    needs_film("path", path)
     start = max(0.0, motion.end - periods * motion.period)
     shown = max((motion.end - start) / motion.period, 1e-9)
     frames = min(MOST_FRAMES, max(2, round(shown * SECONDS_PER_PERIOD * FRAMES_PER_SECOND)))

@@ -6,6 +6,7 @@ with its status and what was computed until then; 130 interrupted.
 
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -14,7 +15,7 @@ from pathlib import Path
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case import CaseError
-from vibrocap.faces.terminal import Refusal, needs, progress, writable_file, writable_folder
+from vibrocap.faces.terminal import Refusal, needs, needs_film, progress, writable_file, writable_folder
 
 OK, WRONG_INPUT, INCOMPLETE, INTERRUPTED, BROKEN_PIPE = 0, 2, 3, 130, 141
 
@@ -108,9 +109,18 @@ def simulate(
     from vibrocap.faces.record import json_text, motion_record
     from vibrocap.faces.summary import print_motion
 
-    given = {name: value for name, value in (("periods", periods), ("tolerance", tolerance)) if value is not None}
-    setup = export.read_source(case, **given)
-    _check_destinations(out, plot, animate)
+    settings = {name: value for name, value in (("periods", periods), ("tolerance", tolerance)) if value is not None}
+    refused = _refused_destinations(out, plot, animate)
+    try:
+        setup = export.read_source(case, **settings)
+    except CaseError as error:
+        by_option = [re.sub(rf"^run\.({'|'.join(settings)}):", r"--\1:", text) for text in error.complaints]
+        raise CaseError([*(by_option if settings else error.complaints), *refused], error.source) from None
+    if refused:
+        raise Refusal("\n".join(refused))
+    for path in (out, plot, animate):
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
     with progress("Simulating") as report:
         motion = setup.simulate(lambda share: report(share, None))
         record = motion_record(motion)
@@ -172,29 +182,24 @@ def limits(case: Path, /, *, json: bool = False) -> int:
     return OK
 
 
-def _check_destinations(out: Path | None, plot: Path | None, animate: Path | None) -> None:
-    """Refusal of what could not be written, before any work."""
-    complaints = []
-    for option, path, kinds in (
-        ("--out", out, EXPORTS),
-        ("--plot", plot, PICTURES),
-        ("--animate", animate, ANIMATIONS),
-    ):
+def _refused_destinations(out: Path | None, plot: Path | None, animate: Path | None) -> list[str]:
+    """What could not be written, and why; found before any work."""
+    refused = []
+    wanted = (("--out", out, EXPORTS), ("--plot", plot, PICTURES), ("--animate", animate, ANIMATIONS))
+    for option, path, kinds in wanted:
+        if path is None:
+            continue
         try:
-            if writable_file(option, path, kinds) is None:
-                continue
+            writable_file(option, path, kinds)
             if option != "--out":
                 needs(option, "plot", "matplotlib")
-            elif path is not None and path.suffix.lower() == ".nc":
+            elif path.suffix.lower() == ".nc":
                 needs(option, "export", "xarray", "h5netcdf")
-            if option == "--animate" and path is not None:
-                from vibrocap.faces.animation import check_writer
-
-                check_writer(path)
+            if option == "--animate":
+                needs_film(option, path)
         except Refusal as refusal:
-            complaints.append(str(refusal))
-    if complaints:
-        raise Refusal("\n".join(complaints))
+            refused.append(str(refusal))
+    return refused
 
 
 def _complain(message: str) -> None:

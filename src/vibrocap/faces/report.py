@@ -190,11 +190,11 @@ def _finding(finding: MainFinding, symmetry: tuple[Figure, Path] | None) -> str:
     )
     steady = " and ".join(f"{number(value)} ({short})" for short, value in finding.steady.items())
     return f"""
-<p>The drive is odd under half a period, h cos(ω(τ + T/2)) = −h cos(ωτ), and so are the machine and both friction laws.
-Hence, with any motion, its mirror image (θ, θ′, X, X′, ξ)(τ) → −(θ, θ′, X, X′, ξ)(τ + T/2) is a motion, too. What follows:</p>
+<p>The drive is odd under half a period, h cos(ω(τ + T/2)) = −h cos(ωτ), and the machine and both friction laws are odd,
+too. So the mirror image of any motion, −(θ, θ′, X, X′, ξ)(τ + T/2), is a motion as well. What follows:</p>
 <ul>
 <li><b>A symmetric orbit cannot travel.</b> What it gains in one half of the period it loses in the other.</li>
-<li><b>At the parameters of Fig. 9 every settled motion found is symmetric</b>, so the steady average velocity is zero at
+<li><b>At the parameters of Fig. 9 every settled motion found is symmetric</b>: the steady average velocity is zero at
 every mass ratio, with both laws: the largest found is {steady}, which is the error of the runs.</li>
 <li><b>What Fig. 9 can show is a transient.</b> The capsule is shifted once, while the motion settles; divided by a longer
 window the average gets smaller, and its zeros and crossings are properties of the window.</li>

@@ -14,6 +14,7 @@ from vibrocap.measures.response import response_class
 from vibrocap.parameters import parameter_table
 from vibrocap.trajectory import Trajectory
 
+WIDE = 120  # columns of a terminal
 EVENT_WORDS = {
     "stick": "comes to rest and sticks",
     "slip_forward": "leaves stick forward",
@@ -175,16 +176,19 @@ def _offset_table(offset: Any) -> Table:
 
 
 def print_claims(result: Any) -> None:
-    """The summary of `vibrocap reproduce`: every claim with its verdict, and where the report lies."""
+    """The summary of `vibrocap reproduce`: every claim with its verdict, and where the report lies.
+
+    The numbers found stand beside it where the terminal is wide enough; the report has them all.
+    """
     page = Page()
-    table = _table("Claims of the paper", "claim", "where", "verdict", "found")
-    for column in table.columns:
-        column.no_wrap = False
+    wide = page.width >= WIDE
+    table = _table("Claims of the paper", "claim", "where", "verdict", *(["found"] if wide else []))
+    table.columns[1].no_wrap = False
     for verdict in result.claims:
         found = ", ".join(f"{name} {value:.5g}" for name, value in verdict.finding.found.items())
-        table.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, found)
+        table.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([found] if wide else []))
     page.print(table)
     counts = collections.Counter(verdict.finding.outcome.value for verdict in result.claims)
-    tally = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
-    page.print(f"{len(result.claims)} claims: {tally}; in {result.seconds:.0f} s.")
+    tally = ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common())
+    page.print(f"{len(result.claims)} claims in {result.seconds:.0f} s: {tally}.")
     page.print(f"Report: {result.report}", soft_wrap=True)

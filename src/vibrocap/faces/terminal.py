@@ -3,6 +3,7 @@
 import contextlib
 import importlib.util
 import os
+import shutil
 import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -60,10 +61,8 @@ def progress(what: str) -> Iterator[Callable[[float, str | None], None]]:
         bar.stop()
 
 
-def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> Path | None:
-    """The path, if such a file can be written there; its folder is made where it is missing. Refusal otherwise."""
-    if path is None:
-        return None
+def writable_file(option: str, path: Path, kinds: Iterable[str]) -> Path:
+    """The path, if such a file can be written there, its folder being made when it comes to that. Refusal otherwise."""
     if path.suffix.lower() not in kinds:
         given = f"ends in {path.suffix!r}" if path.suffix else "has no ending"
         raise Refusal(f"{option}: should end in {' or '.join(kinds)}, but {str(path)!r} {given}")
@@ -76,19 +75,16 @@ def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> Path 
 
 
 def writable_folder(option: str, folder: Path) -> Path:
-    """The folder, made where it is missing. Refusal if nothing can be written into it."""
+    """The folder, if it can be written into, or made. Refusal otherwise."""
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise Refusal(f"{option}: {str(there)!r} is a file; give a folder")
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except FileExistsError:
-        raise Refusal(f"{option}: {str(folder)!r} is a file; give a folder") from None
+        with tempfile.TemporaryFile(dir=there):
+            return folder
     except OSError as error:
-        reason = error.strerror or error
-        raise Refusal(
-            f"{option}: cannot write into {str(folder)!r} ({reason}); give a folder that can be written"
-        ) from None
-    return folder
+        reason = f"cannot write into {str(there)!r} ({error.strerror or error})"
+        raise Refusal(f"{option}: {reason}; give a folder that can be written") from None
 
 
 def needs(option: str, extra: str, *packages: str) -> None:
@@ -96,3 +92,9 @@ def needs(option: str, extra: str, *packages: str) -> None:
     missing = [package for package in packages if importlib.util.find_spec(package) is None]
     if missing:
         raise Refusal(f"{option}: needs {' and '.join(missing)}; install it with: pip install 'vibrocap[{extra}]'")
+
+
+def needs_film(option: str, path: Path) -> None:
+    """Refusal if a film of this kind cannot be made here."""
+    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        raise Refusal(f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif")

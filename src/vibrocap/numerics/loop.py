@@ -85,12 +85,9 @@ def step(real, whole, tape, lane):
     if whole[IDLE + lane] > MOST_IDLE:
         whole[STATUS + lane] = UNDECIDED
         return
-    if whole[ARRIVING + lane] == 1:
-        if decide(real, whole, tape, lane):
+    if KINKED or SET_VALUED:
+        if not side_holds(real, whole, tape, lane):
             return  # the series must be made anew for the other side
-    elif real[SIDE + lane] != 0.0 and whole[ZEROS + lane] > 0 and KINKED + SET_VALUED > 0:
-        if not leaves(real, whole, lane):
-            return
     remaining = real[PERIOD + lane] - real[TIME + lane]
     if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
         remaining = real[TAIL + lane] - real[TIME + lane]
@@ -214,12 +211,31 @@ def come_to_rest(real, whole, lane, h):
     real[STATE + CONTACT_STATE * LANES + lane] -= v
 
 
+def side_holds(real, whole, tape, lane):
+    """Whether the series may be followed: the contact really sticks, or really moves to its side, from here on."""
+    side = real[SIDE + lane]
+    if side == 0.0:
+        # Asked at every start: where a step ends, the force jumps by the truncation error, perhaps over the limit.
+        clear = abs(real[HOLD + lane]) < (1.0 - 1e-12) * real[LIMIT + lane]
+        if clear and whole[ARRIVING + lane] == 0:
+            return True
+        return not decide(real, whole, tape, lane)
+    if whole[ZEROS + lane] > 0:
+        return leaves(real, whole, lane)
+    if side * real[VELOCITY + lane] > 0.0:
+        return True
+    whole[IDLE + lane] += 1  # the velocity passed zero within the rounding of the last step
+    cross(real, whole, tape, lane, 1, 0.0)
+    return False
+
+
 def decide(real, whole, tape, lane):
     """A contact at rest: stick, or slide on? Returns whether the series must be made anew.
 
     It sticks if the force needed to hold it is within the limit; at the limit, if that force does not grow beyond it.
     The velocity of a slide starts with one vanishing coefficient more than the excess of that force over the limit.
     """
+    initial = whole[ARRIVING + lane] == 1 and real[CAME_FROM + lane] == 0.0
     whole[ARRIVING + lane] = 0
     h = min(taylor_step(real, whole, lane), real[PERIOD + lane])
     slides, direction, zeros = False, 0.0, 0
@@ -240,6 +256,8 @@ def decide(real, whole, tape, lane):
         on_event(real, whole, tape, lane, REVERSAL, 0.0)
     elif came_from == direction:
         on_event(real, whole, tape, lane, GRAZE, 0.0)
+    elif not initial:
+        on_event(real, whole, tape, lane, SLIP_FORWARD if direction > 0.0 else SLIP_BACK, 0.0)
     real[CAME_FROM + lane] = 0.0
     return True
 

@@ -41,6 +41,7 @@ class Panel:
     y: str
     curves: tuple[Curve, ...]
     marks: tuple[Mark, ...] = ()
+    spans: tuple[tuple[float, float], ...] = ()  # stretches of x in which EM sticks
     x_limits: tuple[float, float] | None = None
     y_limits: tuple[float, float] | None = None
 

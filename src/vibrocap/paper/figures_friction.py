@@ -11,36 +11,51 @@ from vibrocap.paper.runs import Runs
 from vibrocap.trajectory import Trajectory
 
 SHOWN = 4  # periods in Fig. 6
+SLIDING = "LM in pure sliding, $X' = 0.1 + 0.05\\,\\sin\\tau$"
 DAMPINGS = (10.0, 1.0)  # delta1: as printed, and one for which the paper's words hold
 
 
 def figure_3(runs: Runs) -> Figure:
     """Reversible and non-reversible friction: the steady curve and loops of LM under an imposed velocity."""
-    panels = []
+    loops, excesses = [], []
     for damping in DAMPINGS:
         friction = LuGre(bristle_damping=damping)
-        speeds = np.linspace(0.0, 0.35, 351)
+        speeds = np.linspace(0.0, 0.35, 176)
         steady = np.array([friction.steady_force(float(v), 1.0) for v in speeds])
-        both_ways = np.concatenate((-speeds[::-1], speeds)), np.concatenate((-steady[::-1], steady))
-        through_zero = imposed_cycle(friction, 0.0, 0.3)
-        sliding = imposed_cycle(friction, MEAN, AMPLITUDE)
-        panels.append(
+        through_zero = [values[::4] for values in imposed_cycle(friction, 0.0, 0.3)]
+        velocity, force = (values[::4] for values in imposed_cycle(friction, MEAN, AMPLITUDE))
+        excess = force - np.array([friction.steady_force(float(v), 1.0) for v in velocity])
+        name = rf"$\delta_1 = {damping:g}$" + (" (as printed)" if damping == DAMPINGS[0] else "")
+        loops.append(
             Panel(
-                rf"$\delta_1 = {damping:g}$" + (" (as printed)" if damping == DAMPINGS[0] else ""),
+                name,
                 "velocity",
                 "friction",
                 (
-                    Curve("reversible: steady friction (11)", "steady", *both_ways),
+                    Curve(
+                        "reversible: steady friction (11)",
+                        "steady",
+                        np.concatenate((-speeds[::-1], speeds)),
+                        np.concatenate((-steady[::-1], steady)),
+                    ),
                     Curve(
                         "non-reversible: LM, $X' = 0.3\\,\\sin\\tau$",
                         "EM",
-                        *through_zero,
-                        arrows=(0.045, 0.45, 0.56, 0.95),
+                        through_zero[0],
+                        through_zero[1],
+                        arrows=(0.02, 0.045, 0.45, 0.505, 0.545, 0.95),
                     ),
-                    Curve(
-                        "LM in pure sliding, $X' = 0.1 + 0.05\\,\\sin\\tau$", "sliding", *sliding, arrows=(0.02, 0.54)
-                    ),
+                    Curve(SLIDING, "sliding", velocity, force),
                 ),
+            )
+        )
+        excesses.append(
+            Panel(
+                f"{name}: pure sliding, off the steady curve",
+                "velocity",
+                "excess",
+                (Curve(SLIDING, "sliding", velocity, excess, arrows=(0.1, 0.3, 0.6, 0.8)),),
+                y_limits=(-0.024, 0.024),
             )
         )
     return Figure(
@@ -48,8 +63,8 @@ def figure_3(runs: Runs) -> Figure:
         "Reversible and non-reversible friction",
         "Friction against an imposed velocity, from the laws. Accelerating and decelerating take different ways; "
         "in pure sliding the loop is clockwise, as the paper draws it, for delta1 = 1 (right), but not for the printed "
-        "delta1 = 10 (left) above v* = 0.0405.",
-        tuple(panels),
+        "delta1 = 10 (left), for which it turns round above v* = 0.0405.",
+        (*loops, *excesses),
     )
 
 
@@ -101,11 +116,16 @@ def figure_8(runs: Runs) -> Figure:
                 "velocity",
                 "friction",
                 (
+                    *(
+                        Curve(r"$\pm N\eta_s$", "limit", np.array([-0.3, 0.3]), np.full(2, sign * 0.45))
+                        for sign in (1, -1)
+                    ),
                     Curve("EM", "EM", em.velocity, em.friction),
                     Curve("LM", "LM", lm.velocity, lm.friction, arrows=_arrows(lm.velocity, lm.friction)),
                 ),
                 tuple(marks),
                 x_limits=(-0.22, 0.26),
+                y_limits=(-0.54, 0.56),
             )
         )
     return Figure(

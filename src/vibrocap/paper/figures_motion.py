@@ -1,5 +1,7 @@
 """Data of Figs 5, 7, 10 and 11: motions over time and phase planes."""
 
+import dataclasses
+
 import numpy as np
 
 from vibrocap.paper.figure_data import Curve, Figure, Panel
@@ -8,6 +10,7 @@ from vibrocap.paper.runs import Runs
 from vibrocap.trajectory import Trajectory
 
 PRINTED_FIRST = "lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are not printed, are those of Figs 9-11"
+SHOWN = 8  # periods in Fig. 5
 SYMBOL = {"angle": "θ", "angle_rate": "θ′", "position": "X", "velocity": "X′"}
 
 
@@ -18,20 +21,34 @@ def _history(motion: Trajectory, name: str, quantity: str, periods: float) -> Cu
 
 def figure_5(runs: Runs) -> Figure:
     """theta, theta', X, X' over time."""
-    panels = tuple(
+    panels = [
         Panel(
             f"({letter}) {SYMBOL[quantity]}",
             "time",
             quantity,
-            tuple(_history(runs.first_set(name), name, quantity, 8) for name in SHORT),
+            tuple(_history(runs.first_set(name), name, quantity, SHOWN) for name in SHORT),
         )
         for letter, quantity in zip("abcd", SYMBOL, strict=True)
-    )
+    ]
+    em = runs.first_set("exponential")
+    window = ((SHOWN - 1) * em.period, SHOWN * em.period)
+    rests = tuple((p.start, p.end) for p in em.phases if p.side == 0 and window[0] < p.start < window[1])
+    for letter, quantity, limits in (("e", "position", None), ("f", "velocity", (-0.12, 0.12))):
+        panels.append(
+            dataclasses.replace(
+                panels["abcd".index("c" if quantity == "position" else "d")],
+                title=f"({letter}) {SYMBOL[quantity]}, enlarged; shaded: EM sticks",
+                spans=rests,
+                x_limits=window,
+                y_limits=limits,
+            )
+        )
     return Figure(
         "fig05",
         "Motion with LM and EM",
-        f"The first eight drive periods from the paper's start ({PRINTED_FIRST}).",
-        panels,
+        f"The first eight drive periods from the paper's start ({PRINTED_FIRST}). (e, f) the last of them: where EM "
+        "rests, LM creeps on.",
+        tuple(panels),
     )
 
 
@@ -43,12 +60,18 @@ def figure_7(runs: Runs) -> Figure:
         pendulum.append(Curve(short, short, period["angle"][::8], period["angle_rate"][::8], arrows=(0.1, 0.6)))
         position = period["position"] - period["position"][0]
         capsule.append(
-            Curve(f"{short} (gap = drift {period.drift:.3f})", short, position[::8], period["velocity"][::8])
+            Curve(
+                f"{short} (gap = drift {period.drift:.3f})",
+                short,
+                position[::8],
+                period["velocity"][::8],
+                arrows=(0.2, 0.45, 0.85),
+            )
         )
     return Figure(
         "fig07",
         "Phase planes",
-        f"One settled drive period ({PRINTED_FIRST}); X counts from its start. The gap in (b) is the travel of that "
+        f"One settled drive period ({PRINTED_FIRST}); X counts from its start. The gap in (b) is the travel of the "
         "period: modulo X both motions are exactly periodic.",
         (
             Panel("(a) pendulum", "angle", "angle_rate", tuple(pendulum)),
@@ -76,6 +99,7 @@ def figure_10(runs: Runs) -> Figure:
                 "time",
                 "velocity",
                 tuple(_history(motion, name, "velocity", 6) for name, motion in motions.items()),
+                y_limits=(-0.35, 0.42),
             )
         )
     return Figure(
@@ -101,14 +125,14 @@ def figure_11(runs: Runs) -> Figure:
             "time",
             "position",
             tuple(_history(runs.motion(figures_9_to_11(name, ratio)), name, "position", 20) for name in SHORT),
-            y_limits=(-0.5, 0.8),
+            y_limits=(-0.4, 0.55),
         )
         for ratio in DISPLACEMENT_MASS_RATIOS
     )
     return Figure(
         "fig11",
         "Displacement of the capsule",
-        "The first twenty drive periods (h 1.8, omega 1, rho 4, nu 1.2). X gains or loses something during the transient "
+        "The first twenty drive periods (h 1.8, omega 1, rho 4, nu 1.2). X gains or loses something in the transient "
         "and then swings about a fixed place.",
         panels,
         columns=3,

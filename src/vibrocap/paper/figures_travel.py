@@ -53,8 +53,8 @@ def figure_9(runs: Runs) -> Figure:
     return Figure(
         "fig09",
         "Average velocity over the mass ratio",
-        "h 1.8, omega 1, nu 1.2. (a, b) rho = 4, as printed: averages over the first periods, of a transient (the paler, "
-        "the shorter); vertical lines: the printed points. (c) the steady state: zero for every lambda. (d) for "
+        "h 1.8, omega 1, nu 1.2. (a, b) rho = 4, as printed: averages over the first periods, of a transient (the "
+        "paler, the shorter); vertical lines: the printed points. (c) the steady state: zero for every lambda. (d) for "
         "comparison only, a softer spring, for which the upright pendulum buckles: steady averages of the mirror twin, "
         "with the printed shape; no one stiffness gives all four printed points.",
         (
@@ -63,7 +63,7 @@ def figure_9(runs: Runs) -> Figure:
                 "(b) the same, enlarged", "mass_ratio", "mean_velocity", tuple(windows), marks, y_limits=(-0.012, 0.022)
             ),
             Panel("(c) steady state", "mass_ratio", "mean_velocity", steady, marks, y_limits=(-0.012, 0.022)),
-            Panel("(d) not the paper's: soft springs, steady", "mass_ratio", "mean_velocity", soft, marks),
+            Panel("(d) soft springs (not the paper's), steady", "mass_ratio", "mean_velocity", soft, marks),
         ),
     )
 
@@ -107,9 +107,9 @@ def figure_symmetry(runs: Runs) -> Figure:
     return Figure(
         "symmetry",
         "The half-period symmetry",
-        "Left: at the parameters of Fig. 9 the settled motion is its own mirror image, so that what it gains in one half "
-        "of the period it loses in the other: its drift is exactly zero. Right: at the parameters of Figs 5-8 the motion "
-        "has lost the symmetry and travels; its mirror twin travels exactly the other way.",
+        "Left: at the parameters of Fig. 9 the settled motion is its own mirror image, so that what it gains in one "
+        "half of the period it loses in the other: its drift is exactly zero. Right: at the parameters of Figs 5-8 the "
+        "motion has lost the symmetry and travels; its mirror twin travels exactly the other way.",
         tuple(panels),
     )
 

@@ -1,0 +1,286 @@
+"""Case files: what they say is what runs, and every complaint names its field and what would be right."""
+
+import dataclasses
+import math
+import sys
+import textwrap
+
+import pytest
+
+import vibrocap as vc
+from vibrocap.case import Case, CaseError, case_from_dict, case_from_text, case_text, read_case
+from vibrocap.catalogue import drives, laws, machines
+from vibrocap.parameters import parameter_table
+
+PLAIN = """
+[machine]
+kind = "pendulum-capsule"
+[friction]
+law = "exponential"
+[drive]
+waveform = "harmonic"
+"""
+
+
+def complaints(text: str) -> tuple[str, ...]:
+    with pytest.raises(CaseError) as caught:
+        case_from_text(text)
+    return caught.value.complaints
+
+
+def with_line(section: str, line: str, text: str = PLAIN) -> str:
+    """PLAIN with one more line in a section, which is added if it is not there."""
+    if f"[{section}]" not in text:
+        return f"{text}\n[{section}]\n{line}\n"
+    return text.replace(f"[{section}]\n", f"[{section}]\n{line}\n")
+
+
+def test_a_case_without_numbers_has_the_papers():
+    case = case_from_text(PLAIN)
+    assert case == Case(vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic()))
+    assert (case.initial, case.periods, case.tolerance) == ({}, 40, 1e-9)
+
+
+def test_the_same_words_as_in_python():
+    case = case_from_text(
+        """
+        [machine]
+        kind = "pendulum-capsule"
+        mass_ratio = 3
+        normal_load = "weight"
+        [friction]
+        law = "lugre"
+        viscous_damping = 0.4
+        [drive]
+        waveform = "biharmonic"
+        second_phase = 0.5
+        [initial]
+        bristle = 1e-3
+        [run]
+        periods = 2.5
+        tolerance = 1e-8
+        max_events_per_period = 7
+        max_steps = 1000
+        """
+    )
+    assert case.system == vc.System(
+        vc.PendulumCapsule(mass_ratio=3.0, normal_load="weight"),
+        vc.LuGre(viscous_damping=0.4),
+        vc.Biharmonic(second_phase=0.5),
+    )
+    assert case.initial == {"bristle": 1e-3}
+    assert case.run == {"periods": 2.5, "tolerance": 1e-8, "max_events_per_period": 7, "max_steps": 1000}
+
+
+@pytest.mark.parametrize("machine", machines())
+@pytest.mark.parametrize("law", laws())
+@pytest.mark.parametrize("drive", drives())
+def test_text_reads_back_equal_to_the_last_bit(machine, law, drive):
+    def part(cls):  # every number changed to one that has no short decimal form
+        numbers = {i.name: math.nextafter(i.default / 3 + 1, 9) for i in parameter_table(cls)}
+        return cls(**numbers | ({"coulomb_coefficient": 0.1 / 3} if "coulomb_coefficient" in numbers else {}))
+
+    system = vc.System(part(machines()[machine]), part(laws()[law]), part(drives()[drive]))
+    case = Case(system, dict.fromkeys(system.state_names, -1e-17 / 3), periods=7 / 3, tolerance=1e-9 / 3)
+    assert case_from_text(case_text(case)) == case
+
+
+def test_text_writes_every_parameter_out():
+    """A case stays what it is if a default changes."""
+    text = case_text(case_from_text(PLAIN))
+    for part in (vc.PendulumCapsule, vc.Exponential, vc.Harmonic):
+        for info in parameter_table(part):
+            assert f"\n{info.name} = " in text
+    for name in ("periods", "tolerance", "max_events_per_period", "max_steps"):
+        assert f"\n{name} = " in text
+
+
+def test_simulate_is_simulate_with_the_same_arguments():
+    case = case_from_text(with_line("initial", "angle = 1.0") + "[run]\nperiods = 3\n")
+    assert case.simulate().state == vc.simulate(case.system, initial={"angle": 1.0}, periods=3).state
+
+
+@pytest.mark.parametrize(
+    ("section", "line", "expected"),
+    [
+        ("machine", "mass_ratio = -1", "machine.mass_ratio: should be greater than 0, got -1"),
+        ("machine", "mass_ratio = 0.0", "machine.mass_ratio: should be greater than 0, got 0.0"),
+        ("machine", "damping = -0.1", "machine.damping: should be at least 0, got -0.1"),
+        ("machine", "stiffness = nan", "machine.stiffness: should be a finite number, got nan"),
+        ("machine", "stiffness = -inf", "machine.stiffness: should be a finite number, got -inf"),
+        ("machine", 'stiffness = "soft"', "machine.stiffness: should be a number, got 'soft'"),
+        ("machine", "stiffness = true", "machine.stiffness: should be a number, got True"),
+        ("machine", "stiffness = [1, 2]", "machine.stiffness: should be a number, got [1, 2]"),
+        ("machine", 'normal_load = "heavy"', "machine.normal_load: should be a finite number >= 0"),
+        ("machine", "stifness = 2", "machine.stifness: no such key for kind = 'pendulum-capsule'; did you mean 'stiffness'?"),
+        ("friction", "bristle_stiffness = 1", "it belongs to law = 'lugre'; here there is coulomb_coefficient,"),
+        ("friction", "static_coefficient = 0.1", "friction.static_coefficient: should be at least coulomb_coefficient"),
+        ("friction", "coulomb_coefficient = 0.5", "friction.static_coefficient: should be at least coulomb_coefficient"),
+        ("drive", "frequency = 0", "drive.frequency: should be greater than 0, got 0"),
+        ("drive", "second_phase = 0", "drive.second_phase: no such key for waveform = 'harmonic'"),
+        ("initial", "angel = 1", "initial.angel: no such state; did you mean 'angle'?"),
+        ("initial", "bristle = 1", "initial.bristle: no such state; there is angle, angle_rate, position, velocity"),
+        ("initial", "angle = inf", "initial.angle: should be a finite number, got inf"),
+        ("initial", 'angle = "pi/3"', "initial.angle: should be a finite number, got 'pi/3'"),
+        ("run", "periods = 0", "run.periods: should be a positive number, got 0"),
+        ("run", "periods = -2.5", "run.periods: should be a positive number, got -2.5"),
+        ("run", "periods = nan", "run.periods: should be a positive number, got nan"),
+        ("run", "tolerance = 1", "run.tolerance: should be a number from 1e-14 to 0.01, got 1"),
+        ("run", "max_steps = 1.5", "run.max_steps: should be a whole number >= 1, got 1.5"),
+        ("run", "max_events_per_period = 0", "run.max_events_per_period: should be a whole number >= 1, got 0"),
+        ("run", "period = 3", "run.period: no such key; did you mean 'periods'?"),
+        ("runs", "periods = 3", "runs: no such section; did you mean 'run'?"),
+        ("colour", "red = 1", "colour: no such section; there is machine, friction, drive, initial, run"),
+        ("initial", f"angle = 1{'0' * 400}", "initial.angle: should be a finite number, got 1000"),
+        ("machine", f"mass_ratio = 1{'0' * 400}", "machine.mass_ratio: should be a number, got 1000"),
+    ],
+)  # fmt: skip
+def test_complaint_names_the_field_and_what_would_be_right(section, line, expected):
+    found = complaints(with_line(section, line))
+    assert len(found) == 1
+    assert expected in found[0]
+    assert len(found[0]) < 250
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted", "expected"),
+    [
+        ('law = "exponential"', 'law = "lugree"', "friction.law: no law is called 'lugree'; did you mean 'lugre'?"),
+        ('law = "exponential"', 'law = "viscous"', "no law is called 'viscous'; there is exponential, lugre"),
+        ('law = "exponential"', "law = 3", "friction.law: should be 'exponential' or 'lugre', got 3"),
+        ('law = "exponential"', "", "friction.law: is missing; should be 'exponential' or 'lugre'"),
+        ('waveform = "harmonic"', 'waveform = "sine"', "drive.waveform: no waveform is called 'sine'"),
+        ('kind = "pendulum-capsule"', 'kind = "pendulum_capsule"', "machine.kind: no kind is called"),
+    ],
+)  # fmt: skip
+def test_unknown_and_missing_parts(given, wanted, expected):
+    found = complaints(PLAIN.replace(given, wanted))
+    assert len(found) == 1
+    assert expected in found[0]
+
+
+def test_lugre_needs_a_load():
+    text = with_line("machine", "normal_load = 0", PLAIN.replace("exponential", "lugre"))
+    assert complaints(text) == ("machine.normal_load: should be > 0 with the lugre law, got 0",)
+
+
+def test_every_complaint_at_once():
+    text = """
+        [machine]
+        kind = "pendulum-capsule"
+        mass_ratio = -1
+        normal_load = 0
+        [friction]
+        law = "lugre"
+        coulomb_coefficient = 0.5
+        bristle_stiffness = "x"
+        [drive]
+        waveform = "harmonic"
+        frequency = 0
+        [initial]
+        angel = 0
+        [run]
+        periods = 0
+        tolerance = "x"
+        """
+    paths = [complaint.partition(":")[0] for complaint in complaints(text)]
+    assert sorted(paths) == [
+        "drive.frequency",
+        "friction.bristle_stiffness",
+        "friction.static_coefficient",
+        "initial.angel",
+        "machine.mass_ratio",
+        "machine.normal_load",
+        "run.periods",
+        "run.tolerance",
+    ]
+
+
+def test_empty_text_says_what_is_missing():
+    paths = [complaint.partition(":")[0] for complaint in complaints("")]
+    assert paths == ["machine.kind", "friction.law", "drive.waveform"]
+
+
+def test_section_that_is_no_section():
+    found = complaints(PLAIN.replace("[machine]", "machine = 3\n[other]"))
+    assert "machine: should be a section, [machine] with its keys below it, got 3" in found
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("[machine\n", "line 1, column 9: "),
+        ("[machine]\nkind = pendulum\n", "line 2, column 8: "),
+        ("[run]\nperiods = 1\nperiods = 2\n", "line 3"),
+        (f"a = {'[' * 5000}", "TOML: "),
+        (f"a = {'1' * 5000}", "TOML: "),
+    ],
+)
+def test_broken_toml_says_where(text, expected):
+    (found,) = complaints(text)
+    assert expected in found
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    (tmp_path / "picture.toml").write_bytes(b"\x89PNG\xff")
+    for name, expected in (("nowhere.toml", "no such file"), ("", "is a folder"), ("picture.toml", "UTF-8")):
+        with pytest.raises(CaseError, match=expected) as caught:
+            read_case(tmp_path / name)
+        assert str(tmp_path / name) in str(caught.value)
+
+
+def test_file_with_a_byte_order_mark_and_settings_from_outside(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(PLAIN + "[run]\nperiods = 3\n", encoding="utf-8-sig")
+    assert read_case(path).periods == 3
+    assert read_case(path, periods=5).periods == 5
+
+
+def test_case_made_in_python_is_checked_too():
+    system = case_from_text(PLAIN).system
+    with pytest.raises(ValueError, match="periods"):
+        Case(system, periods=0)
+    with pytest.raises(ValueError, match=r"initial\.angel"):
+        Case(system, {"angel": 1.0})
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Case(system).periods = 3  # type: ignore[misc]
+
+
+def test_dict_with_numbers_that_toml_does_not_know():
+    case = {"machine": {"kind": "pendulum-capsule", "mass_ratio": None}, "friction": {"law": "lugre"}}
+    with pytest.raises(CaseError) as caught:
+        case_from_dict(case)
+    assert len(caught.value.complaints) == 2
+
+
+def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):
+    source = '''
+        """A law."""
+        from typing import ClassVar
+        from vibrocap.friction.law import Law, Positive, parameter, parameters
+
+
+        @parameters
+        class Viscous(Law):
+            """R = c v."""
+
+            coefficient: Positive = parameter(1.0, "c", "viscous coefficient")
+            name: ClassVar[str] = "viscous"
+            kind: ClassVar = "smooth"
+
+            def force(self, velocity, internal, side, load):
+                return self.coefficient * velocity, ()
+        '''
+    (tmp_path / "viscous.py").write_text(textwrap.dedent(source))
+    import vibrocap.friction
+
+    monkeypatch.setattr(vibrocap.friction, "__path__", [*vibrocap.friction.__path__, str(tmp_path)])
+    laws.cache_clear()
+    try:
+        assert list(laws()) == ["exponential", "lugre", "viscous"]
+        case = case_from_text(PLAIN.replace("exponential", "viscous") + "[run]\nperiods = 1\n")
+        assert case.system.friction.coefficient == 1.0
+        assert case_from_text(case_text(case)) == case
+    finally:
+        sys.modules.pop("vibrocap.friction.viscous", None)
+        laws.cache_clear()
