@@ -24,7 +24,7 @@ test-slow: $(READY) ## the slow tests alone
 lint: $(READY) ## style, format and import contracts
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/ruff format --check --quiet
-	@$(BIN)/lint-imports --no-logo
+	@$(BIN)/lint-imports --no-cache --no-logo
 
 format: $(READY) ## put the code into the form that lint asks for
 	@$(BIN)/ruff check --fix

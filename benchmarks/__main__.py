@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: this engine beside its peers, at equal measured error, in one run; medians of alternating runs.
+"""`python -m benchmarks`: this engine beside its peers at equal measured error; medians of alternating runs.
 
 Every competitor is prepared (compiled, warmed) first; then all run in turn, again and again, so that a machine whose
 speed drifts slows them all alike. The ratios are the message, not the milliseconds.

@@ -33,7 +33,7 @@ class Equations:
 
 
 def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
-    """Whether a parameter is a number of the parameter vector; if not, its value is part of the form of the equations."""
+    """Whether a parameter is a number of the parameter vector; if not, its value belongs to the equations' form."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return not (name in getattr(law_or_part, "shape_parameters", ()) and value == int(value))

@@ -107,7 +107,7 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
     period = system.drive.period
     parameters = parameter_values(system)
     pieces = recorded.pieces
-    integral_names = tuple(f"{name}_work" for name in system.channels) + ("impulse",)
+    integral_names = (*(f"{name}_work" for name in system.channels), "impulse")
     known = recording.observables | dict(zip(integral_names, recording.integrals, strict=True))
 
     def observe(names, t, values, side):

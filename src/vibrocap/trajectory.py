@@ -150,10 +150,9 @@ class Trajectory:
     @functools.cached_property
     def events(self) -> tuple[Event, ...]:
         """Changes of the contact, in order."""
-        rows = zip(self.event_times, self.event_kinds, self.event_states, strict=True)
-        return tuple(
-            Event(float(t), str(kind), dict(zip(self.state_names, map(float, row), strict=False))) for t, kind, row in rows
-        )
+        states = (dict(zip(self.state_names, map(float, row), strict=True)) for row in self.event_states)
+        found = zip(self.event_times, self.event_kinds, states, strict=True)
+        return tuple(Event(float(t), str(kind), state) for t, kind, state in found)
 
     @functools.cached_property
     def certificate(self) -> Certificate:

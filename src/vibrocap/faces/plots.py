@@ -109,11 +109,13 @@ def save(fig: Figure, path: str | Path) -> Path:
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
-POINTS_PER_PERIOD = 512
+POINTS_PER_PERIOD, MOST_POINTS = 512, 200_000
 FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
 LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
 FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
 SLOWER: dict[str, Any] = {"color": BLUE, "linewidth": 1.6, "linestyle": (0, (4, 1.5)), "zorder": 4}
+HELD: dict[str, Any] = {"color": "#8A8A8A", "linewidth": 3.0, "linestyle": "-", "zorder": 2}
+END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none", "zorder": 5}
 
 
 def plot_motion(motion: Trajectory, path: str | Path) -> Path:
@@ -135,8 +137,8 @@ def plot_motion(motion: Trajectory, path: str | Path) -> Path:
 
 def sample_times(motion: Trajectory, start: float, end: float) -> np.ndarray:
     """Times to draw a motion at: evenly spread, with both sides of every event, so that jumps stand upright."""
-    count = max(64, round(POINTS_PER_PERIOD * (end - start) / motion.period))
-    events = motion.event_times[(motion.event_times > start) & (motion.event_times < end)]
+    count = min(max(64, round(POINTS_PER_PERIOD * (end - start) / motion.period)), MOST_POINTS)
+    events = motion.event_times[(motion.event_times > start) & (motion.event_times < end)][:MOST_POINTS]
     before = np.maximum(start, events - 1e-9 * motion.period)
     return np.unique(np.concatenate((np.linspace(start, end, count + 1), events, before)))
 
@@ -195,30 +197,52 @@ def _phase_planes(axes: Any, motion: Trajectory) -> None:
     period, end = motion.period, motion.end
     last = max(0.0, end - period)
     t = sample_times(motion, last, end)
-    first = sample_times(motion, 0.0, min(last, FIRST_PERIODS * period)) if last > 0.0 else t
+    shown = [(t, LAST, "last period")]
+    if last > 0.0:
+        shown.insert(0, (sample_times(motion, 0.0, min(last, FIRST_PERIODS * period)), FAINT, "first periods"))
     whole = end >= period
     speed = (motion.at(end, "position")[0] - motion.at(last, "position")[0]) / period if whole else 0.0
 
     def relative(times: np.ndarray) -> np.ndarray:
         return motion.at(times, "position") - speed * times
 
-    origin = relative(t).mean()
-    for times, style, label in ((first, FAINT, f"first {FIRST_PERIODS} periods"), (t, LAST, "last period")):
+    origin = relative(t).mean() if whole else 0.0
+    for times, style, label in shown:
         axes[0].plot(motion.at(times, "angle"), motion.at(times, "angle_rate"), **style, label=label)
         axes[1].plot(relative(times) - origin, motion.at(times, "velocity"), **style)
+    axes[0].plot(motion.at(t[-1:], "angle"), motion.at(t[-1:], "angle_rate"), **END, label="end")
+    axes[1].plot(relative(t[-1:]) - origin, motion.at(t[-1:], "velocity"), **END)
     axes[0].set(title="Pendulum", xlabel=LABELS["angle"], ylabel=LABELS["angle_rate"])
     _legend_above(axes[0])
-    label = r"position less steady travel $X - \langle X' \rangle\,\tau$"
-    axes[1].set(title="Capsule", xlabel=label, ylabel=LABELS["velocity"])
+    steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
+    axes[1].set(title="Capsule", xlabel=steady if whole else LABELS["position"], ylabel=LABELS["velocity"])
 
     velocity, friction = motion.at(t, "contact_velocity"), motion.at(t, "friction")
+    stuck = np.zeros_like(t, bool)
+    if motion.system.friction.kind == "set-valued":
+        stuck = motion.at(t, "side") == STUCK
     faster = np.append(np.diff(np.abs(velocity)) > 0.0, False)
-    axes[2].plot(velocity, np.where(faster | np.roll(faster, 1), friction, np.nan), **FASTER, label="accelerating")
-    axes[2].plot(velocity, np.where(~faster | np.roll(~faster, 1), friction, np.nan), **SLOWER, label="decelerating")
-    axes[2].set(title="Friction loop", xlabel=LABELS["contact_velocity"] + ", last period", ylabel=LABELS["friction"])
+    for chosen, style, label in (
+        (stuck, HELD, "stuck"),
+        (faster & ~stuck, FASTER, "accelerating"),
+        (~faster & ~stuck, SLOWER, "decelerating"),
+    ):
+        if chosen.any():  # with the point after each, so that the lines join
+            axes[2].plot(velocity, np.where(chosen | np.roll(chosen, 1), friction, np.nan), **style, label=label)
+    axes[2].set(title="Friction", xlabel=LABELS["contact_velocity"] + ", last period", ylabel=LABELS["friction"])
     _legend_above(axes[2])
+    for ax in axes:
+        ax.locator_params(axis="x", nbins=7)
 
 
 def _legend_above(axes: Axes) -> None:
     """A legend in the line of the title, where it covers no data."""
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=2, borderaxespad=0.0)
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 0.99),
+        ncols=3,
+        borderaxespad=0.0,
+        columnspacing=1.0,
+        handlelength=1.5,
+        fontsize=8,
+    )

@@ -66,7 +66,7 @@ def number(value: float) -> str:
     if not math.isfinite(value):
         return "none"
     if value == round(value) and abs(value) < 1e6:
-        return f"{value:.0f}"
+        return str(int(value))
     return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e+")
 
 
@@ -115,7 +115,7 @@ def _chapter(title: str, verdicts: list[Verdict]) -> str:
     for verdict in verdicts:
         claim, finding = verdict.claim, verdict.finding
         nearest = f'<p class="nearest"><b>Nearest true:</b> {escape(finding.nearest)}</p>' if finding.nearest else ""
-        margin = f"<p class='small'>Tolerance {claim.tolerance.value:g}: {escape(claim.tolerance.origin)}.</p>"
+        margin = f"<p class='small'>Tolerance {number(claim.tolerance.value)}: {escape(claim.tolerance.origin)}.</p>"
         rows.append(
             (
                 f'<span class="where">{escape(claim.where)}</span><p id="{claim.key}">{escape(claim.says)}</p>'
@@ -195,9 +195,10 @@ too. So the mirror image of any motion, −(θ, θ′, X, X′, ξ)(τ + T/2), i
 <ul>
 <li><b>A symmetric orbit cannot travel.</b> What it gains in one half of the period it loses in the other.</li>
 <li><b>At the parameters of Fig. 9 every settled motion found is symmetric</b>: the steady average velocity is zero at
-every mass ratio, with both laws: the largest found is {steady}, which is the error of the runs.</li>
-<li><b>What Fig. 9 can show is a transient.</b> The capsule is shifted once, while the motion settles; divided by a longer
-window the average gets smaller, and its zeros and crossings are properties of the window.</li>
+every mass ratio, with both laws: the largest found is {steady}, which is the error of the runs. So it is
+from {finding.starts} random starts as well: {number(finding.from_random_starts)} at most.</li>
+<li><b>What Fig. 9 can show is a transient.</b> The capsule is shifted once, while the motion settles; over a
+longer window the average gets smaller, and its zeros and crossings are properties of the window.</li>
 <li><b>Every travelling motion has a mirror twin</b> that travels exactly the other way. The motion of Figs 5-8 travels
 because it has lost the symmetry by itself; which of the twins appears is decided by the start.</li>
 </ul>

@@ -46,8 +46,8 @@ summary { cursor: pointer; font-size: 13px; color: #0b5394; }
 <main>
 <h1>The paper, reproduced and judged</h1>
 <p>P. Liu, H. Yu and S. Cang, <i>Modelling and analysis of dynamic frictional interactions of vibro-driven capsule
-systems with viscoelastic property</i>. Every figure below is drawn from our own runs, every number is computed by them, and
-nothing is tuned: where a claim fails, the nearest true statement stands beside it.</p>
+systems with viscoelastic property</i>. Every figure below is drawn from our own runs, every number is computed by
+them, and nothing is tuned: where a claim fails, the nearest true statement stands beside it.</p>
 $notice$scope
 <p>$counts</p>
 <nav><a href="#finding">Main finding</a><a href="#presets">Parameters</a><a href="#figures">Figures</a>

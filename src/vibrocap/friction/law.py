@@ -3,9 +3,9 @@
 A law is one file in this folder: a record of parameters with the scalar functions below. It then appears by itself in
 case files, in the command line, in the contract tests and, compiled, in every run.
 
-`side` is the direction of sliding, +1 or -1, constant over a smooth piece of the motion; with it |v| is `side * velocity`
-and sgn(v) is `side`, so that every expression is smooth and has a Taylor series. Who changes the side, and when, is the
-business of the integrator.
+`side` is the direction of sliding, +1 or -1, constant over a smooth piece of the motion; with it |v| is
+`side * velocity` and sgn(v) is `side`, so that every expression is smooth and has a Taylor series. Who changes the
+side, and when, is the business of the integrator.
 """
 
 from typing import ClassVar, Literal
@@ -45,7 +45,7 @@ class Law:
         """Largest force that the contact can hold at rest (set-valued laws)."""
         raise NotImplementedError
 
-    def internal_scales(self, load):
+    def internal_scales(self, load) -> tuple:
         """Natural size of each internal state, over which its error is measured."""
         return ()
 

@@ -52,6 +52,10 @@ class Machine:
         """Kinetic and potential energy."""
         raise NotImplementedError
 
+    def momentum(self, t, y):
+        """Momentum along the line of sliding, whose rate is minus the friction force."""
+        raise NotImplementedError
+
     def powers(self, t, y, drive):
         """Power taken in or given off through each of `channels` (positive: into the machine)."""
         raise NotImplementedError

@@ -4,7 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.machines.machine import Machine, NonNegative, Number, Positive, cos, parameter, parameters, sin
+from vibrocap.machines.machine import Machine, NonNegative, Positive, cos, parameter, parameters, sin
 
 
 def _checked_load(given: Any) -> Any:

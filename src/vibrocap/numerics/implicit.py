@@ -1,6 +1,7 @@
 """The implicit step for stiff laws: Rodas5P (Steinebach 2023), a Rosenbrock method of order 5 with dense output.
 
-    (1/(gamma h) - J) k_i = f(t + c_i h, y + sum_j a_ij k_j) + sum_j (C_ij/h) k_j + h d_i df/dt,   y_new = y + sum b_j k_j
+    (1/(gamma h) - J) k_i = f(t + c_i h, y + sum_j a_ij k_j) + sum_j (C_ij/h) k_j + h d_i df/dt
+    y_new = y + sum_j b_j k_j
 
 with the exact Jacobian J. The last stage is the error estimate. The integrals carried along depend on the states only,
 so the linear system is solved for the states and the integrals follow.
@@ -11,6 +12,7 @@ import math
 import numpy as np
 
 from vibrocap.numerics.generated import (
+    EVENT_WORK,
     IMPLICIT_STEP,
     LANES,
     ORDER,
@@ -82,8 +84,8 @@ TIME_WEIGHTS = np.array(
 )
 
 WIDTH = STATES + 1
-# Places in the work space.
-JACOBIAN = WORK
+# Places in the work space, after that of the event search: the Jacobian outlives a search.
+JACOBIAN = WORK + EVENT_WORK
 MATRIX = JACOBIAN + ROWS * WIDTH
 STAGE = MATRIX + STATES * STATES
 POINT = STAGE + STAGES * ROWS

@@ -1,8 +1,9 @@
 """Taylor coefficients of recorded equations, as straight-line source code.
 
-For y' = f(t, y), the coefficients c_k of y(t + s) = sum c_k s^k follow from those of f by c_{k+1} = f_k/(k+1), and those of
-f by one recurrence per operation (products are convolutions; Jorba and Zou 2005, table 1). The code is written out for
-a fixed order, over `LANES` trajectories side by side: the loop over lanes is the only loop, so that compilers vectorise it.
+For y' = f(t, y), the coefficients c_k of y(t + s) = sum c_k s^k follow from those of f by c_{k+1} = f_k/(k+1), and
+those of f by one recurrence per operation (products are convolutions; Jorba and Zou 2005, table 1). The code is written
+out for a fixed order, over `LANES` trajectories side by side: the loop over lanes is the only loop, so that compilers
+can vectorise it.
 """
 
 from collections.abc import Iterable
@@ -62,7 +63,7 @@ class JetWriter:
         return self._written[key]
 
     def _linear_form(self, index: int) -> tuple[Expression, int]:
-        """(factor, base): constants aside, the node is factor * base, so its coefficients k >= 1 are factor * base_k."""
+        """(factor, base): but for constants the node is factor * base; its coefficients k >= 1 are factor * base_k."""
         op, *operands = self.graph.nodes[index]
         varying = [i for i in operands if self.degree(i) > 0] if op in ("add", "sub", "mul", "neg") else []
         if len(varying) != 1:

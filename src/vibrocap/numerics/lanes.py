@@ -1,7 +1,7 @@
 """The memory of a run: what each lane carries from step to step, and the tape on which a motion is recorded.
 
-A kernel gets three flat arrays, since every further one costs at each call: `real` and `whole` hold the lanes, item i of
-an entry at `ENTRY + i * LANES + lane`; `tape` holds what is recorded. The places are constants of the linked kernel.
+A kernel gets three flat arrays, since every further one costs at each call: `real` and `whole` hold the lanes, item i
+of an entry at `ENTRY + i * LANES + lane`; `tape` holds what is recorded. The places are constants of the linked kernel.
 """
 
 import dataclasses
@@ -88,10 +88,15 @@ class Layout:
         }
 
     @property
+    def event_work_size(self) -> int:
+        """Work space of the event search: 38 intervals at most."""
+        return 40 * (self.order + 3)
+
+    @property
     def work_size(self) -> int:
-        """Enough for the event search (38 intervals at most) and for the implicit step."""
+        """Work space of the event search, then that of the implicit step (Jacobian, matrix, stages)."""
         implicit = self.rows * (self.states + 1) + self.states * self.states + 10 * self.rows
-        return max(40 * (self.order + 3), implicit)
+        return self.event_work_size + implicit
 
     @property
     def piece_size(self) -> int:
@@ -126,5 +131,6 @@ class Layout:
             "ORDER": self.order,
             "PIECE_SIZE": self.piece_size,
             "EVENT_SIZE": self.event_size,
+            "EVENT_WORK": self.event_work_size,
             **self.places,
         }

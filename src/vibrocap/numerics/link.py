@@ -89,7 +89,8 @@ def _loaded(name: str, text: str) -> Any:
         os.replace(temporary, path)
     module_name = f"vibrocap_kernel_{name}"
     spec = importlib.util.spec_from_file_location(module_name, path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     spec.loader.exec_module(module)

@@ -28,6 +28,8 @@ from vibrocap.numerics.generated import (
     ORDER,
     PERIOD,
     PERIOD_COUNT,
+    SCALE,
+    SERIES,
     SET_VALUED,
     SIDE,
     STATE,
@@ -37,10 +39,13 @@ from vibrocap.numerics.generated import (
     TAIL,
     TAYLOR_STEPS,
     TIME,
+    TOLERANCE,
     VELOCITY,
     WHOLE_PERIODS,
+    WORK,
     ZEROS,
     jet,
+    rates,
 )
 from vibrocap.numerics.lanes import (
     DONE,
@@ -63,6 +68,7 @@ from vibrocap.numerics.taylor import move_to, series_value, taylor_step
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
+UNFORESEEN = 100.0  # times the tolerance: defect at the end of a step that its own last terms cannot explain
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
 
 
@@ -85,9 +91,8 @@ def step(real, whole, tape, lane):
     if whole[IDLE + lane] > MOST_IDLE:
         whole[STATUS + lane] = UNDECIDED
         return
-    if KINKED or SET_VALUED:
-        if not side_holds(real, whole, tape, lane):
-            return  # the series must be made anew for the other side
+    if (KINKED or SET_VALUED) and not side_holds(real, whole, tape, lane):
+        return  # the series must be made anew for the other side
     remaining = real[PERIOD + lane] - real[TIME + lane]
     if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
         remaining = real[TAIL + lane] - real[TIME + lane]
@@ -100,7 +105,12 @@ def step(real, whole, tape, lane):
         whole[STATUS + lane] = STEP_UNDERFLOW
         return
     longest = h
-    event, h = first_event(real, whole, tape, lane, h)
+    event, h, touch = first_event(real, whole, lane, h)
+    while whole[STIFF + lane] == 0 and not foreseen(real, lane, h):
+        longest = 0.5 * h
+        event, h, touch = first_event(real, whole, lane, longest)
+    if 0.0 <= touch < h:
+        on_event(real, whole, tape, lane, GRAZE, touch)
     if abs(event) == 2 and h > NEAR * longest:
         event, h = 0, (1.0 - 0.5 * NEAR) * h
     if event == 1:
@@ -136,33 +146,59 @@ def turn_period(real, whole, tape, lane):
         whole[STATUS + lane] = DONE
 
 
-def first_event(real, whole, tape, lane, h):
-    """First event within the step: (0: none, 1: velocity zero, +2 or -2: the hold gives way to that side; its time)."""
+def foreseen(real, lane, h):
+    """Whether the series knew of the friction that the contact meets at the end of the step.
+
+    Near rest, friction changes over a speed (v_s, 1/a) that may be small. To a series from far outside that change is
+    below rounding, and its last terms give no warning. So where a step ends at less than half the speed it began with,
+    its slope there is compared with the rates of the equations; if they disagree the step is halved.
+    """
+    start = real[VELOCITY + lane]
+    end = series_value(real, VELOCITY + lane, h)
+    if start == 0.0 or abs(end) >= 0.5 * abs(start) or h <= 8.0 * EPSILON * real[PERIOD + lane]:
+        return True
+    for i in range(STATES):
+        real[WORK + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, h)
+    rates(real, real[TIME + lane] + h, WORK, real[SIDE + lane], lane, WORK + STATES)
+    worst = 0.0
+    for i in range(STATES):
+        row = SERIES + i * (ORDER + 1) * LANES + lane
+        slope = 0.0
+        for k in range(ORDER, 0, -1):
+            slope = slope * h + k * real[row + k * LANES]
+        worst = max(worst, abs(slope - real[WORK + STATES + i]) / real[SCALE + i * LANES + lane])
+    return h * worst <= UNFORESEEN * real[TOLERANCE + lane]
+
+
+def first_event(real, whole, lane, h):
+    """First event within the step, its time, and where a guard only touched zero (-1: nowhere).
+
+    Events: 0: none, 1: velocity zero, +2 or -2: the hold gives way to that side.
+    """
     if not SET_VALUED and not KINKED:
-        return 0, h
+        return 0, h, -1.0
     side = real[SIDE + lane]
     if side != 0.0:
         root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h)
-        if touch >= 0.0 and (root < 0.0 or touch < root):
-            on_event(real, whole, tape, lane, GRAZE, touch)
-        return (0, h) if root < 0.0 else (1, root)
+        return (0, h, touch) if root < 0.0 else (1, root, touch)
     event = 0
+    earliest = -1.0
     growth = 0.0
     for k in range(ORDER - 1, 0, -1):  # can the force come near the limit at all?
         growth = growth * h + (abs(real[HOLD + k * LANES + lane]) + abs(real[LIMIT + k * LANES + lane]))
     if abs(real[HOLD + lane]) + growth * h < real[LIMIT + lane]:
-        return 0, h
+        return 0, h, -1.0
     for direction in range(-1, 2, 2):
         zeros = guard_series(real, lane, direction, h)
         if zeros > ORDER - 2 or real[GUARD + zeros * LANES + lane] < 0.0:
             continue  # `decide` has settled this start
         root, touch = first_root(real, GUARD + lane, ORDER - 1, 1.0, zeros, h)
-        if touch >= 0.0 and (root < 0.0 or touch < root):
-            on_event(real, whole, tape, lane, GRAZE, touch)
+        if touch >= 0.0 and (earliest < 0.0 or touch < earliest):
+            earliest = touch
         if root >= 0.0 and (event == 0 or root < h):
             event = 2 * direction
             h = root
-    return event, h
+    return event, h, earliest
 
 
 def guard_series(real, lane, direction, h):

@@ -15,6 +15,7 @@ from vibrocap.numerics.source import generated_source
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
 EVENT_ROOM = 2_000
+PIECE_ROOM = 20_000
 TOO_MANY_STEPS = -1  # a status besides those of the kernel: the run was given up here
 
 Progress = Callable[[float], None]
@@ -75,7 +76,7 @@ def recorded_run(
     whole[place["WHOLE_PERIODS"]] = whole_periods
     whole[place["EVENT_LIMIT"]] = max_events_per_period
     _start_contact(equations, real, whole, place, initial, parameters)
-    piece_room = int(min(20_000, 80 * periods + 200))
+    piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
     event_start = (whole_periods + 1) * rows
     piece_start = event_start + EVENT_ROOM * layout.event_size
     tape = np.empty(piece_start + piece_room * layout.piece_size)

@@ -26,11 +26,11 @@ from vibrocap.numerics.taylor import series_value
 
 def has_room(real, whole, tape, lane):
     """Whether the tape can take one more step; else the lane waits as TAPE_FULL."""
-    if whole[PIECES + lane] < whole[PIECE_LIMIT + lane]:
-        if whole[RECORDED_EVENTS + lane] + 4 < whole[RECORDED_EVENT_LIMIT + lane]:
-            return True
-    whole[STATUS + lane] = TAPE_FULL
-    return False
+    piece = whole[PIECES + lane] < whole[PIECE_LIMIT + lane]
+    events = whole[RECORDED_EVENTS + lane] + 4 < whole[RECORDED_EVENT_LIMIT + lane]
+    if not (piece and events):
+        whole[STATUS + lane] = TAPE_FULL
+    return piece and events
 
 
 def on_piece(real, whole, tape, lane, h):

@@ -1,9 +1,9 @@
 """First root of a polynomial, isolated rigorously and polished to rounding level.
 
 A guard is a polynomial that is positive at the start of a step. Its coefficients in the Bernstein basis of an interval
-change sign at least as often as it has roots there, and an even number of times more often (Descartes' rule): none means
-no root, one means one root. Halving the interval until one of the two holds finds the first root or proves that there
-is none. A double root is settled at the minimum between.
+change sign at least as often as it has roots there, and an even number of times more often (Descartes' rule): none
+means no root, one means one root. Halving the interval until one of the two holds finds the first root or proves that
+there is none. A double root is settled at the minimum between.
 """
 
 from vibrocap.numerics.generated import LANES, WORK
@@ -54,7 +54,7 @@ def polished_root(a, start, degree, low, high):
             return min(max(following, low), high)
         if not (low < following < high):
             following = 0.5 * (low + high)
-            if following == low or following == high:
+            if following in (low, high):
                 return high
         x = following
     return x

@@ -77,13 +77,15 @@ def polished_step(real, whole, lane, h, longest):
     """(event, length) of an implicit step that ends where the contact velocity vanishes.
 
     The dense output is less exact than the step, so the step is repeated with the length at which the velocity vanishes
-    at its very end. Where that step would not be exact enough, a shorter one without an event is made instead.
+    at its very end. Where that step would not be exact enough, or where only the dense output saw an event, a shorter
+    step without an event is made instead.
     """
     if whole[STIFF + lane] == 0:
         return 1, h
-    h = length_to_rest(real, whole, lane, h, longest)
+    rest = length_to_rest(real, whole, lane, h, longest)
+    h = rest if rest > 0.0 else longest
     error = implicit_stages(real, whole, lane, h)
-    if error <= 1.0:
+    if rest > 0.0 and error <= 1.0:
         return 1, h
     for _ in range(60):
         h *= max(0.2, min(0.8, 0.9 * error ** (-0.2)))
@@ -97,8 +99,10 @@ def polished_step(real, whole, lane, h, longest):
 
 
 def length_to_rest(real, whole, lane, h, longest):
-    """Length within (0, longest] of the implicit step that ends at rest, whose series is written: Newton's method from
-    a guess h, by halving where that is slow."""
+    """Length within (0, longest] of the implicit step that ends at rest, whose series is written, or 0 without one.
+
+    Newton's method from a guess h, by halving where that is slow.
+    """
     side = real[SIDE + lane]
     low, high = 0.0, longest
     before = math.inf
@@ -111,17 +115,17 @@ def length_to_rest(real, whole, lane, h, longest):
         slope = 0.0
         for k in range(4, 0, -1):
             slope = slope * h + side * k * real[VELOCITY + k * LANES + lane]
-        following = h - v / slope if slope != 0.0 and abs(v) < 0.5 * before else low
-        if abs(following - h) <= EPSILON * (real[TIME + lane] + h):
+        newton = slope != 0.0 and abs(v) < 0.5 * before
+        following = h - v / slope if newton else low
+        if newton and abs(following - h) <= EPSILON * (real[TIME + lane] + h):
             return h
         if not (low < following < high):
             following = 0.5 * (low + high)
-            if following == low or following == high:
+            if following in (low, high):
                 break
         before = abs(v)
         h = following
-    end_velocity(real, whole, lane, high)
-    return high
+    return high if side * end_velocity(real, whole, lane, high) <= 0.0 else 0.0
 
 
 def end_velocity(real, whole, lane, h):

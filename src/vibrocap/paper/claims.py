@@ -9,6 +9,7 @@ from vibrocap.paper import (
     claims_friction,
     claims_limits,
     claims_loops,
+    claims_phase_planes,
     claims_travel,
     claims_vibration,
 )
@@ -18,7 +19,8 @@ from vibrocap.paper.runs import Runs
 CHAPTERS = {
     "equations and friction laws": claims_equations,
     "frictional limits": claims_limits,
-    "motion, Figs 5 and 7": claims_vibration,
+    "motion, Fig. 5": claims_vibration,
+    "phase planes, Fig. 7": claims_phase_planes,
     "friction force, Fig. 6": claims_friction,
     "friction loops, Fig. 8": claims_loops,
     "travel, Fig. 9": claims_travel,

@@ -128,7 +128,7 @@ def periodic_responses(runs: Runs, tolerance: float) -> Finding:
             and max(value for key, value in found.items() if "residual" in key) <= tolerance
         ),
         found,
-        "Modulo X every motion settles on the period of the drive; so section 3.1's quasi-periodic is withdrawn here.",
+        "Modulo X every motion settles on the period of the drive, against section 3.1 (quasi-periodic).",
     )
 
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from vibrocap.paper.averages import STEADY_WINDOW, averages
 from vibrocap.paper.claim import DRAWN, SETTLED, Finding, claim, decided, restricted
-from vibrocap.paper.claims_travel import STEADY, ZERO, averages
+from vibrocap.paper.claims_travel import STEADY, ZERO
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_9_to_11
 from vibrocap.paper.runs import SWEEP_PERIODS, Runs
 
@@ -32,7 +33,7 @@ def larger_positive_velocities(runs: Runs, tolerance: float) -> Finding:
         found,
         "The settled velocity is its own mirror image, so that both peaks are equal.",
         "the first period",
-        "Both peaks are equal from the first few periods on.",
+        "In the settled motion both peaks are equal.",
     )
 
 
@@ -87,7 +88,7 @@ def control_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
         sweep = runs.sweep(name)
         near = np.abs(sweep.mass_ratio - point) <= 1.0
         found[f"{short}: largest |steady velocity| within 1 of {point:g}"] = float(
-            np.max(np.abs(averages(runs, name)["last 10"][near]))
+            np.max(np.abs(averages(runs, name)[STEADY_WINDOW][near]))
         )
     return Finding(
         decided(min(found.values()) > tolerance),
@@ -160,7 +161,7 @@ def em_declines_more(runs: Runs, tolerance: float) -> Finding:
 
 @claim(
     "sec. 3.2, Fig. 11",
-    "Displacements go on growing (time histories of travel at lambda 0.8, 2.0, 4.0).",
+    "The capsule keeps travelling at lambda 0.8, 2.0 and 4.0.",
     SETTLED,
     "fig11",
 )

@@ -110,11 +110,12 @@ ERRATA = (
         "section 3.2, Figs 9-11; section 4",
         "The average velocity falls monotonically with lambda and is zero at 4.0 (LM) and 2.2 (EM); the curves of LM "
         "and EM cross at 1.18 and 4.36.",
-        "At the printed parameters every settled motion found is its own mirror image under the half-period symmetry,"
-        " so that its mean velocity is exactly zero for every lambda, with both laws. Only the transient moves the "
-        "capsule, and an average over it depends on its window; no window gives the four printed points. A curve of "
-        "the printed shape appears as a steady state for a softer spring, rho of about 0.55 to 0.62, for which the "
-        "upright pendulum buckles. A velocity means something only together with its window.",
+        "At the printed parameters every settled motion found is its own mirror image under the half-period "
+        "symmetry, so that its mean velocity is exactly zero for every lambda, with both laws. Only the transient "
+        "moves the capsule, and an average over it depends on its window; no window tried, from 1 to 100 periods, "
+        "gives any of the four printed points. A curve of the printed shape appears as a steady state for a softer "
+        "spring, rho of about 0.55 to 0.62, for which the upright pendulum buckles. A velocity means something only"
+        " together with its window.",
         (
             "steady-progress",
             "monotone-lm",
@@ -134,10 +135,10 @@ def errata_page() -> str:
     lines = [
         "# Errata of the paper",
         "",
-        "P. Liu, H. Yu and S. Cang, *Modelling and analysis of dynamic frictional interactions of vibro-driven capsule",
-        "systems with viscoelastic property*. Where the paper and this software differ, this page says why. Each erratum",
-        "names the claims that show it with numbers: `vibrocap reproduce` computes them, `tests/test_paper.py` holds them",
-        "fast.",
+        "P. Liu, H. Yu and S. Cang, *Modelling and analysis of dynamic frictional interactions of vibro-driven",
+        "capsule systems with viscoelastic property*. Where the paper and this software differ, this page says why.",
+        "Each erratum names the claims that show it with numbers: `vibrocap reproduce` computes them,",
+        "`tests/test_paper.py` keeps them.",
         "",
         "This page is written by `vibrocap.paper.errata.errata_page`.",
     ]

@@ -103,6 +103,7 @@ def figure_8(runs: Runs) -> Figure:
         period = runs.steady("lugre", bristle_damping=damping)
         loop = period.loop
         lm, em = friction_curve(period.motion), friction_curve(runs.steady("exponential").motion)
+        order = [i for i in np.lexsort((em.friction, em.velocity)) if em.side[i] != 0]  # one curve: no hysteresis
         marks = [
             Mark(label, point.velocity, point.friction)
             for label, point in (("$M_1$", _escape(loop.forward)), ("", _escape(loop.back)))
@@ -120,7 +121,7 @@ def figure_8(runs: Runs) -> Figure:
                         Curve(r"$\pm N\eta_s$", "limit", np.array([-0.3, 0.3]), np.full(2, sign * 0.45))
                         for sign in (1, -1)
                     ),
-                    Curve("EM", "EM", em.velocity, em.friction),
+                    Curve("EM", "EM", em.velocity[order], em.friction[order]),
                     Curve("LM", "LM", lm.velocity, lm.friction, arrows=_arrows(lm.velocity, lm.friction)),
                 ),
                 tuple(marks),
@@ -131,8 +132,9 @@ def figure_8(runs: Runs) -> Figure:
     return Figure(
         "fig08",
         "Friction near zero velocity",
-        "The settled period. Arrows show the direction of the LM loop. As printed (left) the pure-sliding loop runs "
-        "anticlockwise and the largest force exceeds N eta_s = 0.45; with delta1 = 1 (right) it runs clockwise.",
+        "The settled period. Arrows: direction of the LM loop; dots: M1, forward and back. As printed "
+        "(left) the pure-sliding loop runs anticlockwise and the largest force exceeds N eta_s = 0.45; with delta1 = 1 "
+        "(right) it runs clockwise.",
         tuple(panels),
     )
 

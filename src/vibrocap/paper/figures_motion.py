@@ -105,8 +105,8 @@ def figure_10(runs: Runs) -> Figure:
     return Figure(
         "fig10",
         "Phase planes of the pendulum and velocity of the capsule",
-        "The first six drive periods (h 1.8, omega 1, rho 4, nu 1.2). After the transient forward and backward velocity "
-        "peaks are equal.",
+        "The first six drive periods (h 1.8, omega 1, rho 4, nu 1.2). After the transient forward and backward "
+        "velocity peaks are equal.",
         (*planes, *histories),
         columns=3,
     )

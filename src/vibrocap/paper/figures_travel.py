@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from vibrocap.paper.claims_travel import averages
+from vibrocap.paper.averages import STEADY_WINDOW, averages, crossings, meeting_points, window_name
 from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
-from vibrocap.paper.runs import LAST, SWEEP_POINTS, Period, Runs
+from vibrocap.paper.runs import LAST, SWEEP_POINTS, Period, Runs, last_period
 
-SHOWN_WINDOWS = {"first 1": 0.3, "first 5": 0.5, "first 10": 0.7, "first 40": 1.0}
+SHOWN_WINDOWS = {window_name(1): 0.3, window_name(5): 0.5, window_name(10): 0.7, window_name(40): 1.0}
 SOFT_SPRINGS = (0.55, 0.58, 0.62)
 PRINTED_POINTS = {"$P_1$": 1.18, "$O_2$": 2.2, "$O_1$": 4.0, "$P_2$": 4.36}
 SYMMETRIC_RATIO = 0.8
@@ -20,7 +20,7 @@ def figure_9(runs: Runs) -> Figure:
         ratios, curves = runs.sweep(name).mass_ratio, averages(runs, name)
         windows += [
             Curve(
-                f"{short}, {window} periods" if window != "first 1" else f"{short}, first period",
+                f"{short}, {window}",
                 short,
                 ratios,
                 curves[window],
@@ -33,7 +33,7 @@ def figure_9(runs: Runs) -> Figure:
             f"{short}, steady (last {LAST} of 150)",
             short,
             runs.sweep(name).mass_ratio,
-            averages(runs, name)[f"last {LAST}"],
+            averages(runs, name)[STEADY_WINDOW],
         )
         for name, short in SHORT.items()
     )
@@ -77,8 +77,6 @@ def _mirrored(period: Period) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def figure_symmetry(runs: Runs) -> Figure:
     """The half-period symmetry: a motion that is its own mirror image, one that is not, and what each travels."""
-    from vibrocap.paper.runs import last_period
-
     panels = []
     cases = (
         ("Figs 9-11, λ = 0.8", figures_9_to_11("lugre", SYMMETRIC_RATIO)),
@@ -115,16 +113,14 @@ def figure_symmetry(runs: Runs) -> Figure:
 
 
 def soft_zero_points(runs: Runs, stiffness: float, points: int = SWEEP_POINTS) -> dict[str, float]:
-    """Zeros and crossings of the steady curves for another stiffness: O1, O2, P1, P2 (NaN: none in the range)."""
-    from vibrocap.paper.claims_travel import crossings
-
+    """Zeros and crossings of the steady curves of the twin at another stiffness: O1, O2, P1, P2 (NaN: none)."""
     period = figures_9_to_11().drive.period
-    lm, em = (runs.sweep(name, stiffness, points).mean_velocity(period, LAST, last=True) for name in SHORT)
+    lm, em = (-runs.sweep(name, stiffness, points).mean_velocity(period, LAST, last=True) for name in SHORT)
     ratios = runs.sweep("lugre", stiffness, points).mass_ratio
-    meet = [*crossings(ratios, lm - em), np.nan, np.nan]
+    first, second = meeting_points(ratios, lm, em)
     return {
         "O1": next(iter(crossings(ratios, lm)), np.nan),
         "O2": next(iter(crossings(ratios, em)), np.nan),
-        "P1": meet[0],
-        "P2": meet[1],
+        "P1": first,
+        "P2": second,
     }

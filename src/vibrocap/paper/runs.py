@@ -6,6 +6,7 @@ import functools
 import numpy as np
 
 from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
+from vibrocap.measures.travel import mean_velocity
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start
 from vibrocap.simulate import simulate
 from vibrocap.system import System
@@ -17,6 +18,7 @@ SETTLING_PERIODS = 200  # after which every motion of the paper has settled, or 
 WINDOWS = (1, 5, 10, 20, 40, 100)  # averaging windows from the start, in drive periods; the paper names none
 LAST = 10  # periods of the window at the end, for the steady velocity
 SWEEP_PERIODS = 150
+RANDOM_RATIOS, RANDOM_STARTS = 9, 8  # mass ratios of Fig. 9, and random starts at each
 SWEEP_POINTS = 82  # mass ratios of Fig. 9: about 0.1 apart
 
 
@@ -72,6 +74,18 @@ class Runs:
         if key not in self._motions:
             self._motions[key] = run(system, periods, twin)
         return self._motions[key]
+
+    @functools.cache  # noqa: B019
+    def random_starts(self, friction: str) -> tuple[float, ...]:
+        """Mean velocities at the end of motions of Fig. 9 from random starts, at mass ratios over the whole range."""
+        random, found = np.random.default_rng(9), []
+        for ratio in np.linspace(*MASS_RATIOS, RANDOM_RATIOS):
+            system = figures_9_to_11(friction, float(ratio))
+            for angle, turn, velocity in random.uniform((-2.0, -3.0, -1.0), (2.0, 3.0, 1.0), (RANDOM_STARTS, 3)):
+                begin = {"angle": float(angle), "angle_rate": float(turn), "velocity": float(velocity)}
+                motion = simulate(system, periods=SWEEP_PERIODS, initial=begin, tolerance=TOLERANCE)
+                found.append(mean_velocity(motion, periods=LAST).value)
+        return tuple(found)
 
     def first_set(self, friction: str, twin: bool = False, **friction_changes: float) -> Trajectory:
         """The motion of Figs 5-8 from the start, as far as it is shown."""

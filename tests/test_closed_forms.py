@@ -1,0 +1,217 @@
+"""Motions with a closed form (PHYSICS.md, sections 2 and 5), those that the pendulum capsule or a carriage can show.
+
+Den Hartog's oscillator, the blocks on belts and LuGre's own pulled mass need machines of their own, with their tests.
+"""
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import vibrocap as vc
+from vibrocap.machines.machine import Machine, parameters
+
+TOLERANCE = 1e-11
+
+
+@parameters
+class Carriage(Machine):
+    """A contact that is led: X'' is the drive, whatever friction does. Its energy is left at zero."""
+
+    name = "carriage"
+    states = ("position", "velocity")
+    cyclic = "position"
+    contact_state = "velocity"
+    symmetry = (-1, -1)
+    channels = ()
+    normal_load = 1.0
+
+    def load(self):
+        return 1.0
+
+    def contact_velocity(self, t, y):
+        return y[1]
+
+    def holding_force(self, t, y, drive):
+        return drive
+
+    def rates(self, t, y, drive, force):
+        return y[1], drive
+
+    def energy(self, t, y):
+        return 0.0 * y[0]
+
+    def momentum(self, t, y):
+        return 0.0 * y[0]
+
+    def powers(self, t, y, drive):
+        return ()
+
+
+def led(law, amplitude=0.0, frequency=1.0, periods=1.0, **start):
+    """A contact led along X = -(h/omega^2) cos(omega t), or at a constant velocity."""
+    system = vc.System(Carriage(), law, vc.Harmonic(amplitude=amplitude, frequency=frequency))
+    motion = vc.simulate(system, periods=periods, initial=start, tolerance=TOLERANCE)
+    assert motion.status.ok
+    return motion
+
+
+# --- LuGre -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("reach", [0.3, 1.0, 4.0])  # A/g: presliding to sliding
+@pytest.mark.parametrize("bristle_damping", [0.0, 1.5])
+def test_lugre_loop_at_constant_g(reach, bristle_damping):
+    """|xi|max = g tanh(A/g) whatever the rate; area of the loop 4 Fc [A - g tanh(A/g)], plus what damping takes.
+
+    Between reversals dxi/dx = 1 -+ xi/g. The bristle damper adds the mean of delta1 xi'^2 + delta1 xi' (v - xi').
+    """
+    coulomb, stiffness, frequency = 0.3, 20.0, 0.7
+    g = coulomb / stiffness
+    amplitude = reach * g
+    law = vc.LuGre(stiffness, bristle_damping, 0.0, coulomb, coulomb)
+    periods = math.ceil(30.0 / (4.0 * reach)) + 1  # the transient dies as exp(-4 A/g) per period
+    motion = led(law, amplitude * frequency**2, frequency, periods=periods, position=-amplitude)
+    last = motion.period * np.linspace(periods - 1.0, periods, 2001)
+    largest = max(abs(event.state["bristle"]) for event in motion.events[-2:])
+    assert largest == pytest.approx(g * math.tanh(reach), rel=1e-9)
+    assert np.abs(motion.at(last, "bristle")).max() <= largest * (1 + 1e-9)
+    assert motion.at(last, "position").max() == pytest.approx(amplitude, rel=1e-9)
+    work = motion.at([last[0], last[-1]], "contact_sliding_work") + motion.at([last[0], last[-1]], "bristle_loss_work")
+    loop = -(work[1] - work[0])
+    # delta1 times the integral of xi' v, with xi' = v (1 -+ xi/g): by parts it is known from a quadrature of exp(-x/g)
+    phase = np.linspace(0.0, math.pi, 200_001)
+    x = -amplitude * np.cos(phase)
+    bristle = g - (g + g * math.tanh(reach)) * np.exp(-(x + amplitude) / g)
+    velocity = amplitude * frequency * np.sin(phase)
+    damped = 2.0 * bristle_damping * np.trapezoid(velocity**2 * (1.0 - bristle / g), phase) / frequency
+    area = 4.0 * coulomb * (amplitude - g * math.tanh(reach))
+    assert loop == pytest.approx(area + damped, rel=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [2.0, 1.0, 1.5])
+@pytest.mark.parametrize("velocity", [0.07, -0.2])
+def test_lugre_at_constant_velocity(velocity, exponent):
+    """xi = g sgn v + (xi0 - g sgn v) exp(-|v| t/g), with the whole of g(v), and so R."""
+    law = vc.LuGre(30.0, 2.0, 0.4, 0.15, 0.45, 0.1, exponent)
+    start = -0.004 * math.copysign(1.0, velocity)
+    motion = led(law, velocity=velocity, bristle=start)
+    t = np.linspace(0.0, motion.end, 101)
+    g = (0.15 + 0.3 * math.exp(-(abs(velocity / 0.1) ** exponent))) / 30.0
+    steady = math.copysign(g, velocity)
+    bristle = steady + (start - steady) * np.exp(-abs(velocity) * t / g)
+    rate = -(start - steady) * abs(velocity) / g * np.exp(-abs(velocity) * t / g)
+    assert motion.at(t, "bristle") == pytest.approx(bristle, abs=10 * TOLERANCE * g)
+    force = 30.0 * bristle + 2.0 * rate + 0.4 * velocity
+    assert motion.at(t, "friction") == pytest.approx(force, abs=1e3 * TOLERANCE)
+
+
+def test_bristles_never_deflect_beyond_their_limit():
+    """|xi| <= g(0) = N eta_s/delta0 is invariant, also from a start on it."""
+    for start in (0.0045, -0.0045, 0.0):
+        system = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic(amplitude=1.8))
+        motion = vc.simulate(system, periods=5, initial={"angle": 1.0, "bristle": start})
+        assert np.abs(motion["bristle"]).max() <= 0.0045 * (1 + 1e-9)
+
+
+# --- the pendulum ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("stiffness", "frequency"), [(2.0, 1.3), (4.0, 1.0), (2.0, 0.6)])
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.Exponential(0.0, 0.0, 0.0)], ids=["stuck", "heavy"])
+def test_small_vibration(law, stiffness, frequency):
+    """|theta| = h/sqrt((rho-1-omega^2)^2 + nu^2 omega^2), with its phase, for theta = Re A e^(i omega t).
+
+    A stuck capsule has any mass; one without friction must be heavy. Relative error: theta^2 from sin and 1/lambda.
+    """
+    amplitude, damping = 1e-4, 1.0
+    machine = vc.PendulumCapsule(
+        mass_ratio=2.5 if law.static_coefficient else 1e9, stiffness=stiffness, damping=damping
+    )
+    system = vc.System(machine, law, vc.Harmonic(amplitude=amplitude, frequency=frequency))
+    motion = vc.simulate(system, periods=20, tolerance=1e-13)
+    t = motion.period * (19.0 + np.arange(64) / 64.0)
+    found = 2.0 * np.mean(motion.at(t, "angle") * np.exp(-1j * frequency * t))
+    response = amplitude / complex(stiffness - 1.0 - frequency**2, damping * frequency)
+    assert abs(found - response) <= 1e-7 * abs(response)
+    closed = amplitude / math.sqrt((stiffness - 1 - frequency**2) ** 2 + (damping * frequency) ** 2)
+    assert abs(found) == pytest.approx(closed, rel=1e-7)
+
+
+@pytest.mark.parametrize("stiffness", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("side", [1, -1])
+def test_buckled_pendulum(stiffness, side):
+    """For rho < 1 the upright pendulum is no equilibrium that lasts; it comes to rest at sin(theta) = rho theta."""
+    system = vc.System(
+        vc.PendulumCapsule(stiffness=stiffness, damping=1.0), vc.Exponential(), vc.Harmonic(amplitude=0.0)
+    )
+    motion = vc.simulate(system, periods=60, initial={"angle": 0.01 * side}, tolerance=TOLERANCE)
+    buckled = brentq(lambda theta: math.sin(theta) - stiffness * theta, 0.1, math.pi, xtol=1e-15)
+    assert motion.state["angle"] == pytest.approx(side * buckled, abs=100 * TOLERANCE)
+    assert abs(motion.state["angle_rate"]) <= 100 * TOLERANCE
+    assert motion.phases[-1].side == 0
+
+
+def test_without_load_momentum_is_kept():
+    """N = 0: (lambda+1) X - sin(theta) is linear in time, with the initial momentum as its slope."""
+    machine = vc.PendulumCapsule(mass_ratio=1.3, stiffness=2.0, damping=0.8, normal_load=0.0)
+    drive = vc.Biharmonic(amplitude=1.8, frequency=0.9, second_amplitude=0.5, second_phase=0.4)
+    system = vc.System(machine, vc.Exponential(), drive)
+    start = {"angle": 0.7, "angle_rate": -0.3, "position": 0.2, "velocity": 0.15}
+    motion = vc.simulate(system, periods=10, initial=start, tolerance=TOLERANCE)
+    slope = 2.3 * 0.15 + math.cos(0.7) * 0.3
+    linear = 2.3 * 0.2 - math.sin(0.7) + slope * motion.time
+    assert 2.3 * motion["position"] - np.sin(motion["angle"]) == pytest.approx(linear, abs=1e3 * TOLERANCE)
+    assert all(phase.side != 0 for phase in motion.phases)
+
+
+def test_without_any_loss_energy_is_kept():
+    """N = 0, nu = 0, no drive."""
+    machine = vc.PendulumCapsule(mass_ratio=1.3, stiffness=2.0, damping=0.0, normal_load=0.0)
+    system = vc.System(machine, vc.Exponential(), vc.Harmonic(amplitude=0.0))
+    motion = vc.simulate(system, periods=10, initial={"angle": 1.1, "velocity": 0.3}, tolerance=TOLERANCE)
+    assert np.ptp(motion["energy"]) <= 100 * TOLERANCE
+    assert np.ptp(motion["angle"]) > 1.0
+
+
+# --- travel ----------------------------------------------------------------------------------------------------------
+
+
+def drift_velocity(ratio, second_phase):
+    """(steady mean velocity, -b2 sin(psi)) for Coulomb friction of `ratio` times the force of inertia.
+
+    The capsule's velocity is V + theta'/(lambda+1), and theta' the linear response to both harmonics; friction, if it
+    is weak, only decides V, so that the velocity is positive for half of the time.
+    """
+    mass_ratio, stiffness, damping, frequency = 4.0, 3.0, 0.8, 1.1
+    amplitude, second = 1e-3, 0.25e-3
+
+    def rate_response(drive, omega):
+        """theta' = Re(response e^(i omega t)), the capsule's inertia included: theta'' (1 - 1/(lambda+1))."""
+        inertia = 1.0 - 1.0 / (mass_ratio + 1.0)
+        return 1j * omega * drive / complex(stiffness - 1.0 - inertia * omega**2, damping * omega)
+
+    first = rate_response(amplitude, frequency) / (mass_ratio + 1.0)
+    other = rate_response(second * cmath.exp(1j * second_phase), 2 * frequency) / (mass_ratio + 1.0)
+    # b1 sin(phi) = Re(first e^(i omega t)): phi = omega t + arg(first) + pi/2, and b2 sin(2 phi + psi) the same way
+    psi = cmath.phase(other) + math.pi / 2 - 2.0 * (cmath.phase(first) + math.pi / 2)
+    predicted = -abs(other) * math.sin(psi)
+    coefficient = ratio * (mass_ratio + 1.0) * frequency * abs(first)
+    machine = vc.PendulumCapsule(mass_ratio=mass_ratio, stiffness=stiffness, damping=damping)
+    drive = vc.Biharmonic(amplitude, frequency, second, second_phase)
+    system = vc.System(machine, vc.Exponential(coefficient, coefficient, 0.0), drive)
+    motion = vc.simulate(system, periods=3.0 / ratio, initial={"velocity": predicted}, tolerance=1e-13)
+    position = motion.sections[:, 2]
+    assert all(phase.side != 0 for phase in motion.phases[-10:])
+    return (position[-1] - position[-2]) / motion.period, predicted
+
+
+@pytest.mark.parametrize("second_phase", [0.3, 2.0, 4.0])
+def test_travel_at_vanishing_friction(second_phase):
+    """V = -b2 sin(psi): the error goes with the friction, down to that of a small pendulum (theta^2 = 1e-7)."""
+    coarse, predicted = drift_velocity(0.01, second_phase)
+    fine, _ = drift_velocity(0.005, second_phase)
+    assert abs(fine - predicted) == pytest.approx(abs(coarse - predicted) / 2.0, rel=0.02)
+    assert 2.0 * fine - coarse == pytest.approx(predicted, rel=1e-3)

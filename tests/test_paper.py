@@ -1,0 +1,344 @@
+"""The paper: every claim has its verdict with a number and a tolerance, and the verdicts stay what they are."""
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibrocap.faces.reproduce import KEYS, reproduce
+from vibrocap.paper.averages import averages, crossings, meeting_points, zeros
+from vibrocap.paper.claim import CLAIMS, Outcome, judged, printed
+from vibrocap.paper.claims import CHAPTERS, chapters
+from vibrocap.paper.errata import ERRATA, errata_page
+from vibrocap.paper.figures import FIGURES, chosen_figures
+from vibrocap.paper.figures_travel import soft_zero_points
+from vibrocap.paper.main_finding import asymmetry
+from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, law, start
+from vibrocap.paper.runs import Runs
+
+HOLDS, ONLY_FOR, FAILS, UNDECIDED = Outcome.HOLDS, Outcome.ONLY_FOR, Outcome.FAILS, Outcome.UNDECIDED
+ROOT = Path(__file__).resolve().parents[1]
+
+EXPECTED = {
+    # equations and friction laws
+    "lagrangian": HOLDS,
+    "scaling": HOLDS,
+    "decoupling": HOLDS,
+    "bristle-rate": HOLDS,
+    "load-counted-twice": ONLY_FOR,
+    "load-is-the-weight": FAILS,
+    "one-alpha": FAILS,
+    "stribeck-term": ONLY_FOR,
+    "start-of-motion": ONLY_FOR,
+    # frictional limits
+    "breakaway-point": FAILS,
+    "presliding-is-linear": ONLY_FOR,
+    "steady-sliding": ONLY_FOR,
+    "steady-slope-formula": HOLDS,
+    "offset-points-exist": ONLY_FOR,
+    "monotone-between-offsets": ONLY_FOR,
+    "lower-offset": ONLY_FOR,
+    "upper-offset": ONLY_FOR,
+    "upper-offset-near-stribeck": ONLY_FOR,
+    "loop-of-imposed-sliding": ONLY_FOR,
+    # motion, Fig. 5
+    "similar-patterns": HOLDS,
+    "velocity-while-sticking": HOLDS,
+    "sticking-stronger-with-em": HOLDS,
+    "larger-displacement-with-em": HOLDS,
+    "higher-velocity-with-em": ONLY_FOR,
+    "em-avoids-hysteretic-loss": FAILS,
+    "negative-slope-stabilises": FAILS,
+    # phase planes, Fig. 7
+    "larger-cycle-of-pendulum": FAILS,
+    "larger-cycle-of-capsule": ONLY_FOR,
+    "steps-at-zero-velocity": ONLY_FOR,
+    "not-strictly-periodic": ONLY_FOR,
+    "quasi-periodic": FAILS,
+    "gap-from-hysteresis": FAILS,
+    "bounded": ONLY_FOR,
+    # friction force, Fig. 6
+    "bristle-and-force-alike": HOLDS,
+    "bristle-reaches-the-same-level": ONLY_FOR,
+    "bristle-follows-speed": ONLY_FOR,
+    "sharp-fall-marks-sticking": ONLY_FOR,
+    "friction-rises-while-sticking": ONLY_FOR,
+    "em-without-hysteresis": HOLDS,
+    "higher-frequency-with-em": FAILS,
+    "lower-peak-with-lm": FAILS,
+    # friction loops, Fig. 8
+    "forward-loop-in-sliding": ONLY_FOR,
+    "backward-loop-in-sliding": ONLY_FOR,
+    "forward-loop-in-presliding": HOLDS,
+    "backward-loop-in-presliding": HOLDS,
+    "order-reverses-at-m1": ONLY_FOR,
+    "laws-coincide-at-m1": FAILS,
+    "decline-beyond-m1": ONLY_FOR,
+    "branches-meet-at-the-end": HOLDS,
+    "offset-points-of-the-loop": HOLDS,
+    # travel, Fig. 9
+    "periodic-for-every-mass-ratio": HOLDS,
+    "steady-progress": FAILS,
+    "direction-set-by-mass-ratio": FAILS,
+    "monotone-lm": ONLY_FOR,
+    "monotone-em": ONLY_FOR,
+    "em-falls-more-steeply": FAILS,
+    "control-point-o1": FAILS,
+    "control-point-o2": FAILS,
+    "boundary-point-p1": FAILS,
+    "boundary-point-p2": FAILS,
+    "em-faster-before-p1": FAILS,
+    "em-slower-between": ONLY_FOR,
+    "em-overtakes-after-p2": ONLY_FOR,
+    "signs-of-lm": FAILS,
+    "signs-of-em": FAILS,
+    # velocities and displacements, Figs 10 and 11
+    "larger-positive-velocities": ONLY_FOR,
+    "velocity-declines-with-mass": HOLDS,
+    "averages-drop-below-zero": ONLY_FOR,
+    "control-by-mass-ratio": FAILS,
+    "distance-decreases-with-mass": ONLY_FOR,
+    "swing-falls-with-mass": HOLDS,
+    "em-declines-more": FAILS,
+    "travel-goes-on": FAILS,
+    # abstract and conclusions
+    "energy-requirements": ONLY_FOR,
+    "loss-in-hysteretic-loop": ONLY_FOR,
+    "vibration-quenching": ONLY_FOR,
+    "lm-desirable": ONLY_FOR,
+    "periodic-responses": HOLDS,
+    "bidirectional": HOLDS,
+    "parameters-of-figures-5-to-8": UNDECIDED,
+    "agreement-with-experiments": UNDECIDED,
+}
+
+
+@pytest.fixture(scope="module")
+def runs() -> Runs:
+    return Runs()
+
+
+def found(runs: Runs, key: str) -> dict[str, float]:
+    return dict(judged(CLAIMS[key], runs).finding.found)
+
+
+def test_there_are_enough_claims_and_each_stands_in_a_chapter():
+    assert len(CLAIMS) >= 40
+    assert sum(len(claims) for claims in chapters().values()) == len(CLAIMS)
+    assert list(chapters()) == list(CHAPTERS)
+    assert {figure for claim in CLAIMS.values() for figure in claim.figures} <= set(KEYS)
+    for key in KEYS:
+        assert chapters(key), f"no claim belongs to {key}"
+
+
+def test_every_claim_is_expected():
+    assert set(EXPECTED) == set(CLAIMS)
+
+
+@pytest.mark.parametrize("key", EXPECTED)
+def test_verdict(runs, key):
+    verdict = judged(CLAIMS[key], runs)
+    claim, finding = verdict.claim, verdict.finding
+    assert finding.outcome is EXPECTED[key]
+    assert claim.where
+    assert claim.says.endswith((".", ")", "loop."))
+    assert claim.test
+    assert finding.why
+    assert claim.tolerance.origin
+    assert (finding.outcome is ONLY_FOR) <= bool(finding.only_for)
+    if key != "agreement-with-experiments":  # the paper prints no number that it could be judged by
+        assert claim.tolerance.value > 0.0
+        assert finding.found
+    row = verdict.row
+    assert json.loads(json.dumps(row, allow_nan=False)) == row
+
+
+def test_printed_tolerance_is_half_a_unit_of_the_last_digit():
+    assert printed("4.0").value == pytest.approx(0.05)
+    assert printed("1.18").value == pytest.approx(0.005)
+    assert printed("1").value == pytest.approx(0.5)
+
+
+def test_presets_name_the_figures():
+    system = figures_5_to_8("lugre")
+    machine, drive = system.machine, system.drive
+    assert (machine.mass_ratio, machine.stiffness, machine.damping) == (2.5, 2.0, 1.0)
+    assert (drive.amplitude, drive.frequency) == (1.8, 1.0)
+    assert start(system) == {"angle": math.pi / 3, "bristle": 0.0026}
+    assert start(figures_9_to_11("exponential", 0.8), mirrored=True) == {"angle": -math.pi / 3}
+    assert figures_9_to_11("lugre", 4.0).machine.stiffness == 4.0
+    with pytest.raises(ValueError, match="law should be one of lugre, exponential, got 'coulomb'"):
+        law("coulomb")
+
+
+def test_sticking_share_and_drift_of_the_first_set(runs):
+    """Reference values of two independent integrators, to the digits known."""
+    displacement = found(runs, "larger-displacement-with-em")
+    assert displacement["LM: X(40T)"] == pytest.approx(4.3246962, abs=5e-8)
+    assert displacement["EM: X(40T)"] == pytest.approx(6.8597399, abs=5e-8)
+    assert displacement["EM: settled drift per period"] == pytest.approx(0.1643477, abs=5e-8)
+
+
+@pytest.mark.parametrize("friction", ["lugre", "exponential"])
+@pytest.mark.parametrize("ratio", [0.05, 0.8, 2.2, 4.0, 8.1])
+def test_steady_motion_of_figure_9_is_symmetric_and_does_not_travel(runs, friction, ratio):
+    shown = asymmetry(runs, "", figures_9_to_11(friction, ratio))
+    assert abs(shown.drift) < 1e-9
+    assert shown.largest_difference < 1e-8
+
+
+@pytest.mark.parametrize("friction", ["lugre", "exponential"])
+def test_every_travelling_motion_has_a_mirror_twin(runs, friction):
+    shown = asymmetry(runs, "", figures_5_to_8(friction))
+    assert shown.drift > 0.1
+    assert shown.drift_of_twin == pytest.approx(-shown.drift, rel=1e-12)
+    assert shown.largest_difference > 0.01  # has lost the symmetry
+
+
+def test_steady_velocity_is_zero_from_random_starts(runs):
+    for friction in ("lugre", "exponential"):
+        velocities = runs.random_starts(friction)
+        assert len(velocities) == 72
+        assert np.max(np.abs(velocities)) < 1e-9
+
+
+def test_transient_averages_vanish_elsewhere_than_printed(runs):
+    assert zeros(runs, "lugre")["first 40 periods"] == pytest.approx(1.929, abs=0.01)
+    assert zeros(runs, "exponential")["first 40 periods"] == pytest.approx(1.776, abs=0.01)
+    assert math.isnan(zeros(runs, "lugre")["last 10 periods"])
+    # The capsule is displaced once: an average over twice the window is half as large.
+    curves = averages(runs, "lugre")
+    assert np.max(np.abs(curves["first 40 periods"] - 2.5 * curves["first 100 periods"])) < 1e-6
+
+
+def test_soft_spring_gives_the_printed_shape_but_not_all_points(runs):
+    points = soft_zero_points(runs, 0.58, points=41)
+    assert points["P1"] < points["O2"] < points["O1"] < points["P2"]  # in the printed order
+    assert not any(abs(points[key] - value) < 0.005 for key, value in (("P1", 1.18), ("P2", 4.36)))
+
+
+def test_crossings_know_their_direction():
+    x = np.linspace(0.0, 4.0, 401)
+    y = np.sin(np.pi * x + 0.1)
+    assert crossings(x, y) == pytest.approx([k - 0.1 / np.pi for k in (1, 2, 3, 4)], abs=1e-4)
+    assert crossings(x, y, rising=True) == pytest.approx([k - 0.1 / np.pi for k in (2, 4)], abs=1e-4)
+    assert crossings(x, np.full_like(x, 1e-12)) == []
+    assert meeting_points(x, 0.0 * x, y) == pytest.approx((1 - 0.1 / np.pi, 2 - 0.1 / np.pi), abs=1e-4)
+
+
+def test_peak_force_of_lugre_exceeds_the_static_level_as_printed(runs):
+    peaks = found(runs, "lower-peak-with-lm")
+    assert peaks["LM"] == pytest.approx(0.459, abs=5e-4)
+    assert peaks["LM"] > peaks["N eta_s"] > peaks["LM, delta1 = 1"]
+
+
+@pytest.mark.parametrize("way", ["forward", "backward"])
+def test_loops_turn_round_between_the_printed_damping_and_one(runs, way):
+    gaps = found(runs, f"{way}-loop-in-sliding")
+    as_printed, at_one, boundary = gaps.values()
+    assert as_printed < 0.0 < at_one
+    assert boundary == pytest.approx(0.0405, abs=5e-5)
+
+
+def test_force_at_the_boundary_velocity_does_not_depend_on_the_bristles(runs):
+    crossing = found(runs, "order-reverses-at-m1")
+    assert crossing["delta1 = 10: crossing 1"] == pytest.approx(found(runs, "forward-loop-in-sliding")["v*"], rel=1e-9)
+
+
+def test_offset_points(runs):
+    points = found(runs, "offset-points-exist")
+    assert points["X'_l at delta2 = 0.4"] == pytest.approx(0.006696630374612, rel=1e-12)
+    assert points["X'_h at delta2 = 0.4"] == pytest.approx(0.181821489161179, rel=1e-12)
+    assert points["largest delta2"] == pytest.approx(2.5733, abs=5e-5)
+    assert points["offset points at delta2 = 0"] == 0
+
+
+def test_errata_name_claims_that_show_them_and_the_page_is_current():
+    assert [erratum.number for erratum in ERRATA] == list(range(1, 9))
+    for erratum in ERRATA:
+        assert set(erratum.claims) <= set(CLAIMS)
+        assert any(EXPECTED[key] in (FAILS, ONLY_FOR) for key in erratum.claims)
+    assert (ROOT / "docs" / "errata.md").read_text(encoding="utf-8") == errata_page()
+
+
+def test_numbers_in_the_errata_are_those_found(runs):
+    texts = {erratum.number: erratum.right for erratum in ERRATA}
+    load = found(runs, "load-is-the-weight")
+    assert f"{load['least N(tau)']:.2f} and {load['largest N(tau)']:.2f}" in texts[1]
+    alpha = found(runs, "one-alpha")
+    assert all(f"{value:.3f}" in texts[2] for value in alpha.values())
+    assert f"{found(runs, 'offset-points-exist')['largest delta2']:.4f}" in texts[4]
+    growth = found(runs, "negative-slope-stabilises")
+    assert f"{growth['EM: growth rate']:.2f} with EM and {growth['LM: growth rate']:.2f} with LM" in texts[5]
+    gaps = found(runs, "gap-from-hysteresis")
+    assert f"{gaps['LM: gap']:.4f} with LM and {gaps['EM: gap']:.4f} with EM" in texts[6].replace("\n", " ")
+    assert f"{found(runs, 'lower-peak-with-lm')['LM']:.3f}" in texts[7]
+
+
+@pytest.mark.parametrize("key", FIGURES)
+def test_figure_data_is_complete(runs, key):
+    figure = FIGURES[key](runs)
+    assert figure.key == key
+    assert figure.caption
+    assert len({panel.title for panel in figure.panels}) == len(figure.panels)
+    for panel in figure.panels:
+        assert panel.curves
+        for curve in panel.curves:
+            assert curve.label
+            assert curve.x.shape == curve.y.shape
+            assert curve.x.size > 1
+            assert np.all(np.isfinite(curve.x))
+            assert np.all(np.isfinite(curve.y))
+
+
+def test_an_unknown_figure_is_refused():
+    with pytest.raises(ValueError, match=r"only should be one of fig03, .*, got 'fig04'"):
+        chosen_figures("fig04")
+    assert chosen_figures("fig09") == ("fig09", "symmetry")
+
+
+def test_one_figure_is_written_with_its_claims(tmp_path):
+    shares = []
+    made = reproduce(tmp_path / "out", "fig03", lambda what, share: shares.append(share))
+    assert made.finished
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    assert [path.name for path in made.figures] == ["fig03.png"]
+    page = made.report.read_text(encoding="utf-8")
+    assert "data:image/png;base64," in page
+    assert not re.search(r'(src|href)="(?!data:|#)', page)  # self-contained
+    assert "loop-of-imposed-sliding" in page
+    rows = json.loads((tmp_path / "out" / "claims.json").read_text(encoding="utf-8"))
+    assert [row["key"] for row in rows] == [verdict.claim.key for verdict in made.claims]
+    with (tmp_path / "out" / "figures" / "fig03.csv").open(encoding="utf-8") as file:
+        points = list(csv.DictReader(file))
+    assert {point["curve"] for point in points}
+    assert all(math.isfinite(float(point["x"])) and math.isfinite(float(point["y"])) for point in points)
+
+
+def test_what_is_done_is_written_when_interrupted(tmp_path):
+    def interrupt(what, share):
+        if what.startswith("claim"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path, "fig03", interrupt)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "did not finish" in page
+    assert "data:image/png;base64," in page
+    assert json.loads((tmp_path / "claims.json").read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.slow
+def test_the_whole_paper(tmp_path):
+    made = reproduce(tmp_path)
+    assert made.seconds < 180
+    assert len(made.claims) == len(CLAIMS)
+    assert len(made.figures) == len(FIGURES)
+    page = made.report.read_text(encoding="utf-8")
+    assert all(f'id="{key}"' in page for key in CLAIMS)
+    assert all(erratum.title in page.replace("&#x27;", "'") for erratum in ERRATA)
