@@ -178,12 +178,12 @@ def _time_histories(axes: Any, motion: Trajectory) -> None:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
         _legend_above(axes[0])
     t = sample_times(motion, start, end)
-    names = ("angle", "velocity", "friction")
-    for ax, name, title in zip(axes[1:], names, ("Pendulum", "Capsule", "Contact"), strict=True):
+    names = (motion.state_names[0], "velocity", "friction")
+    for ax, name, title in zip(axes[1:], names, (_inner_name(motion), "Capsule", "Contact"), strict=True):
         shaded = shade_stick(ax, motion, start, end, period)
         ax.plot(t / period, motion.at(t, name), **LAST)
         ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        ax.set(title=title, ylabel=LABELS[name])
+        ax.set(title=title, ylabel=_label(name))
         ax.set_xlim(start / period, end / period)
         if name != "friction":
             ax.tick_params(labelbottom=False)
@@ -207,12 +207,13 @@ def _phase_planes(axes: Any, motion: Trajectory) -> None:
         return motion.at(times, "position") - speed * times
 
     origin = relative(t).mean() if whole else 0.0
+    inner, rate = motion.state_names[:2]
     for times, style, label in shown:
-        axes[0].plot(motion.at(times, "angle"), motion.at(times, "angle_rate"), **style, label=label)
+        axes[0].plot(motion.at(times, inner), motion.at(times, rate), **style, label=label)
         axes[1].plot(relative(times) - origin, motion.at(times, "velocity"), **style)
-    axes[0].plot(motion.at(t[-1:], "angle"), motion.at(t[-1:], "angle_rate"), **END, label="end")
+    axes[0].plot(motion.at(t[-1:], inner), motion.at(t[-1:], rate), **END, label="end")
     axes[1].plot(relative(t[-1:]) - origin, motion.at(t[-1:], "velocity"), **END)
-    axes[0].set(title="Pendulum", xlabel=LABELS["angle"], ylabel=LABELS["angle_rate"])
+    axes[0].set(title=_inner_name(motion), xlabel=_label(inner), ylabel=_label(rate))
     _legend_above(axes[0])
     steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
     axes[1].set(title="Capsule", xlabel=steady if whole else LABELS["position"], ylabel=LABELS["velocity"])
@@ -233,6 +234,16 @@ def _phase_planes(axes: Any, motion: Trajectory) -> None:
     _legend_above(axes[2])
     for ax in axes:
         ax.locator_params(axis="x", nbins=7)
+
+
+def _inner_name(motion: Trajectory) -> str:
+    """What moves within the capsule."""
+    return "Pendulum" if motion.state_names[0] == "angle" else "Inner motion"
+
+
+def _label(name: str) -> str:
+    """The axis label of a state; its name in words where there is none."""
+    return LABELS.get(name, name.replace("_", " "))
 
 
 def _legend_above(axes: Axes) -> None:

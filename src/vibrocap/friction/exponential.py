@@ -38,6 +38,10 @@ class Exponential(Law):
         """
         return side * self.steady_force(side * velocity, load), ()
 
+    def speed_scale(self):
+        """1/a."""
+        return 1.0 / (self.decay_rate + 1e-300)
+
     def holding_limit(self, load):
         """Largest force at rest, N eta_s."""
         return load * self.static_coefficient

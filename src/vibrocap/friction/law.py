@@ -49,6 +49,10 @@ class Law:
         """Natural size of each internal state, over which its error is measured."""
         return ()
 
+    def speed_scale(self):
+        """Speed near rest over which the friction changes; 0 where the law does not know."""
+        return 0.0
+
     def losses(self, velocity, internal, side, load):
         """Power lost by sliding and by deforming the contact: (contact sliding, bristle loss)."""
         force, _ = self.force(velocity, internal, side, load)

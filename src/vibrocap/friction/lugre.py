@@ -63,6 +63,10 @@ class LuGre(Law):
         """g(0), the largest deflection."""
         return (load * self.static_coefficient / self.bristle_stiffness,)
 
+    def speed_scale(self):
+        """v_s."""
+        return self.stribeck_velocity
+
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy delta0 xi^2/2, split at the bristles.
 

@@ -32,6 +32,7 @@ from vibrocap.numerics.generated import (
     SERIES,
     SET_VALUED,
     SIDE,
+    SPEED_SCALE,
     STATE,
     STATES,
     STATUS,
@@ -68,6 +69,7 @@ from vibrocap.numerics.taylor import move_to, series_value, taylor_step
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
+FAR = 2.0  # times the speed over which friction changes near rest: within, a series sees that change
 UNFORESEEN = 100.0  # times the tolerance: defect at the end of a step that its own last terms cannot explain
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
 
@@ -150,24 +152,39 @@ def foreseen(real, lane, h):
     """Whether the series knew of the friction that the contact meets at the end of the step.
 
     Near rest, friction changes over a speed (v_s, 1/a) that may be small. To a series from far outside that change is
-    below rounding, and its last terms give no warning. So where a step ends at less than half the speed it began with,
-    its slope there is compared with the rates of the equations; if they disagree the step is halved.
+    below rounding, and its last terms give no warning. So where the speed falls by more than a quarter from there, its
+    slope is compared with the rates of the equations at points ever closer to its end; if they disagree the step is
+    halved. (The end alone is not enough: at rest, the bristles of a LuGre contact do not move whatever the law.)
     """
-    start = real[VELOCITY + lane]
-    end = series_value(real, VELOCITY + lane, h)
-    if start == 0.0 or abs(end) >= 0.5 * abs(start) or h <= 8.0 * EPSILON * real[PERIOD + lane]:
+    start = abs(real[VELOCITY + lane])
+    change = 0.0  # the first terms tell whether there is anything to look at
+    for k in range(3, 0, -1):
+        change = (change + abs(real[VELOCITY + k * LANES + lane])) * h
+    if change <= 0.2 * start or start <= FAR * real[SPEED_SCALE + lane] or h <= 8.0 * EPSILON * real[PERIOD + lane]:
         return True
+    if abs(series_value(real, VELOCITY + lane, h)) >= 0.75 * start:
+        return True
+    worst = defect(real, lane, h)
+    rest = 1.0
+    for _ in range(8):
+        rest *= 0.25
+        worst = max(worst, defect(real, lane, (1.0 - rest) * h))
+    return worst * h <= UNFORESEEN * real[TOLERANCE + lane]
+
+
+def defect(real, lane, s):
+    """Largest difference between the slope of the series at time s and the rates of the equations there."""
     for i in range(STATES):
-        real[WORK + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, h)
-    rates(real, real[TIME + lane] + h, WORK, real[SIDE + lane], lane, WORK + STATES)
+        real[WORK + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    rates(real, real[TIME + lane] + s, WORK, real[SIDE + lane], lane, WORK + STATES)
     worst = 0.0
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
         slope = 0.0
         for k in range(ORDER, 0, -1):
-            slope = slope * h + k * real[row + k * LANES]
+            slope = slope * s + k * real[row + k * LANES]
         worst = max(worst, abs(slope - real[WORK + STATES + i]) / real[SCALE + i * LANES + lane])
-    return h * worst <= UNFORESEEN * real[TOLERANCE + lane]
+    return worst
 
 
 def first_event(real, whole, lane, h):
