@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+import vibrocap.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
 from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics import link, roots
@@ -138,6 +139,13 @@ def linked_text(law):
     return kernel_of(system_with(law)).text
 
 
+def forget_recordings():
+    """As in a new process: equations are recorded anew when next asked for."""
+    for name in vars(recordings).values():
+        if hasattr(name, "cache_clear"):
+            name.cache_clear()
+
+
 def hashed(text):
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -145,8 +153,7 @@ def hashed(text):
 def test_an_edited_law_is_another_kernel(monkeypatch):
     """A term dropped from a law changes the linked text, and with it the name under which its kernel is kept."""
     before = hashed(linked_text(vc.LuGre()))
-    equations_module = equations.__globals__["_equations"]
-    equations_module.cache_clear()
+    forget_recordings()
     assert hashed(linked_text(vc.LuGre())) == before
 
     def edited(self, velocity, internal, side, load):
@@ -155,12 +162,12 @@ def test_an_edited_law_is_another_kernel(monkeypatch):
         return self.bristle_stiffness * bristle + self.bristle_damping * rate, (rate,)
 
     monkeypatch.setattr(vc.LuGre, "force", edited)
-    equations_module.cache_clear()
+    forget_recordings()
     try:
         assert hashed(linked_text(vc.LuGre())) != before
     finally:
         monkeypatch.undo()
-        equations_module.cache_clear()
+        forget_recordings()
 
 
 def test_an_edited_loop_is_another_kernel(monkeypatch):
@@ -190,6 +197,6 @@ def test_parameters_do_not_ask_for_another_kernel():
 def test_reordered_text_is_the_same_text():
     """Recording is deterministic: the text does not depend on what was recorded before, so the cache is met again."""
     first = linked_text(vc.LuGre())
-    equations.__globals__["_equations"].cache_clear()
+    forget_recordings()
     linked_text(vc.Exponential())
     assert linked_text(vc.LuGre()) == first

@@ -40,9 +40,10 @@ def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
     return not (name in getattr(law_or_part, "shape_parameters", ()) and value == int(value))
 
 
-def parameter_values(system: System) -> list[float]:
+@functools.lru_cache(maxsize=256)
+def parameter_values(system: System) -> tuple[float, ...]:
     """The parameter vector of a system, in the order of `Equations.parameter_paths`."""
-    return [float(value) for _, value in _recorded_parameters(system)]
+    return tuple(float(value) for _, value in _recorded_parameters(system))
 
 
 def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
@@ -70,6 +71,7 @@ def form(system: System) -> tuple:
     return tuple(result)
 
 
+@functools.lru_cache(maxsize=256)
 def equations(system: System) -> Equations:
     """Record the equations of a system; systems of one form share them."""
     return _equations(form(system), _Unhashed(system))

@@ -116,6 +116,8 @@ def simulate(
     except CaseError as error:
         by_option = [re.sub(rf"^run\.({'|'.join(settings)}):", r"--\1:", text) for text in error.complaints]
         raise CaseError([*(by_option if settings else error.complaints), *refused], error.source) from None
+    if animate is not None and "angle" not in setup.system.state_names:
+        refused.append(f"--animate: draws the pendulum capsule only, not the machine {setup.system.machine.name!r}")
     if refused:
         raise Refusal("\n".join(refused))
     for path in (out, plot, animate):

@@ -26,7 +26,7 @@ ENTRY = "advance"  # the one function that is called from outside
 # Nothing is allocated in a kernel; without its runtime (_nrt), Numba counts no references to the arrays that are passed
 # around, atomic operations that took a third of the time.
 OPTIONS = 'fastmath={"contract"}, error_model="numpy", nogil=True, _nrt=False'
-DECORATOR = f"numba.njit({OPTIONS})"
+DECORATOR = f"numba.njit({OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True)"
 ENTRY_DECORATOR = f"numba.njit({OPTIONS}, cache=True)"
 
 

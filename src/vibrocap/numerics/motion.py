@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,8 +50,8 @@ def kernel(equations: Any, order: int, plain: bool = False) -> tuple[Layout, Cal
 
 def recorded_run(
     equations: Any,
-    parameters: list[float],
-    initial: list[float],
+    parameters: Sequence[float],
+    initial: Sequence[float],
     period: float,
     periods: float,
     tolerance: float,

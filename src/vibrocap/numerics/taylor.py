@@ -4,7 +4,21 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.generated import LANES, ORDER, ROWS, SCALE, SERIES, STATE, STATES, TIME, TOLERANCE
+from vibrocap.numerics.generated import (
+    HOLD,
+    LANES,
+    LIMIT,
+    ORDER,
+    ROWS,
+    SCALE,
+    SERIES,
+    SET_VALUED,
+    SIDE,
+    STATE,
+    STATES,
+    TIME,
+    TOLERANCE,
+)
 
 SAFETY = 0.9
 MANTISSA = 2**52 - 1  # bits of a double
@@ -27,6 +41,9 @@ def taylor_step(real, whole, lane):
         before = max(before, abs(real[row + (ORDER - 1) * LANES]) * inverse)
         if not (abs(real[row + ORDER * LANES]) <= 1e300):
             return math.nan
+    if SET_VALUED and real[SIDE + lane] == 0.0 and real[LIMIT + lane] > 0.0:
+        # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides.
+        before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) / real[LIMIT + lane])
     tolerance = real[TOLERANCE + lane]
     h = LONGEST
     if last > 0.0:

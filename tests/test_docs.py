@@ -1,0 +1,346 @@
+"""The documentation is true: snippets and commands run, what they are said to print is printed, links lead somewhere.
+
+A fence says what is done with it: `python` runs (the blocks of a page share their names), `python PATH` is a new file
+of the package, `text printed` is what the block before printed, `sh` holds commands, `toml` a case, `toml wrong` a case
+that is refused with the `text complaints` after it, `toml parts` a case of the new files. Commands run where the folder
+`examples/` is at hand, as in the root of the repository.
+"""
+
+import contextlib
+import dataclasses
+import importlib
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vibrocap as vc
+from vibrocap import catalogue
+from vibrocap.case import Case, CaseError, case_from_text, case_text
+from vibrocap.faces import cli
+from vibrocap.parameters import parameter_table
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+SLOW = ("vibrocap reproduce",)  # commands that begin so take more than a few seconds
+
+
+@dataclasses.dataclass(frozen=True)
+class Fence:
+    """A fenced block of a page: the words after the fence, the text within, and the line where it begins."""
+
+    page: Path
+    words: tuple[str, ...]
+    text: str
+    line: int
+
+    @property
+    def name(self) -> str:
+        return f"{self.page.relative_to(ROOT)}:{self.line}"
+
+
+def fences(page: Path) -> list[Fence]:
+    found, text = [], page.read_text(encoding="utf-8")
+    for match in re.finditer(r"^( *)```(\w[^\n]*)\n(.*?)^\1```$", text, re.MULTILINE | re.DOTALL):
+        indent, words, body = match.groups()
+        line = text.count("\n", 0, match.start()) + 1
+        body = "".join(row.removeprefix(indent) for row in body.splitlines(keepends=True))
+        found.append(Fence(page, tuple(words.split()), body, line))
+    return found
+
+
+FENCES = [fence for page in PAGES for fence in fences(page)]
+NEW_FILES = [fence for fence in FENCES if fence.words[0] == "python" and len(fence.words) == 2]
+
+
+def kept(*words: str) -> list:
+    """Blocks with these words after the fence, as parameters of a test."""
+    return [pytest.param(fence, id=fence.name) for fence in FENCES if fence.words == words]
+
+
+def commands(text: str) -> list[str]:
+    """Commands of a block or of a help text: its lines without comments."""
+    lines = (line.partition(" #")[0].strip() for line in text.splitlines())
+    return [line for line in lines if line]
+
+
+@pytest.fixture
+def workplace(tmp_path, monkeypatch):
+    """An empty folder with the examples at hand, as the current one."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_there_are_pages_with_blocks_of_every_kind():
+    assert {fence.words for fence in FENCES} >= {
+        ("python",),
+        ("sh",),
+        ("toml",),
+        ("toml", "wrong"),
+        ("text", "printed"),
+    }
+    known = {"printed", "wrong", "parts", "complaints", *(fence.words[1] for fence in NEW_FILES)}
+    for fence in FENCES:
+        assert fence.words[0] in ("python", "sh", "toml", "text"), fence.name
+        assert set(fence.words[1:]) <= known, fence.name
+
+
+# --- links -----------------------------------------------------------------------------------------------------------
+
+
+def anchors(page: Path) -> set[str]:
+    """Anchors of the headings of a page."""
+    heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CHANGELOG.md"], ids=lambda page: str(page.relative_to(ROOT)))
+def test_relative_links_lead_somewhere(page):
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        path, _, anchor = target.partition("#")
+        if "://" in target:
+            continue
+        found = (page.parent / path).resolve() if path else page
+        assert found.exists(), target
+        assert found.is_relative_to(ROOT), target
+        if anchor:
+            assert anchor in anchors(found), target
+
+
+def test_index_names_every_page():
+    linked = set(re.findall(r"\]\(([^)#]+\.md)\)", (ROOT / "docs" / "index.md").read_text(encoding="utf-8")))
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"} <= linked
+
+
+def test_picture_is_small_enough_to_load_with_the_page():
+    assert (ROOT / "docs" / "images" / "travel.png").stat().st_size < 200_000
+
+
+# --- snippets --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if any(fence.words == ("python",) for fence in fences(page))],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
+def test_snippets_run_and_print_what_they_are_said_to(page, workplace):
+    names: dict = {}
+    output = io.StringIO()
+    for fence in fences(page):
+        if fence.words == ("python",):
+            output = io.StringIO()
+            # Blank lines in front give an error the line number of the page.
+            code = compile("\n" * fence.line + fence.text, str(page), "exec")
+            with contextlib.redirect_stdout(output):
+                exec(code, names)
+        elif fence.words == ("text", "printed"):
+            assert output.getvalue() == fence.text, fence.name
+
+
+def test_the_readme_snippet_is_the_agreed_one_and_ends_where_it_says(workplace):
+    names: dict = {}
+    readme = next(fence for fence in FENCES if fence.page.name == "README.md" and fence.words == ("python",))
+    exec(readme.text, names)
+    motion, text = names["motion"], readme.page.read_text(encoding="utf-8")
+    kinds = list(motion.event_kinds)
+    assert f"ends at {motion.state['position']:.7f}" in text
+    assert f"after {kinds.count('stick')} rests of the contact and {kinds.count('reversal')} reversals" in text
+
+
+# --- commands --------------------------------------------------------------------------------------------------------
+
+
+def run_command(command: str) -> None:
+    words = shlex.split(command)
+    assert words[0] == "vibrocap", command
+    assert cli.main(words[1:]) == cli.OK, command
+
+
+@pytest.mark.parametrize("fence", kept("sh"))
+def test_commands_run_word_for_word(fence, workplace, capsys):
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    for command in commands(fence.text):
+        if command.startswith("make "):
+            assert set(command.split()[1:]) <= targets, command
+        elif not command.startswith(SLOW):
+            run_command(command)
+
+
+def test_commands_of_the_help_run_word_for_word(workplace, capsys):
+    shown = [line for line in commands(cli.EXAMPLES) if re.match(r"vibrocap \w+ .*[\w/]$", line)]
+    assert len(shown) >= 4
+    for command in shown:
+        if not command.startswith(SLOW):
+            run_command(command)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "command",
+    sorted(
+        {
+            command
+            for text in (cli.EXAMPLES, *(fence.text for fence in FENCES if fence.words == ("sh",)))
+            for command in commands(text)
+            if command.startswith(SLOW)
+        }
+    ),
+)
+def test_slow_commands_run_word_for_word(command, workplace, capsys):
+    run_command(command)
+
+
+def test_every_make_target_in_the_text_exists():
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    for page in PAGES:
+        assert set(re.findall(r"`make ([a-z-]+)`", page.read_text(encoding="utf-8"))) <= targets, page.name
+
+
+# --- case files ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("fence", kept("toml"))
+def test_cases_are_complete(fence):
+    case = case_from_text(fence.text)
+    assert case_from_text(case_text(case)) == case
+
+
+@pytest.mark.parametrize("fence", kept("toml", "wrong"))
+def test_wrong_cases_get_the_answer_that_is_shown(fence):
+    shown = next(f for f in FENCES if f.page == fence.page and f.line > fence.line and f.words[0] == "text")
+    with pytest.raises(CaseError) as caught:
+        case_from_text(fence.text)
+    assert "\n".join(f"  {complaint}" for complaint in caught.value.complaints) + "\n" == shown.text
+
+
+def test_page_of_case_files_has_every_key_with_its_default():
+    text = (ROOT / "docs" / "case-files.md").read_text(encoding="utf-8")
+    rows = {key: cells.split("|") for key, cells in re.findall(r"^\| `(\w+)` \|(.+)\|$", text, re.MULTILINE)}
+    parts = [*catalogue.machines().values(), *catalogue.laws().values(), *catalogue.drives().values()]
+    for part in parts:
+        assert f'"{part.name}"' in text
+        for info in parameter_table(part):
+            assert float(rows[info.name][1]) == info.default, info.name
+    for field in dataclasses.fields(Case)[2:]:  # after system and initial: the section [run]
+        assert float(rows[field.name][0]) == field.default, field.name
+    known = {info.name for part in parts for info in parameter_table(part)}
+    assert set(rows) == known | {field.name for field in dataclasses.fields(Case)[2:]}
+
+
+# --- the three new files of CONTRIBUTING.md --------------------------------------------------------------------------
+
+
+def test_contributing_has_a_law_a_machine_and_a_drive():
+    folders = {Path(fence.words[1]).parent.name for fence in NEW_FILES}
+    assert folders == {"friction", "machines", "drives"}
+
+
+def write_new_files(folder: Path) -> None:
+    for fence in NEW_FILES:
+        path = folder / Path(fence.words[1]).relative_to("src/vibrocap")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(fence.text, encoding="utf-8")
+
+
+@pytest.fixture
+def new_parts(tmp_path):
+    """The package as if the new files stood in it."""
+    write_new_files(tmp_path)
+    packages = [importlib.import_module(f"vibrocap.{folder}") for folder in ("friction", "machines", "drives")]
+    before = set(sys.modules)
+    finders = (catalogue.laws, catalogue.machines, catalogue.drives)
+    for package in packages:
+        package.__path__.append(str(tmp_path / package.__name__.rpartition(".")[2]))
+    for find in finders:
+        find.cache_clear()
+    importlib.invalidate_caches()
+    yield
+    for package in packages:
+        package.__path__.pop()
+        for name in set(sys.modules) - before:
+            if name.startswith(package.__name__ + "."):
+                delattr(package, name.rpartition(".")[2])
+                del sys.modules[name]
+    for find in finders:
+        find.cache_clear()
+
+
+def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys):
+    (fence,) = (fence for fence in FENCES if fence.words == ("toml", "parts"))
+    case = case_from_text(fence.text)
+    assert case_from_text(case_text(case)) == case
+    motion = case.simulate()
+    assert motion.status.ok
+    assert set(motion.event_kinds) == {"stick", "slip_forward", "slip_back"}
+    certificate = motion.certificate
+    assert certificate.stick_force_ratio == pytest.approx(1.0, abs=1e-12)
+    assert certificate.sign_kept
+    assert certificate.energy_residual <= 100 * motion.tolerance
+    assert certificate.momentum_residual <= 100 * motion.tolerance
+    assert vc.response_class(motion).symmetric  # for an odd drive and no travel
+    assert abs(vc.drift(motion)) < 1e-8
+    Path("case.toml").write_text(fence.text, encoding="utf-8")
+    run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
+    run_command("vibrocap simulate run.nc")
+    capsys.readouterr()
+    assert cli.main(["simulate", "case.toml", "--animate", "run.gif"]) == cli.WRONG_INPUT
+    assert "--animate: draws the pendulum capsule only" in capsys.readouterr().err
+    assert cli.main(["limits", "case.toml"]) == cli.WRONG_INPUT
+    assert "Hyperbolic" in capsys.readouterr().err
+    Path("case.toml").write_text(fence.text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")
+    assert cli.main(["simulate", "case.toml"]) == cli.WRONG_INPUT
+    assert "did you mean 'hyperbolic'?" in capsys.readouterr().err
+
+
+def test_new_parts_keep_their_contracts(tmp_path):
+    """tests/test_contracts.py, in a process of its own in which the new files stand in the package."""
+    write_new_files(tmp_path)
+    names = []
+    plugin = ["import importlib"]
+    for fence in NEW_FILES:
+        folder = Path(fence.words[1]).parent.name
+        plugin.append(f"importlib.import_module('vibrocap.{folder}').__path__.append({str(tmp_path / folder)!r})")
+        names += re.findall(r'^    name: ClassVar\[str\] = "(.+)"$', fence.text, re.MULTILINE)
+    (tmp_path / "new_files.py").write_text("\n".join(plugin) + "\n", encoding="utf-8")
+    assert len(names) == 3
+    # The page of symbols is not written anew here, and compiling is the test above.
+    chosen = f"({' or '.join(names)} or every_file) and not page_of_symbols and not random_starts"
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "new_files", "-p", "no:cacheprovider", "-k", chosen]
+    done = subprocess.run(
+        [*command, str(ROOT / "tests" / "test_contracts.py")],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
+    passed = re.search(r"(\d+) passed", done.stdout)
+    assert passed is not None
+    assert int(passed.group(1)) > 50
+
+
+@pytest.mark.parametrize("fence", [pytest.param(fence, id=fence.words[1]) for fence in NEW_FILES])
+def test_new_files_keep_the_style_of_the_house(fence):
+    command = [sys.executable, "-m", "ruff"]
+    options = ["--stdin-filename", str(ROOT / fence.words[1]), "-"]
+    for action in (["check", "--quiet"], ["format", "--check", "--quiet"]):
+        done = subprocess.run([*command, *action, *options], input=fence.text, cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_picture_is_drawn_by_its_script(tmp_path):
+    """Not byte for byte, which fonts and libraries decide, but it is drawn."""
+    script = ROOT / "docs" / "images" / "travel.py"
+    (tmp_path / "travel.py").write_text(script.read_text(encoding="utf-8"), encoding="utf-8")
+    subprocess.run([sys.executable, str(tmp_path / "travel.py")], check=True, timeout=300)
+    assert (tmp_path / "travel.png").stat().st_size > 50_000
