@@ -153,8 +153,7 @@ def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales
     s = np.tile(share, len(motion.piece_start)) * motion.piece_length[index]
     side = motion.piece_side[index]
     names = ("contact_velocity", "friction", "energy", "contact_energy", "momentum")
-    observed = motion.observe(names, motion.piece_start[index] + s, motion.piece_states(index, s), side)
-    velocity, friction, energy, contact_energy, momentum = observed
+    velocity, friction, energy, contact_energy, momentum = motion.piece_observables(names, index, s)
     marks = motion.piece_marks  # integrals at the start of every piece and at the end
     stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)

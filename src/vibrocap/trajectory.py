@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 STUCK, FORWARD, BACK = 0, 1, -1
+BLOCK = 20_000  # points at a time, when many are asked for
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
 
 
@@ -185,11 +186,23 @@ class Trajectory:
 
     def piece_states(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
         """States at times s since the start of the pieces: array [states, n]."""
-        chosen = self.coefficients[index]
-        result = chosen[:, :, -1].copy()
-        for k in range(chosen.shape[2] - 2, -1, -1):
-            result = result * s[:, None] + chosen[:, :, k]
-        return result.T
+        result = np.empty((len(self.state_names), len(index)))
+        for block in _blocks(len(index)):
+            chosen, local = self.coefficients[index[block]], s[block, None]
+            value = chosen[:, :, -1].copy()
+            for k in range(chosen.shape[2] - 2, -1, -1):
+                value = value * local + chosen[:, :, k]
+            result[:, block] = value.T
+        return result
+
+    def piece_observables(self, names: tuple[str, ...], index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n]."""
+        result = np.empty((len(names), len(index)))
+        for block in _blocks(len(index)):
+            pieces, local = index[block], s[block]
+            states, side = self.piece_states(pieces, local), self.piece_side[pieces]
+            result[:, block] = self.observe(names, self.piece_start[pieces] + local, states, side)
+        return result
 
     def states(self, t: Any) -> np.ndarray:
         """States at times t: array [states, len(t)]."""
@@ -215,11 +228,8 @@ class Trajectory:
         """Integrals over the first s of each of the pieces: array [integrals, n]."""
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
         points = 0.5 * s[:, None] * (1.0 + nodes)
-        repeated = np.repeat(index, GAUSS_NODES)
-        states = self.piece_states(repeated, points.ravel())
-        t = self.piece_start[repeated] + points.ravel()
-        powers = self.observe(self.integral_names, t, states, self.piece_side[repeated])
-        return np.stack([(power.reshape(points.shape) @ weights) * 0.5 * s for power in powers])
+        powers = self.piece_observables(self.integral_names, np.repeat(index, GAUSS_NODES), points.ravel())
+        return (powers.reshape(-1, *points.shape) @ weights) * 0.5 * s
 
     def values(self, t: Any) -> np.ndarray:
         """States and integrals at times t: array [states + integrals, len(t)]."""
@@ -235,7 +245,7 @@ class Trajectory:
         if name in self.integral_names:
             return self.integrals(t)[self.integral_names.index(name)]
         if name in self.observable_names:
-            return self.observe((name,), t, self.piece_states(index, s), self.piece_side[index])[0]
+            return self.piece_observables((name,), index, s)[0]
         raise KeyError(f"{name!r} is not known of this motion; it has {', '.join(self.names)}")
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -250,3 +260,8 @@ class Trajectory:
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
         times = np.concatenate((self.piece_start[starts], [self.end]))
         return tuple(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))
+
+
+def _blocks(count: int) -> list[slice]:
+    """Slices that bound the memory of what is computed for many points."""
+    return [slice(start, start + BLOCK) for start in range(0, count, BLOCK)]
