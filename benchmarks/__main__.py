@@ -87,7 +87,7 @@ def main() -> None:
     """All tables, or those named on the command line: single, orders, cold."""
     wanted = set(sys.argv[1:]) or {"single", "orders", "cold"}
     if "single" in wanted:
-        runs = {"vibrocap.simulate": prepare_vibrocap(vc.Exponential(), EXPONENTIAL_40, 1e-9), **peers("exponential")}
+        runs = {"vibrocap.simulate": prepare_vibrocap(vc.Exponential(), EXPONENTIAL_40, 2e-10), **peers("exponential")}
         compare("One EM motion, 40 periods (exact sticking)", EXPONENTIAL_40, runs)
         runs = {"vibrocap.simulate": prepare_vibrocap(vc.LuGre(), LUGRE_100, 2e-7), **peers("lugre")}
         compare("One LM motion, 100 periods", LUGRE_100, runs)

@@ -190,6 +190,25 @@ def test_planted_faults_of_the_implicit_method_are_rejected(fault, exact_reversi
     assert abs(slope(IMPLICIT_STEPS[:3], errors) - 5.0) > 4 * WITHIN
 
 
+def test_an_implicit_step_to_a_reversal_ends_at_rest(exact_reversing):
+    """The step has the length at which its own end is at rest; its dense output is less exact, which shows."""
+    kernel = kernel_of(REVERSING)
+    polished_step = kernel["polished_step"]
+    found, guessed = [], []
+
+    def noted(real, whole, lane, h, longest):
+        event, length = polished_step(real, whole, lane, h, longest)
+        if event == 1 and whole[kernel["STIFF"] + lane] == 1:
+            guessed.append(abs(kernel["end_velocity"](real, whole, lane, h)))
+            found.append(abs(kernel["end_velocity"](real, whole, lane, length)))
+        return event, length
+
+    implicit_error(kernel, 60, exact_reversing, lambda *_: {"polished_step": noted})
+    assert len(found) == 3
+    assert max(found) <= 1e-15
+    assert min(guessed) > 1e-12
+
+
 class Tableau:
     """Rodas5P in its original form (Hairer and Wanner 1996, IV.7): from the transformed coefficients of `implicit.py`.
 

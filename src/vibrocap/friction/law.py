@@ -42,7 +42,7 @@ class Law:
         raise NotImplementedError
 
     def holding_limit(self, load):
-        """Largest force that the contact can hold at rest (set-valued laws)."""
+        """Largest force that the contact can hold at rest (set-valued laws); not less than that at vanishing speed."""
         raise NotImplementedError
 
     def internal_scales(self, load) -> tuple:

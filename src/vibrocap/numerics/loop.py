@@ -70,6 +70,7 @@ from vibrocap.numerics.taylor import move_to, series_value, taylor_step
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
 FAR = 2.0  # times the speed over which friction changes near rest: within, a series sees that change
+JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
 UNFORESEEN = 100.0  # times the tolerance: defect at the end of a step that its own last terms cannot explain
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
 
@@ -277,6 +278,9 @@ def side_holds(real, whole, tape, lane):
         return leaves(real, whole, lane)
     if side * real[VELOCITY + lane] > 0.0:
         return True
+    if KINKED and real[VELOCITY + lane] == 0.0:
+        whole[ZEROS + lane] = 1
+        return leaves(real, whole, lane)
     whole[IDLE + lane] += 1  # the velocity passed zero within the rounding of the last step
     cross(real, whole, tape, lane, 1, 0.0)
     return False
@@ -316,8 +320,15 @@ def decide(real, whole, tape, lane):
 
 
 def leaves(real, whole, lane):
-    """Whether a contact that starts sliding from rest moves to its side; if not, the other side is tried."""
+    """Whether a contact that starts sliding from rest moves to its side; if not, the other side is tried.
+
+    A contact leaves stick without acceleration, unless its law drops from a static to a kinetic level there.
+    """
     side = real[SIDE + lane]
+    if whole[ZEROS + lane] == 2:
+        growth = abs(real[VELOCITY + 2 * LANES + lane]) * taylor_step(real, whole, lane)
+        if abs(real[VELOCITY + LANES + lane]) > JUMP * max(growth, 1e-4 * real[LIMIT + lane]):
+            whole[ZEROS + lane] = 1
     for k in range(whole[ZEROS + lane], ORDER):
         v = real[VELOCITY + k * LANES + lane]
         if v * side > 0.0:

@@ -1,0 +1,72 @@
+"""The certificate and the bookkeeping of motions: random systems, ends within a period, restarts, shifts."""
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
+from test_simulate_reference import MOTIONS, system_of
+
+
+@pytest.mark.parametrize("row", MOTIONS, ids=lambda row: f"seed {row['seed']}")
+def test_random_systems_are_consistent(row):
+    system = system_of(row)
+    start = dict(zip(system.state_names, row["initial"], strict=True))
+    motion = vc.simulate(system, periods=row["periods"], initial=start, tolerance=TOLERANCE)
+    assert_consistent(motion)
+    assert motion.certificate.estimated_error <= 1e4 * TOLERANCE
+    # pieces lie end to end, phases too, and every change of side is an event
+    assert motion.piece_start[1:] == pytest.approx((motion.piece_start + motion.piece_length)[:-1], rel=1e-14)
+    assert motion.end == pytest.approx(row["periods"] * motion.period, rel=1e-14)
+    borders = [phase.start for phase in motion.phases[1:]]
+    changes = [event.time for event in motion.events if event.kind != "graze"]
+    assert borders == pytest.approx(changes, rel=1e-14)
+    for before, after in zip(motion.phases, motion.phases[1:], strict=False):
+        assert before.side != after.side
+        assert before.end == after.start
+    expected = {(1, 0): "stick", (-1, 0): "stick", (0, 1): "slip_forward", (0, -1): "slip_back"}
+    kinds = [event.kind for event in motion.events if event.kind != "graze"]
+    for kind, before, after in zip(kinds, motion.phases, motion.phases[1:], strict=False):
+        assert kind == expected.get((before.side, after.side), "reversal")
+    # the choice of mode: a stuck contact could be held, one that slides on could not
+    for event in motion.events:
+        assert event.state["velocity"] == 0.0 or event.kind == "graze"
+
+
+def test_a_run_may_end_within_a_period():
+    system, start = stick_slip(), {"angle": 1.0}
+    short, long = vc.simulate(system, periods=7.3, initial=start), vc.simulate(system, periods=8, initial=start)
+    assert short.end == pytest.approx(7.3 * short.period, rel=4 * EPSILON)
+    assert len(short.sections) == 8
+    assert np.array_equal(short.sections, long.sections[:8])
+    assert list(short.state.values()) == pytest.approx(long.states(short.end)[:, 0], abs=10 * TOLERANCE)
+    assert vc.simulate(system, periods=0.25, initial=start).end == pytest.approx(0.25 * short.period, rel=4 * EPSILON)
+
+
+def restarted(system, start, first, then):
+    before = vc.simulate(system, periods=first, initial=start)
+    names = before.state_names
+    return vc.simulate(system, periods=then, initial=dict(zip(names, before.sections[-1], strict=True)))
+
+
+def test_three_and_four_periods_are_seven_exactly():
+    """The Taylor method has no memory but the state: the same bits."""
+    whole = vc.simulate(stick_slip(), periods=7, initial={"angle": 1.0})
+    assert np.array_equal(restarted(stick_slip(), {"angle": 1.0}, 3, 4).sections[-1], whole.sections[-1])
+
+
+def test_three_and_four_periods_are_seven_with_bristles():
+    """The choice between the two methods has a memory, so this holds to the tolerance."""
+    system = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic(amplitude=1.8))
+    start = {"angle": 1.0, "bristle": 0.0026}
+    whole = vc.simulate(system, periods=7, initial=start)
+    assert restarted(system, start, 3, 4).sections[-1] == pytest.approx(whole.sections[-1], abs=100 * TOLERANCE)
+
+
+def test_a_shift_of_position_changes_nothing_else():
+    """X is cyclic: nothing depends on it."""
+    here = vc.simulate(stick_slip(), periods=3, initial={"angle": 1.0})
+    there = vc.simulate(stick_slip(), periods=3, initial={"angle": 1.0, "position": 4.0})
+    others = [i for i, name in enumerate(here.state_names) if name != "position"]
+    assert there.sections[:, others] == pytest.approx(here.sections[:, others], abs=10 * TOLERANCE)
+    assert there.sections[:, 2] - 4.0 == pytest.approx(here.sections[:, 2], abs=10 * TOLERANCE)

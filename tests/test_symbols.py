@@ -1,0 +1,80 @@
+"""docs/symbols.md: every symbol, name and meaning, both ways complete."""
+
+import dataclasses
+import re
+from pathlib import Path
+
+import pytest
+
+import vibrocap as vc
+from vibrocap import symbols
+from vibrocap.catalogue import drives, laws, machines
+from vibrocap.parameters import parameter_table
+
+SYMBOLS_PAGE = Path(__file__).resolve().parents[1] / "docs" / "symbols.md"
+CLASSES = [*laws().values(), *machines().values(), *drives().values()]
+
+
+def page_rows(heading):
+    """(symbol, name, meaning) of the tables of the page under the headings that begin so."""
+    sections = re.split(r"^#+ ", SYMBOLS_PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    rows = [re.findall(r"^\| (.+?) \| `(.+?)` \| (.+?) \|", s, re.MULTILINE) for s in sections if s.startswith(heading)]
+    return [row for found in rows for row in found]
+
+
+@pytest.mark.parametrize("part", CLASSES, ids=lambda part: part.name)
+def test_every_parameter_is_on_the_page_of_symbols(part):
+    kind = next(
+        k for k, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())) if part.name in parts
+    )
+    expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in parameter_table(part)]
+    assert page_rows(f"{kind} `{part.name}`") == expected
+
+
+def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
+    states = {name for m in machines().values() for name in m.states} | {
+        n for law in laws().values() for n in law.internal
+    }
+    assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
+    names = {"time"}
+    for law in laws().values():
+        names |= set(vc.simulate(vc.System(vc.PendulumCapsule(), law(), vc.Harmonic()), periods=0.1).names)
+    assert {name for _, name, _ in page_rows("What else")} == names - states
+    assert all(printed for printed, _, _ in page_rows(""))
+
+
+def test_the_page_of_symbols_is_the_one_that_is_written():
+    assert SYMBOLS_PAGE.read_text(encoding="utf-8") == symbols.page()
+
+
+def test_the_page_agrees_with_the_specification():
+    """Rows of PHYSICS.md, section 1, typed again."""
+    known = {(symbol, name) for symbol, name, _ in page_rows("")}
+    assert known >= {
+        ("λ", "mass_ratio"),
+        ("ρ", "stiffness"),
+        ("ν", "damping"),
+        ("h", "amplitude"),
+        ("ω", "frequency"),
+        ("N", "normal_load"),
+        ("θ", "angle"),
+        ("θ'", "angle_rate"),
+        ("X", "position"),
+        ("X'", "velocity"),
+        ("ξ", "bristle"),
+        ("δ₀", "bristle_stiffness"),
+        ("δ₁", "bristle_damping"),
+        ("δ₂", "viscous_damping"),
+        ("η_c", "coulomb_coefficient"),
+        ("η_s", "static_coefficient"),
+        ("v_s", "stribeck_velocity"),
+        ("α", "stribeck_exponent"),
+        ("a", "decay_rate"),
+    }
+
+
+def test_defaults_are_the_papers():
+    law = vc.LuGre()
+    assert dataclasses.astuple(law) == (100.0, 10.0, 0.0, 0.15, 0.45, 0.1, 2.0)
+    assert dataclasses.astuple(vc.Exponential()) == (0.15, 0.45, 10.0)
+    assert dataclasses.astuple(vc.PendulumCapsule()) == (2.5, 2.0, 1.0, 1.0)
