@@ -20,6 +20,7 @@ from collections.abc import Callable
 
 import heyoka as hy
 import numpy as np
+
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100
 
 # A capsule that leaves stick has zero velocity *and* zero acceleration; where rounding makes the latter negative, the

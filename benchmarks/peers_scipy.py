@@ -11,8 +11,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET
 from scipy.integrate import solve_ivp
+
+from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET
 
 
 def _moment(t, theta, rate):

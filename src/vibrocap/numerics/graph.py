@@ -147,6 +147,11 @@ class Expression:
     def sqrt(self):
         return self._function("sqrt")
 
+    __hash__ = object.__hash__
+
+    def __eq__(self, other):
+        raise TypeError("recorded physics cannot branch on a value; use `side`, or a piece of its own")
+
     def __bool__(self):
         raise TypeError("recorded physics cannot branch on a value; use `side`, or a piece of its own")
 
