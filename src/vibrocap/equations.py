@@ -24,7 +24,7 @@ class Equations:
     rates: tuple[Expression, ...]
     integrals: tuple[Expression, ...]
     scales: tuple[Expression, ...]
-    speed_scale: Expression
+    visible_speed: Expression
     contact_velocity: Expression
     contact_state: int
     hold: Expression | None
@@ -123,7 +123,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         rates=tuple(expression(rate) for rate in flow.rates),
         integrals=tuple(expression(power) for power in (*flow.powers, flow.friction)),
         scales=tuple(expression(scale) for scale in scales),
-        speed_scale=expression(recorded.friction.speed_scale()),
+        visible_speed=expression(recorded.friction.visible_speed()),
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
         hold=None if flow.holding_limit is None else expression(flow.holding_force),

@@ -49,8 +49,11 @@ class Law:
         """Natural size of each internal state, over which its error is measured."""
         return ()
 
-    def speed_scale(self):
-        """Speed near rest over which the friction changes; 0 where the law does not know."""
+    def visible_speed(self):
+        """Speed up to which a Taylor series notices that friction changes near rest; 0 where the law does not know.
+
+        From farther out that change is below rounding: the integrator then looks ahead where the contact slows down.
+        """
         return 0.0
 
     def losses(self, velocity, internal, side, load):

@@ -63,9 +63,9 @@ class LuGre(Law):
         """g(0), the largest deflection."""
         return (load * self.static_coefficient / self.bristle_stiffness,)
 
-    def speed_scale(self):
-        """v_s."""
-        return self.stribeck_velocity
+    def visible_speed(self):
+        """Where |v/v_s|^alpha = 25; beyond, the terms of a series for its exponential fall below rounding, and fast."""
+        return self.stribeck_velocity * power(25.0, 1.0 / self.stribeck_exponent)
 
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy delta0 xi^2/2, split at the bristles.

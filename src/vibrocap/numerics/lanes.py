@@ -56,7 +56,7 @@ REAL = (
     "TOLERANCE",  # error per step over the natural size of a state
     "IMPLICIT_STEP",  # step that the implicit method proposes
     "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
-    "SPEED_SCALE",  # speed near rest over which the friction changes
+    "VISIBLE_SPEED",  # speed up to which a series notices that friction changes near rest
     "CONTACT_RESIDUAL",  # largest |contact velocity| at a located event
     "STATE",  # [rows] states and integrals
     "PARAMETER",  # [parameters]

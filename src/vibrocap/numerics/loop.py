@@ -32,7 +32,6 @@ from vibrocap.numerics.generated import (
     SERIES,
     SET_VALUED,
     SIDE,
-    SPEED_SCALE,
     STATE,
     STATES,
     STATUS,
@@ -42,6 +41,7 @@ from vibrocap.numerics.generated import (
     TIME,
     TOLERANCE,
     VELOCITY,
+    VISIBLE_SPEED,
     WHOLE_PERIODS,
     WORK,
     ZEROS,
@@ -69,9 +69,8 @@ from vibrocap.numerics.taylor import move_to, series_value, taylor_step
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
-FAR = 2.0  # times the speed over which friction changes near rest: within, a series sees that change
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
-UNFORESEEN = 100.0  # times the tolerance: defect at the end of a step that its own last terms cannot explain
+UNFORESEEN = 10.0  # times the tolerance: defect at the end of a step that its own last terms cannot explain
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
 
 
@@ -158,10 +157,12 @@ def foreseen(real, lane, h):
     halved. (The end alone is not enough: at rest, the bristles of a LuGre contact do not move whatever the law.)
     """
     start = abs(real[VELOCITY + lane])
+    if start <= real[VISIBLE_SPEED + lane] or h <= 8.0 * EPSILON * real[PERIOD + lane]:
+        return True
     change = 0.0  # the first terms tell whether there is anything to look at
     for k in range(3, 0, -1):
         change = (change + abs(real[VELOCITY + k * LANES + lane])) * h
-    if change <= 0.2 * start or start <= FAR * real[SPEED_SCALE + lane] or h <= 8.0 * EPSILON * real[PERIOD + lane]:
+    if change <= 0.2 * start:
         return True
     if abs(series_value(real, VELOCITY + lane, h)) >= 0.75 * start:
         return True

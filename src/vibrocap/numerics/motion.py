@@ -70,7 +70,7 @@ def recorded_run(
     _fill(real, place["STATE"], initial)
     _fill(real, place["PARAMETER"], parameters)
     _fill(real, place["SCALE"], evaluate(equations.scales, 0.0, initial, 1.0, parameters))
-    real[place["SPEED_SCALE"]] = evaluate([equations.speed_scale], 0.0, initial, 1.0, parameters)[0]
+    real[place["VISIBLE_SPEED"]] = evaluate([equations.visible_speed], 0.0, initial, 1.0, parameters)[0]
     real[place["PERIOD"]] = period
     real[place["TAIL"]] = max(0.0, (periods - whole_periods) * period) if periods - whole_periods > 1e-12 else 0.0
     real[place["TOLERANCE"]] = tolerance

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrocap.numerics.generated import (
     HOLD,
+    KINKED,
     LANES,
     LIMIT,
     ORDER,
@@ -18,6 +19,7 @@ from vibrocap.numerics.generated import (
     STATES,
     TIME,
     TOLERANCE,
+    VELOCITY,
 )
 
 SAFETY = 0.9
@@ -50,7 +52,23 @@ def taylor_step(real, whole, lane):
         h = rough_root(min(tolerance / last, LONGEST), ORDER)
     if before > 0.0:
         h = min(h, rough_root(min(tolerance / before, LONGEST), ORDER - 1))
+    if KINKED:
+        # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
+        speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
+        while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(real, lane, h):
+            h *= 0.5
     return SAFETY * h
+
+
+def sign_in_doubt(real, lane, h):
+    """Whether the last terms of the velocity's series are not small against its first ones at time h."""
+    first = (
+        abs(real[VELOCITY + lane])
+        + abs(real[VELOCITY + LANES + lane]) * h
+        + abs(real[VELOCITY + 2 * LANES + lane]) * h * h
+    )
+    last = abs(real[VELOCITY + ORDER * LANES + lane]) * h + abs(real[VELOCITY + (ORDER - 1) * LANES + lane])
+    return last * h ** (ORDER - 1) > 0.01 * first
 
 
 def rough_root(x, n):
