@@ -20,8 +20,8 @@ from types import ModuleType
 from typing import Any
 
 # Modules of the kernel, in the order in which they use each other.
-NEVER_STIFF = ("roots", "taylor", "explicit", "record", "loop")
-MAYBE_STIFF = ("roots", "taylor", "implicit", "switching", "record", "loop")
+NEVER_STIFF = ("roots", "taylor", "explicit", "record", "contact", "loop")
+MAYBE_STIFF = ("roots", "taylor", "implicit", "switching", "record", "contact", "loop")
 ENTRY = "advance"  # the one function that is called from outside
 # Nothing is allocated in a kernel; without its runtime (_nrt), Numba counts no references to the arrays that are passed
 # around, atomic operations that took a third of the time.
