@@ -70,3 +70,13 @@ def test_a_shift_of_position_changes_nothing_else():
     others = [i for i, name in enumerate(here.state_names) if name != "position"]
     assert there.sections[:, others] == pytest.approx(here.sections[:, others], abs=10 * TOLERANCE)
     assert there.sections[:, 2] - 4.0 == pytest.approx(here.sections[:, 2], abs=10 * TOLERANCE)
+
+
+def test_estimated_error_is_that_of_a_short_run_too_and_none_where_there_is_nothing_to_compare():
+    """A run of less than a period is compared at its end; a run that stopped within its first period not at all."""
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    short = vc.simulate(system, periods=0.4, initial={"angle": 1.0}, tolerance=1e-9)
+    assert 0.0 < short.certificate.estimated_error < 1e-6
+    stopped = vc.simulate(system, periods=3, initial={"angle": 1.0}, max_events_per_period=1)
+    assert not stopped.status.ok
+    assert stopped.certificate.estimated_error is None

@@ -147,7 +147,7 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
 def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales: list) -> Certificate:
     """Evidence for a motion, from points within every piece and from a second, looser run."""
     if not len(motion.piece_start):
-        return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0, 0)
+        return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, None, 0, 0)
     share = np.linspace(0.0, 1.0, POINTS)
     index = np.repeat(np.arange(len(motion.piece_start)), POINTS)
     s = np.tile(share, len(motion.piece_start)) * motion.piece_length[index]
@@ -165,8 +165,6 @@ def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales
         largest = float(np.max(np.abs(friction[stuck]), initial=0.0))
         ratio = largest / limit if limit > 0.0 else (0.0 if largest == 0.0 else math.inf)
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
-    count = min(len(motion.sections), len(loose.sections))
-    difference = np.abs(motion.sections[:count] - loose.sections[:count]) / np.asarray(scales, float)
     return Certificate(
         stick_force_ratio=ratio,
         event_velocity=recorded.contact_residual,
@@ -174,10 +172,21 @@ def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales
         least_velocity=least,
         energy_residual=float(np.max(np.abs(balance), initial=0.0)),
         momentum_residual=float(np.max(np.abs(impulse), initial=0.0)),
-        estimated_error=float(np.max(difference, initial=0.0)) / (COMPANION - 1.0),
+        estimated_error=_estimated_error(recorded, loose, np.asarray(scales, float)),
         taylor_steps=recorded.taylor_steps,
         implicit_steps=recorded.implicit_steps,
     )
+
+
+def _estimated_error(recorded: Recorded, loose: Recorded, scales: np.ndarray) -> float | None:
+    """Error of a run from a looser one, at the period marks that both reached, and at the end if both did."""
+    count = min(len(recorded.sections), len(loose.sections))
+    differences = list(recorded.sections[1:count] - loose.sections[1:count])
+    if recorded.status == loose.status == memory.DONE:
+        differences.append(recorded.final - loose.final)
+    if not differences:
+        return None
+    return float(np.max(np.abs(differences) / scales)) / (COMPANION - 1.0)
 
 
 def _at_marks(values: np.ndarray) -> np.ndarray:

@@ -91,8 +91,8 @@ class Certificate:
     event_velocity: largest |contact velocity| at located events, before it was set to zero.
     sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
     energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
-    estimated_error: of the states (over their natural size) at the period marks, from a second run at ten times the
-    tolerance: their difference over nine.
+    estimated_error: of the states (over their natural size) at the period marks and the end, from a second run at ten
+    times the tolerance: their difference over nine. None where the two runs have no later instant in common.
     """
 
     stick_force_ratio: float | None
@@ -101,7 +101,7 @@ class Certificate:
     least_velocity: float
     energy_residual: float
     momentum_residual: float
-    estimated_error: float
+    estimated_error: float | None
     taylor_steps: int
     implicit_steps: int
 

@@ -127,7 +127,8 @@ def _certificate_table(certificate: dict[str, Any], motion: Trajectory) -> Table
     table.add_row("energy residual", f"{certificate['energy_residual']:.1e}", "largest over the run")
     table.add_row("momentum residual", f"{certificate['momentum_residual']:.1e}", "largest over the run")
     error = f"of the states, by a second run at ten times the tolerance {motion.tolerance:.1e}"
-    table.add_row("estimated error", f"{certificate['estimated_error']:.1e}", error)
+    estimate = certificate["estimated_error"]
+    table.add_row("estimated error", "none" if estimate is None else f"{estimate:.1e}", error)
     steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
     table.add_row("steps", steps, "Taylor + implicit (where the law is stiff)")
     return table
@@ -157,7 +158,7 @@ def print_limits(limits: Any, law: Any) -> None:
 def _offset_table(offset: Any) -> Table:
     table = _table("Offset points, where the steady curve is level (eqs 13-15)", "point", "value", "meaning")
     if offset.exist:
-        table.add_row("lower, exact", f"{offset.lower:.15g}", "by the Lambert W function for exponent 2")
+        table.add_row("lower, exact", f"{offset.lower:.15g}", "of eq. 13; for exponent 2 Lambert's W")
         table.add_row("upper, exact", f"{offset.upper:.15g}", "likewise")
     else:
         table.add_row("exact", "none", offset.reason)

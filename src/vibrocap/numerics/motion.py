@@ -29,6 +29,7 @@ class Recorded:
     pieces: np.ndarray  # [pieces, 5 + rows * (order + 1)]
     events: np.ndarray  # [events, 3 + rows]
     sections: np.ndarray  # [whole periods completed + 1, rows]
+    final: np.ndarray  # [rows] where the run ended
     contact_residual: float
     taylor_steps: int
     implicit_steps: int
@@ -113,6 +114,7 @@ def recorded_run(
         pieces=_joined(pieces, layout.piece_size),
         events=_joined(events, layout.event_size),
         sections=tape[: (completed + 1) * rows].reshape(-1, rows).copy(),
+        final=real[place["STATE"] : place["STATE"] + rows].copy(),
         contact_residual=float(real[place["CONTACT_RESIDUAL"]]),
         taylor_steps=int(whole[place["TAYLOR_STEPS"]]),
         implicit_steps=int(whole[place["IMPLICIT_STEPS"]]),
