@@ -135,6 +135,12 @@ def em_falls_more_steeply(runs: Runs, tolerance: float) -> Finding:
     )
 
 
+def _places(found: dict[str, float]) -> str:
+    """Where the mass ratios found lie, in words."""
+    values = [value for value in found.values() if np.isfinite(value)]
+    return f"at lambda from {min(values):.2f} to {max(values):.2f}" if values else "nowhere"
+
+
 def _crossing(found: dict[str, float], target: float, tolerance: float, nearest: str) -> Finding:
     hits = [window for window, value in found.items() if abs(value - target) <= tolerance]
     return Finding(
@@ -151,7 +157,8 @@ def _crossing(found: dict[str, float], target: float, tolerance: float, nearest:
 )
 def control_point_o1(runs: Runs, tolerance: float) -> Finding:
     """First zero of LM's average velocity over lambda, for each averaging window (none: not a number)."""
-    return _crossing(zeros(runs, "lugre"), 4.0, tolerance, f"Transient averages of LM vanish near lambda = 2. {ZERO}")
+    found = zeros(runs, "lugre")
+    return _crossing(found, 4.0, tolerance, f"Transient averages of LM vanish {_places(found)}. {ZERO}")
 
 
 @claim(
@@ -159,9 +166,8 @@ def control_point_o1(runs: Runs, tolerance: float) -> Finding:
 )
 def control_point_o2(runs: Runs, tolerance: float) -> Finding:
     """First zero of EM's average velocity over lambda, for each averaging window (none: not a number)."""
-    return _crossing(
-        zeros(runs, "exponential"), 2.2, tolerance, f"Transient averages of EM vanish near 1.7 to 1.8. {ZERO}"
-    )
+    found = zeros(runs, "exponential")
+    return _crossing(found, 2.2, tolerance, f"Transient averages of EM vanish {_places(found)}. {ZERO}")
 
 
 @claim(
@@ -182,7 +188,8 @@ def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
 def boundary_point_p2(runs: Runs, tolerance: float) -> Finding:
     """Where EM's curve rises above LM's again, for each averaging window (none: not a number)."""
     found = {window: second for window, (_, second) in meetings(runs).items()}
-    return _crossing(found, 4.36, tolerance, f"Transient averages of EM rise above those of LM near lambda = 2. {ZERO}")
+    nearest = f"Transient averages of EM rise above those of LM {_places(found)}. {ZERO}"
+    return _crossing(found, 4.36, tolerance, nearest)
 
 
 def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
