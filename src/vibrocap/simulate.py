@@ -106,7 +106,7 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
     states = len(recording.rates)
     period = system.drive.period
     parameters = parameter_values(system)
-    pieces = recorded.pieces
+    pieces, head = recorded.pieces, memory.PIECE_HEAD
     integral_names = (*(f"{name}_work" for name in system.channels), "impulse")
     known = recording.observables | dict(zip(integral_names, recording.integrals, strict=True))
 
@@ -132,11 +132,11 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
         piece_start=pieces[:, 0] * period + pieces[:, 1],
         piece_length=pieces[:, 2],
         piece_side=pieces[:, 3],
-        coefficients=pieces[:, 5:].reshape(len(pieces), states, (pieces.shape[1] - 5) // states),
+        coefficients=pieces[:, head:].reshape(len(pieces), states, (pieces.shape[1] - head) // states),
         sections=recorded.sections,
         event_times=recorded.events[:, 0] * period + recorded.events[:, 1],
         event_kinds=EVENT_KINDS[recorded.events[:, 2].astype(int)],
-        event_states=recorded.events[:, 3:],
+        event_states=recorded.events[:, memory.EVENT_HEAD :],
         observe=observe,
         observable_names=tuple(recording.observables),
         certify=certify,

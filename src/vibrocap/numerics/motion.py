@@ -91,21 +91,17 @@ def recorded_run(
     while status == memory.RUNNING:
         advance(real, whole, tape, min(ROUNDS, max_steps - steps))
         status = int(whole[place["STATUS"]])
-        piece_count, event_count = whole[place["PIECES"]], whole[place["RECORDED_EVENTS"]]
+        steps = int(whole[place["TAYLOR_STEPS"]] + whole[place["IMPLICIT_STEPS"]])
         full = status == memory.TAPE_FULL
-        if full or status != memory.RUNNING or not keep_pieces:
-            if keep_pieces:
-                pieces.append(_cut(tape, piece_start, piece_count, layout.piece_size, full))
-                events.append(_cut(tape, event_start, event_count, layout.event_size, full))
+        if status == memory.RUNNING and steps >= max_steps:
+            status = TOO_MANY_STEPS
+        if status != memory.RUNNING or not keep_pieces:
+            if keep_pieces:  # a tape that is used again is copied
+                pieces.append(_cut(tape, piece_start, whole[place["PIECES"]], layout.piece_size, full))
+                events.append(_cut(tape, event_start, whole[place["RECORDED_EVENTS"]], layout.event_size, full))
             whole[place["PIECES"]] = whole[place["RECORDED_EVENTS"]] = 0
         if full:
             whole[place["STATUS"]] = status = memory.RUNNING
-        steps = int(whole[place["TAYLOR_STEPS"]] + whole[place["IMPLICIT_STEPS"]])
-        if status == memory.RUNNING and steps >= max_steps:
-            status = TOO_MANY_STEPS
-            if keep_pieces:
-                pieces.append(_cut(tape, piece_start, piece_count, layout.piece_size, False))
-                events.append(_cut(tape, event_start, event_count, layout.event_size, False))
         if progress is not None:
             progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods)
     completed = int(whole[place["PERIOD_COUNT"]])

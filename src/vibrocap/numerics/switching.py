@@ -28,7 +28,7 @@ LOOK = 32  # steps between two looks at the choice of method
 REST = 256  # steps before the implicit method is tried again after it lost
 REACH = 2.0  # times the time to rest: the longest implicit step towards a reversal
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
-IMPLICIT_COST = 5.0  # an implicit step costs about this many Taylor steps (benchmarks)
+IMPLICIT_COST = 5.0  # in Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused
 
 
 def chosen_step(real, whole, lane, remaining):
