@@ -27,6 +27,8 @@ class Equations:
     visible_speed: Expression
     contact_velocity: Expression
     contact_state: int
+    cyclic_state: int
+    period: Expression
     hold: Expression | None
     limit: Expression | None
     kinked: bool
@@ -126,6 +128,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         visible_speed=expression(recorded.friction.visible_speed()),
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
+        cyclic_state=system.state_names.index(system.machine.cyclic),
+        period=expression(recorded.drive.period),
         hold=None if flow.holding_limit is None else expression(flow.holding_force),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         kinked=system.friction.kind == "kinked",

@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.graph import evaluate
-from vibrocap.numerics.motion import TOO_MANY_STEPS, Recorded, recorded_run
+from vibrocap.numerics.motion import Recorded, recorded_run
 from vibrocap.system import System
 from vibrocap.trajectory import Certificate, Status, Trajectory
 
@@ -21,7 +21,7 @@ STATUSES = {
     memory.NOT_FINITE: Status.NOT_FINITE,
     memory.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
     memory.UNDECIDED: Status.UNDECIDED_CONTACT,
-    TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+    memory.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
 }
 POINTS = 9  # per piece at which a certificate looks
 COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance

@@ -7,6 +7,7 @@ from vibrocap.numerics.lanes import Layout
 
 SET_VALUED = True  # whether the contact can stick
 KINKED = False  # whether the law has a kink at rest
+CYCLIC = 2  # the state on which nothing depends
 CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
 
 _EXAMPLE = Layout(lanes=1, states=4, rows=9, order=12, parameters=10).constants()
@@ -17,9 +18,16 @@ ORDER = _EXAMPLE["ORDER"]
 PIECE_SIZE = _EXAMPLE["PIECE_SIZE"]
 EVENT_SIZE = _EXAMPLE["EVENT_SIZE"]
 EVENT_WORK = _EXAMPLE["EVENT_WORK"]
+PARAMETERS = _EXAMPLE["PARAMETERS"]
+MARK_COUNT = 1
+MEASURED_COUNT = _EXAMPLE["MEASURED_COUNT"]
+RUN_SIZE = _EXAMPLE["RUN_SIZE"]
+RESULT_SIZE = _EXAMPLE["RESULT_SIZE"]
 STATUS = PERIOD_COUNT = WHOLE_PERIODS = ARRIVING = ZEROS = STIFF = PATIENCE = TAYLOR_STEPS = IMPLICIT_STEPS = 0
 EVENTS = EVENT_LIMIT = IDLE = PIECES = PIECE_LIMIT = RECORDED_EVENTS = RECORDED_EVENT_LIMIT = 0
 PIECE_START = RECORDED_EVENT_START = 0
+PERIOD_BUDGET = RUN = STEP_LIMIT = WINDOW = WINDOW_START = RESPONSE = SINCE = ASKED = RESULT_START = NEXT_RUN = LAST_RUN = MORE = 0
+STEP = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
 TIME = PERIOD = TAIL = SIDE = CAME_FROM = TOLERANCE = IMPLICIT_STEP = EXPLICIT_STEP = 0
 CONTACT_RESIDUAL = VISIBLE_SPEED = 0
 STATE = PARAMETER = SCALE = SERIES = WORK = 0
@@ -31,6 +39,15 @@ VELOCITY = HOLD = LIMIT = GUARD = 0
 
 def jet(real):
     """Taylor coefficients of states, integrals, contact velocity and guards for all lanes, written to SERIES."""
+    raise NotImplementedError
+
+
+def speed_guard(real, side, one, two, h):
+    """Of all lanes abreast (`vectors.py`): the polynomial side * velocity over a step of length h, written to WORK.
+
+    one, two: where so many leading coefficients vanish, which are left out; side: where it is 0 the result is nothing
+    Returns (first coefficient, value at the end of the step, sign changes of the coefficients in the Bernstein basis).
+    """
     raise NotImplementedError
 
 

@@ -2,8 +2,7 @@
 
 For y' = f(t, y), the coefficients c_k of y(t + s) = sum c_k s^k follow from those of f by c_{k+1} = f_k/(k+1), and
 those of f by one recurrence per operation (products are convolutions; Jorba and Zou 2005, table 1). The code is written
-out for a fixed order, over `LANES` trajectories side by side: the loop over lanes is the only loop, so that compilers
-can vectorise it.
+out for a fixed order, for one lane, or abreast: every name then stands for the numbers of all lanes (`vectors.py`).
 """
 
 from collections.abc import Iterable
@@ -16,12 +15,17 @@ FREE = 10**9  # degree of a node that is no polynomial in time
 class JetWriter:
     """Writes the coefficients of the nodes of one graph, each when first asked for."""
 
-    def __init__(self, graph: Graph, rates: list[Expression]):
+    def __init__(self, graph: Graph, rates: list[Expression], abreast: bool = False):
         self.graph = graph
         self.rates = rates
+        self.abreast = abreast
         self.lines: list[str] = []
         self._written: dict[tuple[int, int], str] = {}
         self._degrees: dict[int, int] = {}
+
+    def entry(self, place: str) -> str:
+        """What stands at a place of the memory, for the lane or abreast."""
+        return f"load(real, {place})" if self.abreast else f"real[{place} + lane]"
 
     def degree(self, index: int) -> int:
         """Degree in time of a node if it is a polynomial for every motion, else FREE. Higher coefficients vanish."""
@@ -83,7 +87,7 @@ class JetWriter:
         if op == "side":
             return "sliding"
         if op == "parameter":
-            return f"real[PARAMETER + {operands[0]} * LANES + lane]"
+            return self.entry(f"PARAMETER + {operands[0]} * LANES")
         if op == "state":
             return self._state(operands[0], k)
         if k > 0:
@@ -112,7 +116,7 @@ class JetWriter:
 
     def _state(self, state: int, k: int) -> str:
         if k == 0:
-            return f"real[STATE + {state} * LANES + lane]"
+            return self.entry(f"STATE + {state} * LANES")
         rate = self.coefficient(self.rates[state].index, k - 1)
         return rate if k == 1 else f"{rate} * {1.0 / k!r}"
 
@@ -183,9 +187,19 @@ class JetWriter:
             sums.append(f"{newest} * {self._named((f, -100 - k), f's{f}_{k}', f'{start} * {scale}')}")
         return " + ".join(sums) or "0.0"
 
+    def _start(self, op: str, a: int) -> str:
+        """The value of a function, from which its series starts."""
+        x = self.coefficient(a, 0)
+        if not self.abreast:
+            return f"math.{op}({x})"
+        if op in ("sin", "cos"):
+            pair = self._named((a, -1000), f"p{a}", f"sine_cosine({x})")
+            return f"{pair}[{0 if op == 'sin' else 1}]"
+        return {"exp": "exponential", "log": "logarithm", "sqrt": "square_root"}[op] + f"({x})"
+
     def _function(self, index: int, op: str, a: int, k: int) -> str:
         if k == 0:
-            return f"math.{op}({self.coefficient(a, 0)})"
+            return self._start(op, a)
         if op == "exp":
             return self._slope_series(a, index, k)
         if op == "sin":

@@ -1,7 +1,8 @@
 """The memory of a run: what each lane carries from step to step, and the tape on which a motion is recorded.
 
 A kernel gets three flat arrays, since every further one costs at each call: `real` and `whole` hold the lanes, item i
-of an entry at `ENTRY + i * LANES + lane`; `tape` holds what is recorded. The places are constants of the linked kernel.
+of an entry at `ENTRY + i * LANES + lane`; `tape` holds what is recorded, or the runs of an ensemble with their results.
+The places are constants of the linked kernel.
 """
 
 import dataclasses
@@ -17,6 +18,7 @@ STEP_UNDERFLOW = 3
 NOT_FINITE = 4
 TOO_MANY_EVENTS = 5
 UNDECIDED = 6
+TOO_MANY_STEPS = 7
 
 # Kinds of event.
 STICK = 0
@@ -45,6 +47,19 @@ WHOLE = (
     "RECORDED_EVENT_LIMIT",
     "PIECE_START",  # place of the first piece on the tape
     "RECORDED_EVENT_START",  # place of the first event on the tape
+    # of an ensemble only
+    "RUN",  # which run of the tape the lane is on; -1: none
+    "STEP_LIMIT",
+    "WINDOW",  # periods over which is measured where nothing settles
+    "WINDOW_START",  # period at which measuring began; -1: not yet
+    "RESPONSE",  # drive periods after which the settled motion repeats; 0: not settled
+    "SINCE",  # period from which on it was settled
+    "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
+    "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
+    "RESULT_START",  # place of the first result on the tape
+    "NEXT_RUN",  # first run of the tape that no lane has begun
+    "LAST_RUN",  # end of the runs to begin
+    "MORE",  # 1: come back for more runs as soon as a lane is free
 )
 # Entries of `real`, one number per lane each unless sized in `Layout`.
 REAL = (
@@ -58,13 +73,33 @@ REAL = (
     "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
     "VISIBLE_SPEED",  # speed up to which a series notices that friction changes near rest
     "CONTACT_RESIDUAL",  # largest |contact velocity| at a located event
+    "STEP",  # length of the present step (of an ensemble only)
     "STATE",  # [rows] states and integrals
     "PARAMETER",  # [parameters]
     "SCALE",  # [states] natural size of each state
+    "THRESHOLD",  # of settling; 0: the run goes on to its end  (this and the next four: of an ensemble only)
+    "REMAINING",  # bound of the distance still to go, when the motion was found settled
+    "START_STATE",  # [states] at the start of the window
+    "MEASURED",  # [measured] what is gathered over the window
+    "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
     "SERIES",  # [(rows + 4) * (order + 1)] coefficients of the present step
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
 PIECE_HEAD = 5  # a piece on the tape: period, time, length, side, method, then the coefficients of its series
+# The first numbers of a result of a run on the tape; its window ends with the run.
+RESULT_HEAD = (
+    "status",
+    "periods",  # completed
+    "time",  # since the start of the period in which the run ended
+    "response_period",
+    "since",
+    "remaining",
+    "window_start",
+    "taylor_steps",
+    "implicit_steps",
+    "contact_residual",
+)
+RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the tape: kind, period, time, then states and integrals
 
 
@@ -77,6 +112,8 @@ class Layout:
     rows: int
     order: int
     parameters: int
+    marks: int = 0
+    measured: int = 0
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -85,6 +122,9 @@ class Layout:
             "STATE": self.rows,
             "PARAMETER": self.parameters,
             "SCALE": self.states,
+            "START_STATE": self.states,
+            "MEASURED": self.measured,
+            "MARKS": self.marks * self.states,
             "SERIES": (self.rows + 4) * (self.order + 1),
         }
 
@@ -108,6 +148,16 @@ class Layout:
     def event_size(self) -> int:
         """Numbers per event on the tape."""
         return EVENT_HEAD + self.rows
+
+    @property
+    def run_size(self) -> int:
+        """Numbers per run of an ensemble on the tape: state, parameters, scales, visible speed, period, side."""
+        return 2 * self.states + self.parameters + 3
+
+    @property
+    def result_size(self) -> int:
+        """Numbers per result of a run on the tape: RESULT_HEAD, states at the window's start and end, measured."""
+        return len(RESULT_HEAD) + 2 * self.states + self.measured
 
     @functools.cached_property
     def places(self) -> dict[str, int]:
@@ -133,5 +183,10 @@ class Layout:
             "PIECE_SIZE": self.piece_size,
             "EVENT_SIZE": self.event_size,
             "EVENT_WORK": self.event_work_size,
+            "PARAMETERS": self.parameters,
+            "MARK_COUNT": self.marks,
+            "MEASURED_COUNT": self.measured,
+            "RUN_SIZE": self.run_size,
+            "RESULT_SIZE": self.result_size,
             **self.places,
         }

@@ -20,9 +20,20 @@ from types import ModuleType
 from typing import Any
 
 # Modules of the kernel, in the order in which they use each other.
-NEVER_STIFF = ("roots", "taylor", "explicit", "record", "contact", "loop")
-MAYBE_STIFF = ("roots", "taylor", "implicit", "switching", "record", "contact", "loop")
-ENTRY = "advance"  # the one function that is called from outside
+STEPS = {False: ("roots", "taylor", "explicit"), True: ("roots", "taylor", "implicit", "switching")}  # maybe stiff?
+RECORDING, MEASURING = ("record",), ("settle", "window")  # the hooks of one motion, of an ensemble
+# of one motion, of an ensemble one by one, of an ensemble abreast
+LOOPS = {
+    "single": ("contact", "loop", "one_by_one"),
+    "ensemble": ("contact", "loop", "one_by_one", "feed"),
+    "abreast": ("elementary_abreast", "contact", "loop", "abreast", "feed"),
+}
+PLAIN_VECTORS, VECTORS = "from vibrocap.numerics.plain_vectors", "from vibrocap.numerics.vectors"
+VECTOR_NAMES = (
+    *("bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
+    *("whole_above", "whole_add", "whole_equal", "whole_set"),
+)
+ENTRIES = ("advance", "advance_ensemble")  # the last one of a kernel is called from outside
 # Nothing is allocated in a kernel; without its runtime (_nrt), Numba counts no references to the arrays that are passed
 # around, atomic operations that took a third of the time.
 OPTIONS = 'fastmath={"contract"}, error_model="numpy", nogil=True, _nrt=False'
@@ -56,10 +67,17 @@ def _body(module: ModuleType) -> str:
     return "\n\n\n".join(ast.get_source_segment(text, node) or "" for node in kept)
 
 
-def linked_source(generated: str, maybe_stiff: bool) -> str:
-    """Text of the kernel module of a system, without decorators: plain Python."""
+def linked_source(generated: str, maybe_stiff: bool, loop: str = "single") -> str:
+    """Text of the kernel module of a system, without decorators: plain Python.
+
+    loop: "single": the entry is `one_by_one.advance`, which records one motion; "ensemble" or "abreast":
+    `feed.advance_ensemble`, which measures many, one by one or all lanes at once (of `generated` abreast).
+    """
     head = "import math\n\nimport numpy as np\n"
-    kernel = [kernel_source(name) for name in (MAYBE_STIFF if maybe_stiff else NEVER_STIFF)]
+    if loop == "abreast":
+        head += f"{PLAIN_VECTORS} import {', '.join(VECTOR_NAMES)}\n"
+    hooks = RECORDING if loop == "single" else MEASURING
+    kernel = [kernel_source(name) for name in (*STEPS[maybe_stiff], *hooks, *LOOPS[loop])]
     return "\n\n".join([head, _lane_constants(), generated, *kernel]) + "\n"
 
 
@@ -72,14 +90,19 @@ def plain_kernel(text: str) -> dict[str, Any]:
 
 def compiled_kernel(linked: str) -> Any:
     """The entry of a linked kernel, compiled by Numba on first use and kept on disk for the next process."""
-    text = "import numba\n" + _decorated(linked)
+    entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
+    text = "import numba\n" + _decorated(linked, entry)
+    if PLAIN_VECTORS in text:  # their code is part of what is compiled
+        vectors = importlib.import_module("vibrocap.numerics.vectors")
+        code = hashlib.sha256(inspect.getsource(vectors).encode()).hexdigest()
+        text = text.replace(PLAIN_VECTORS, VECTORS) + f"\n# {code}\n"
     version = f"{platform.python_version()} {importlib.metadata.version('numba')}"
     name = hashlib.sha256(f"{version}\n{text}".encode()).hexdigest()[:24]
-    return _loaded(name, text)
+    return _loaded(name, text, entry)
 
 
 @functools.lru_cache(maxsize=128)
-def _loaded(name: str, text: str) -> Any:
+def _loaded(name: str, text: str, entry: str) -> Any:
     folder = _cache_folder()
     path = folder / f"kernel_{name}.py"
     if not path.exists():
@@ -94,7 +117,7 @@ def _loaded(name: str, text: str) -> Any:
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     spec.loader.exec_module(module)
-    return getattr(module, ENTRY)
+    return getattr(module, entry)
 
 
 class _UnsignedIndices(ast.NodeTransformer):
@@ -109,14 +132,13 @@ class _UnsignedIndices(ast.NodeTransformer):
         return node
 
 
-def _decorated(text: str) -> str:
+def _decorated(text: str, entry: str) -> str:
     """The kernel's text as Numba gets it."""
     tree = ast.fix_missing_locations(_UnsignedIndices().visit(ast.parse(text)))
     lines = []
     for line in ast.unparse(tree).splitlines():
         if line.startswith("def "):
-            entry = line.startswith(f"def {ENTRY}(")
-            lines.append("@" + (ENTRY_DECORATOR if entry else DECORATOR))
+            lines.append("@" + (ENTRY_DECORATOR if line.startswith(f"def {entry}(") else DECORATOR))
         lines.append(line)
     return "\n".join(lines) + "\n"
 

@@ -1,4 +1,4 @@
-"""The one loop: series, step, first event, next mode. It serves one recorded motion and many lanes alike.
+"""The one step: series, its length, first event, next mode. It serves one recorded motion and many lanes alike.
 
 A lane slides (side +1 or -1) or sticks (side 0). Within a side every expression is analytic, and no step crosses a
 change of side:
@@ -41,11 +41,10 @@ from vibrocap.numerics.generated import (
     WHOLE_PERIODS,
     WORK,
     ZEROS,
-    jet,
     rates,
 )
-from vibrocap.numerics.lanes import DONE, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
-from vibrocap.numerics.record import has_room, on_event, on_period, on_piece
+from vibrocap.numerics.lanes import DONE, GRAZE, NOT_FINITE, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.record import on_event, on_period, on_piece
 from vibrocap.numerics.roots import EPSILON, first_root
 from vibrocap.numerics.switching import chosen_step, polished_step
 from vibrocap.numerics.taylor import move_to, series_value
@@ -55,20 +54,6 @@ from vibrocap.numerics.taylor import move_to, series_value
 NEAR = 0.03
 UNFORESEEN = 10.0  # times the tolerance: defect at the end of a step that its own last terms cannot explain
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
-
-
-def advance(real, whole, tape, rounds):
-    """Advance every running lane by up to `rounds` steps, or until it is done, has failed or the tape is full."""
-    for _ in range(rounds):
-        running = False
-        for lane in range(LANES):
-            running = running or whole[STATUS + lane] == RUNNING
-        if not running:
-            return
-        jet(real)
-        for lane in range(LANES):
-            if whole[STATUS + lane] == RUNNING and has_room(real, whole, tape, lane):
-                step(real, whole, tape, lane)
 
 
 def step(real, whole, tape, lane):

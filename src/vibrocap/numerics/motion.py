@@ -16,7 +16,6 @@ from vibrocap.numerics.source import generated_source
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
 EVENT_ROOM = 2_000
 PIECE_ROOM = 20_000
-TOO_MANY_STEPS = -1  # a status besides those of the kernel: the run was given up here
 
 Progress = Callable[[float], None]
 
@@ -25,7 +24,7 @@ Progress = Callable[[float], None]
 class Recorded:
     """What came back from the kernel. Times of pieces and events count from the start of their period."""
 
-    status: int  # of `lanes.py`, or TOO_MANY_STEPS
+    status: int  # of `lanes.py`
     pieces: np.ndarray  # [pieces, 5 + rows * (order + 1)]
     events: np.ndarray  # [events, 3 + rows]
     sections: np.ndarray  # [whole periods completed + 1, rows]
@@ -94,7 +93,7 @@ def recorded_run(
         steps = int(whole[place["TAYLOR_STEPS"]] + whole[place["IMPLICIT_STEPS"]])
         full = status == memory.TAPE_FULL
         if status == memory.RUNNING and steps >= max_steps:
-            status = TOO_MANY_STEPS
+            status = memory.TOO_MANY_STEPS
         if status != memory.RUNNING or not keep_pieces:
             if keep_pieces:  # a tape that is used again is copied
                 pieces.append(_cut(tape, piece_start, whole[place["PIECES"]], layout.piece_size, full))

@@ -1,5 +1,6 @@
 """Writes the generated part of a kernel: series, rates and Jacobian of one system's equations, as Python source."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,10 +11,10 @@ from vibrocap.numerics.lanes import Layout
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
-def generated_source(equations: Any, layout: Layout) -> str:
+def generated_source(equations: Any, layout: Layout, abreast: bool = False) -> str:
     """Source of everything that `generated.py` promises, for these equations.
 
-    The integrals are carried along where the layout has rows for them.
+    The integrals are carried along where the layout has rows for them. abreast: the series of all lanes at once.
     """
     series = layout.places["SERIES"]
     row_size = (layout.order + 1) * layout.lanes
@@ -22,23 +23,24 @@ def generated_source(equations: Any, layout: Layout) -> str:
         "SET_VALUED": equations.hold is not None,
         "KINKED": equations.kinked,
         "CONTACT_STATE": equations.contact_state,
+        "CYCLIC": equations.cyclic_state,
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD"), start=layout.rows):
         constants[name] = series + i * row_size
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
-        jet_source(equations, integrals, layout),
+        jet_source(equations, integrals, layout, abreast),
         rates_source(equations, integrals),
         jacobian_source(equations, integrals),
     ]
     return "\n".join([*lines, "", *functions, ""])
 
 
-def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout) -> str:
+def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, abreast: bool) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
     graph, order = equations.graph, layout.order
-    writer = JetWriter(graph, list(equations.rates))
+    writer = JetWriter(graph, list(equations.rates), abreast)
     states, rows = layout.states, layout.rows
     stored: list[tuple[int, int, str]] = []
     for k in range(order + 1):
@@ -46,16 +48,38 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout) 
             stored.append((i, k, writer.coefficient(graph.node("state", i).index, k)))
         for i, rate in enumerate(integrals, start=states):
             if k == 0:
-                stored.append((i, 0, f"real[STATE + {i} * LANES + lane]"))
+                stored.append((i, 0, writer.entry(f"STATE + {i} * LANES")))
             else:
                 stored.append((i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}"))
         stored.append((rows, k, writer.coefficient(equations.contact_velocity.index, k)))
         if equations.hold is not None and k < order:
             stored.append((rows + 1, k, writer.coefficient(equations.hold.index, k)))
             stored.append((rows + 2, k, writer.coefficient(equations.limit.index, k)))
-    body = ["time = real[TIME + lane]", "sliding = real[SIDE + lane]", *writer.lines]
-    body += [f"real[SERIES + {row * (order + 1) + k} * LANES + lane] = {value}" for row, k, value in stored]
+    body = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}", *writer.lines]
+    places = [(f"SERIES + {row * (order + 1) + k} * LANES", value) for row, k, value in stored]
+    if abreast:
+        body += [f"store(real, {place}, {value})" for place, value in places]
+        return "\n".join(["def jet(real):", *_indented(body, 4), "", guard_source(order)])
+    body += [f"real[{place} + lane] = {value}" for place, value in places]
     return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
+
+
+def guard_source(order: int) -> str:
+    """`speed_guard`: of all lanes abreast, the speed as a polynomial over the step and its signs (see `roots.py`)."""
+    body = [f"v{k} = load(real, VELOCITY + {k} * LANES)" for k in range(order + 1)]
+    for k in range(order + 1):
+        one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
+        power = "" if k == 0 else " * p"
+        body.append(f"a{k} = side * where(two, {two}, where(one, {one}, v{k})){power}")
+        body.append(f"store(real, WORK + {k} * LANES, a{k})")
+        body.append("p = h" if k == 0 else "p = p * h")
+    body += [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
+    body += [f"b{i} = b{i} + b{i - 1}" for level in range(1, order + 1) for i in range(order, level - 1, -1)]
+    body.append("changes = where((b0 > 0.0) ^ (b1 > 0.0), 1.0, 0.0)")
+    for k in range(2, order + 1):
+        body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
+    body.append(f"return a0, b{order}, changes")
+    return "\n".join(["def speed_guard(real, side, one, two, h):", *_indented(body, 4), ""])
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:

@@ -1,0 +1,244 @@
+"""One step of all lanes at once: side by side where a step is plain, one by one where it takes decisions.
+
+Every lane has a step, a mode and events of its own. What all lanes share is arithmetic: the series, the length of the
+step, the proof that no event lies within it or the root where one does, and the state at its end. A lane on which more is
+to be decided than that (see `plain_lanes`) takes `loop.step`, like a single motion; the others would do the same there.
+"""
+
+from vibrocap.numerics.contact import JUMP, cross
+from vibrocap.numerics.generated import (
+    ARRIVING,
+    HOLD,
+    IDLE,
+    KINKED,
+    LANES,
+    LIMIT,
+    ORDER,
+    PATIENCE,
+    PERIOD,
+    ROWS,
+    SCALE,
+    SERIES,
+    SET_VALUED,
+    SIDE,
+    STATE,
+    STATES,
+    STATUS,
+    STEP,
+    STIFF,
+    TAYLOR_STEPS,
+    TIME,
+    TOLERANCE,
+    VELOCITY,
+    VISIBLE_SPEED,
+    WINDOW_START,
+    WORK,
+    ZEROS,
+    jet,
+    speed_guard,
+)
+from vibrocap.numerics.lanes import NOT_FINITE, RUNNING
+from vibrocap.numerics.loop import step, turn_period
+from vibrocap.numerics.roots import EPSILON
+from vibrocap.numerics.taylor import LONGEST, SAFETY
+from vibrocap.numerics.vectors import (
+    bits,
+    exponent,
+    floor,
+    load,
+    mantissa,
+    power_of_two,
+    store,
+    where,
+    whole_above,
+    whole_add,
+    whole_equal,
+    whole_set,
+)
+from vibrocap.numerics.window import on_piece
+
+
+def advance(real, whole, tape, rounds):
+    """Advance every running lane by up to `rounds` steps."""
+    for _ in range(rounds):
+        running = whole_equal(whole, STATUS, RUNNING)
+        if bits(running) == 0:
+            return
+        jet(real)
+        waiting = bits(running) ^ step_abreast(real, whole, tape, running)
+        for lane in range(LANES):
+            if (waiting >> lane) & 1:
+                step(real, whole, tape, lane)
+
+
+def step_abreast(real, whole, tape, running):
+    """One step of all lanes on which it is plain; returns these lanes, as bits."""
+    side = load(real, SIDE)
+    period = load(real, PERIOD)
+    remaining = period - load(real, TIME)
+    longest = taylor_steps(real, side)
+    h = lesser(longest, remaining)
+    plain = running & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
+    one = whole_equal(whole, ZEROS, 1)
+    two = whole_equal(whole, ZEROS, 2)
+    plain = plain & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
+    if not SET_VALUED:
+        free = whole_above(whole, PATIENCE, 1) | whole_above(whole, ZEROS, 0) | (longest >= remaining)
+        plain = plain & whole_equal(whole, STIFF, 0) & free
+    start = load(real, VELOCITY)
+    if KINKED:
+        change = abs(load(real, VELOCITY + LANES)) * longest
+        plain = plain & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
+    event = plain
+    if KINKED or SET_VALUED:
+        leading, last, changes = speed_guard(real, side, one, two, h)
+        event = plain & (changes == 1.0)
+        plain = plain & (leading > 0.0) & (changes <= 1.0)
+    if SET_VALUED:
+        growth = 0.0 * h
+        for k in range(ORDER - 1, 0, -1):
+            growth = growth * h + (abs(load(real, HOLD + k * LANES)) + abs(load(real, LIMIT + k * LANES)))
+        limit = load(real, LIMIT)
+        hold = abs(load(real, HOLD))
+        stuck = side == 0.0
+        held = (hold < (1.0 - 1e-12) * limit) & (hold + growth * h < limit)
+        # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
+        threshold = greater(abs(load(real, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
+        drops = two & (abs(load(real, VELOCITY + LANES)) > JUMP * threshold)
+        plain = plain & ~stuck & ~drops | running & stuck & held & (h > 0.0) & whole_equal(whole, ARRIVING, 0)
+        event = event & ~stuck
+    event = event & plain
+    if KINKED or SET_VALUED:
+        if bits(event) != 0:
+            h = where(event, h * root_abreast(real, leading, last, event), h)
+    else:
+        event = event & ~event
+    plain = plain & foreseen_abreast(real, start, h, period)
+    move_abreast(real, whole, tape, plain, h)
+    finish_abreast(real, whole, tape, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
+    return bits(plain)
+
+
+def lesser(x, y):
+    """The lesser of two numbers per lane; y where x is not a number."""
+    return where(x < y, x, y)
+
+
+def greater(x, y):
+    """The greater of two numbers per lane; y where x is not a number."""
+    return where(x > y, x, y)
+
+
+def taylor_steps(real, side):
+    """`taylor.taylor_step` of all lanes; 0 where a coefficient is not a number."""
+    last = 0.0 * side
+    before = 0.0 * side
+    for i in range(STATES):
+        inverse = 1.0 / load(real, SCALE + i * LANES)
+        last = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
+        before = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
+    if SET_VALUED:
+        limit = load(real, LIMIT)
+        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) / limit
+        before = where((side == 0.0) & (limit > 0.0), greater(share, before), before)
+    tolerance = load(real, TOLERANCE)
+    h = lesser(
+        rough_roots(lesser(tolerance / last, LONGEST), ORDER),
+        rough_roots(lesser(tolerance / before, LONGEST), ORDER - 1),
+    )
+    return where(last <= 1e300, SAFETY * h, 0.0)
+
+
+def rough_roots(x, n):
+    """`taylor.rough_root` of all lanes."""
+    f = mantissa(x) - 1.0
+    logarithm = (exponent(x) + f * (1.3465 - 0.3465 * f)) * (1.0 / n)
+    whole = floor(logarithm)
+    g = logarithm - whole
+    return (1.0 + g * (0.6565 + 0.3435 * g)) * power_of_two(whole)
+
+
+def series_values(real, row, h):
+    """`taylor.series_value` of all lanes."""
+    result = load(real, row + ORDER * LANES)
+    for k in range(ORDER - 1, -1, -1):
+        result = result * h + load(real, row + k * LANES)
+    return result
+
+
+def root_abreast(real, first, last, wanted):
+    """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
+
+    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving.
+    """
+    x = first / (first - last)
+    low = 0.0 * x
+    high = low + 1.0
+    x = where((x > 0.0) & (x < 1.0), x, 0.5)
+    for _ in range(80):
+        y = load(real, WORK + ORDER * LANES)
+        d = 0.0 * y
+        for k in range(ORDER - 1, -1, -1):
+            d = d * x + y
+            y = y * x + load(real, WORK + k * LANES)
+        above = y > 0.0
+        low = where(above, x, low)
+        high = where(above, high, x)
+        following = x - y / d
+        done = abs(following - x) <= 2.0 * EPSILON * x
+        inside = (low < following) & (following < high)
+        halved = 0.5 * (low + high)
+        closed = ~done & ~inside & ((halved == low) | (halved == high))
+        following = where(inside | done, following, where(closed, high, halved))
+        x = where(wanted, following, x)
+        wanted = wanted & ~done & ~closed
+        if bits(wanted) == 0:
+            break
+    return x
+
+
+def foreseen_abreast(real, start, h, period):
+    """Where `loop.foreseen` is certain without a look at the equations."""
+    speed = abs(start)
+    change = 0.0 * h
+    for k in range(3, 0, -1):
+        change = (change + abs(load(real, VELOCITY + k * LANES))) * h
+    far = abs(series_values(real, VELOCITY, h)) >= 0.75 * speed
+    near = (speed <= load(real, VISIBLE_SPEED)) | (h <= 8.0 * EPSILON * period)
+    return near | (change <= 0.2 * speed) | far
+
+
+def move_abreast(real, whole, tape, plain, h):
+    """Put the lanes at the ends of their steps, after the hook for measuring saw the pieces."""
+    store(real, STEP, h)
+    measuring = bits(plain & whole_above(whole, WINDOW_START, -1))
+    if measuring != 0:
+        for lane in range(LANES):
+            if (measuring >> lane) & 1:
+                on_piece(real, whole, tape, lane, real[STEP + lane])
+    finite = plain
+    for i in range(ROWS):
+        following = series_values(real, SERIES + i * (ORDER + 1) * LANES, h)
+        finite = finite & (abs(following) <= 1e300)
+        store(real, STATE + i * LANES, where(plain, following, load(real, STATE + i * LANES)))
+    time = load(real, TIME)
+    store(real, TIME, where(plain, time + h, time))
+    whole_set(whole, STATUS, NOT_FINITE, plain & ~finite)
+    whole_set(whole, ZEROS, 0, plain)
+    whole_set(whole, IDLE, 0, plain)
+    whole_add(whole, TAYLOR_STEPS, 1, plain)
+    if not SET_VALUED:
+        whole_add(whole, PATIENCE, -1, plain)
+
+
+def finish_abreast(real, whole, tape, rests, turns):
+    """What follows a step: the contact that has come to rest, the period that is over."""
+    both = rests | turns
+    if both == 0:
+        return
+    for lane in range(LANES):
+        if (both >> lane) & 1 and whole[STATUS + lane] == RUNNING:
+            if (rests >> lane) & 1:
+                cross(real, whole, tape, lane, 1, real[STEP + lane])
+            if (turns >> lane) & 1:
+                turn_period(real, whole, tape, lane)

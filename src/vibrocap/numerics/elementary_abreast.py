@@ -1,0 +1,85 @@
+"""sin, cos, exp and log of all lanes at once.
+
+The C library's functions take one number at a time and would keep a kernel from vector registers. These polynomials are
+those of fdlibm (sin, cos), a Taylor polynomial (exp) and the series of artanh (log): right to about an ulp.
+"""
+
+import math
+
+from vibrocap.numerics.vectors import exponent, floor, mantissa, power_of_two, where
+
+LARGEST_EXPONENT = 709.782712893384  # exp of more overflows
+
+
+def sine_cosine(x):
+    """(sin x, cos x). Beyond |x| of about 1e6 the error grows like the rounding of x itself."""
+    k = floor(x * 0.6366197723675814 + 0.5)
+    r = x - k * 1.5707963267341256  # pi/2 in three parts, the first two short enough for exact products
+    r = r - k * 6.077100506303966e-11
+    r = r - k * 2.0222662487959506e-21
+    z = r * r
+    s = 1.58969099521155010221e-10 * z - 2.50507602534068634195e-08
+    s = s * z + 2.75573137070700676789e-06
+    s = s * z - 1.98412698298579493134e-04
+    s = s * z + 8.33333333332248946124e-03
+    s = s * z - 1.66666666666666324348e-01
+    sine = r + r * z * s
+    c = -1.13596475577881948265e-11 * z + 2.08757232129817482790e-09
+    c = c * z - 2.75573143513906633035e-07
+    c = c * z + 2.48015872894767294178e-05
+    c = c * z - 1.38888888888741095749e-03
+    c = c * z + 4.16666666666666019037e-02
+    cosine = 1.0 - (0.5 * z - z * z * c)
+    quadrant = k - 4.0 * floor(0.25 * k)
+    odd = (quadrant == 1.0) | (quadrant == 3.0)
+    first = where(odd, cosine, sine)
+    second = where(odd, sine, cosine)
+    first = where(quadrant >= 2.0, -first, first)
+    second = where((quadrant == 1.0) | (quadrant == 2.0), -second, second)
+    return first, second
+
+
+def exponential(x):
+    """exp x; below the smallest normal number zero."""
+    k = floor(x * 1.4426950408889634 + 0.5)
+    k = where(k < -1021.0, -1021.0, where(k > 1023.0, 1023.0, k))
+    r = x - k * 0.6931471803691238
+    r = r - k * 1.9082149292705877e-10
+    p = 1.6059043836821613e-10 * r + 2.08767569878681e-09
+    p = p * r + 2.505210838544172e-08
+    p = p * r + 2.755731922398589e-07
+    p = p * r + 2.7557319223985893e-06
+    p = p * r + 2.48015873015873e-05
+    p = p * r + 1.984126984126984e-04
+    p = p * r + 1.388888888888889e-03
+    p = p * r + 8.333333333333333e-03
+    p = p * r + 4.1666666666666664e-02
+    p = p * r + 1.6666666666666666e-01
+    p = p * r + 0.5
+    p = (p * r + 1.0) * r + 1.0
+    p = p * power_of_two(k)
+    return where(x < -708.0, 0.0, where(x > LARGEST_EXPONENT, math.inf, p))
+
+
+def logarithm(x):
+    """log x for x > 0; -inf at 0, nan below."""
+    m = mantissa(x)
+    e = exponent(x)
+    high = m > 1.4142135623730951
+    m = where(high, 0.5 * m, m)
+    e = where(high, e + 1.0, e)
+    f = (m - 1.0) / (m + 1.0)
+    z = f * f
+    p = 1.0 / 23.0 * z + 1.0 / 21.0
+    p = p * z + 1.0 / 19.0
+    p = p * z + 1.0 / 17.0
+    p = p * z + 1.0 / 15.0
+    p = p * z + 1.0 / 13.0
+    p = p * z + 1.0 / 11.0
+    p = p * z + 1.0 / 9.0
+    p = p * z + 1.0 / 7.0
+    p = p * z + 1.0 / 5.0
+    p = p * z + 1.0 / 3.0
+    p = 2.0 * f + 2.0 * f * z * p
+    p = e * 0.6931471803691238 + (e * 1.9082149292705877e-10 + p)
+    return where(x > 0.0, p, where(x == 0.0, -math.inf, math.nan))

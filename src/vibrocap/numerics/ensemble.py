@@ -1,0 +1,162 @@
+"""Runs the kernel for many motions: side by side in lanes, over threads, a measure or two of each instead of a tape."""
+
+import concurrent.futures
+import dataclasses
+import functools
+import itertools
+import os
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics import lanes as memory
+from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.lanes import Layout
+from vibrocap.numerics.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.source import generated_source
+
+LANES = 8
+MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
+BLOCK = 128  # runs that a thread takes at a time
+ROUNDS = 20_000  # steps of all lanes between two looks at the keyboard
+
+
+@dataclasses.dataclass(frozen=True)
+class Budget:
+    """What a run may cost and when it is measured.
+
+    periods: drive periods at most; window: the last so many are measured where nothing settles
+    threshold: of settling, over the natural size of each state; 0: every run goes on to its end
+    tolerance: error per step over the natural size of a state
+    asked: groups of measures, a sum of powers of two
+    """
+
+    periods: int
+    window: int
+    threshold: float
+    tolerance: float
+    max_events_per_period: int
+    max_steps: int
+    asked: int = 0
+
+
+def ensemble_order(tolerance: float) -> int:
+    """Order of the series: the cheapest of a few, so that few kernels are ever compiled."""
+    return 8 if tolerance >= 1e-9 else 12
+
+
+@functools.lru_cache(maxsize=64)
+def ensemble_kernel(equations: Any, order: int, lanes: int = LANES, plain: bool = False) -> tuple[Layout, Callable]:
+    """(layout, entry) of the kernel for an ensemble of these equations, compiled or as plain Python."""
+    states = len(equations.rates)
+    layout = Layout(lanes, states, states, order, len(equations.parameter_paths), MARKS)
+    loop = "abreast" if lanes == LANES else "ensemble"
+    generated = generated_source(equations, layout, abreast=loop == "abreast")
+    text = linked_source(generated, maybe_stiff=equations.hold is None, loop=loop)
+    return layout, plain_kernel(text)["advance_ensemble"] if plain else compiled_kernel(text)
+
+
+def ensemble_run(
+    equations: Any,
+    parameters: np.ndarray,
+    initial: np.ndarray,
+    budget: Budget,
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+    order: int | None = None,
+    lanes: int = LANES,
+    plain: bool = False,
+) -> tuple[Layout, np.ndarray]:
+    """Run an ensemble to its end.
+
+    parameters: [runs, parameters]; initial: [runs, states]; progress: called now and then with the runs begun
+    Returns the layout and the results [runs, layout.result_size], see `lanes.RESULT_HEAD`.
+    """
+    order = ensemble_order(budget.tolerance) if order is None else order
+    layout, advance = ensemble_kernel(equations, order, lanes, plain)
+    count = len(initial)
+    tape = np.empty(count * (layout.run_size + layout.result_size))
+    _write_runs(tape[: count * layout.run_size].reshape(count, -1), equations, parameters, initial)
+    blocks = itertools.count(0, BLOCK)
+    guard, stop = threading.Lock(), threading.Event()
+
+    def next_block() -> tuple[int, int]:
+        with guard:
+            start = min(next(blocks), count)
+        if progress is not None:
+            progress(start)
+        return start, min(start + BLOCK, count)
+
+    def work() -> None:
+        real, whole = _prepared(layout, budget, count)
+        place = layout.places
+        whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]] = next_block()
+        while not stop.is_set():
+            running = advance(real, whole, tape, ROUNDS)
+            if not running:
+                return
+            if whole[place["MORE"]] and whole[place["NEXT_RUN"]] >= whole[place["LAST_RUN"]]:
+                start, end = next_block()
+                whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]], whole[place["MORE"]] = start, end, start < end
+
+    workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
+    if workers == 1:
+        work()
+    else:
+        with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+            tasks = [pool.submit(work) for _ in range(workers)]
+            try:
+                for task in tasks:
+                    task.result()
+            finally:
+                stop.set()
+    return layout, tape[count * layout.run_size :].reshape(count, -1)
+
+
+def available_threads() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _prepared(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The memory of the lanes of one thread, all of them free."""
+    real, whole = layout.allocated()
+    for name, value in (
+        ("STATUS", memory.DONE),
+        ("RUN", -1),
+        ("EVENT_LIMIT", budget.max_events_per_period),
+        ("STEP_LIMIT", budget.max_steps),
+        ("WINDOW", budget.window),
+    ):
+        whole[layout.places[name] :][: layout.lanes] = value
+    for name, value in (
+        ("PERIOD_BUDGET", budget.periods),
+        ("ASKED", budget.asked),
+        ("RESULT_START", count * layout.run_size),
+        ("MORE", 1),
+    ):
+        whole[layout.places[name]] = value
+    for name, value in (
+        ("TOLERANCE", budget.tolerance),
+        ("THRESHOLD", budget.threshold),
+        ("SCALE", 1.0),  # free lanes are computed along with the others
+        ("PERIOD", 1.0),
+    ):
+        real[layout.places[name] :][: layout.lanes] = value
+    return real, whole
+
+
+def _write_runs(runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray) -> None:
+    """Fill the rows of runs that `feed.begin_run` reads."""
+    states, count = initial.shape[1], parameters.shape[1]
+    columns = parameters.T
+    scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
+    visible, period = evaluate([equations.visible_speed, equations.period], 0.0, initial.T, 1.0, columns)
+    velocity = evaluate([equations.contact_velocity], 0.0, initial.T, 1.0, columns)[0]
+    runs[:, :states] = initial
+    runs[:, states : states + count] = parameters
+    for i, scale in enumerate(scales):
+        runs[:, states + count + i] = scale
+    runs[:, -3], runs[:, -2], runs[:, -1] = visible, period, np.sign(velocity)

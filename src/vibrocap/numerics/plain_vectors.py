@@ -1,0 +1,56 @@
+"""Lanes as one value on NumPy arrays: the names of `vectors.py` for kernels that run as plain Python."""
+
+import numpy as np
+
+WIDTH = 8
+where, floor, square_root = np.where, np.floor, np.sqrt
+
+
+def load(real, place):
+    """The numbers of all lanes at a place."""
+    return real[place : place + WIDTH].copy()
+
+
+def store(real, place, numbers):
+    """Write the numbers of all lanes."""
+    real[place : place + WIDTH] = numbers
+
+
+def whole_equal(whole, place, value):
+    """In which lanes the entry of `whole` is the value."""
+    return whole[place : place + WIDTH] == value
+
+
+def whole_above(whole, place, value):
+    """In which lanes the entry of `whole` is greater than the value."""
+    return whole[place : place + WIDTH] > value
+
+
+def whole_add(whole, place, value, choices):
+    """Add the value to the entry of the chosen lanes."""
+    whole[place : place + WIDTH][choices] += value
+
+
+def whole_set(whole, place, value, choices):
+    """Put the value into the entry of the chosen lanes."""
+    whole[place : place + WIDTH][choices] = value
+
+
+def bits(choices):
+    """As an integer, bit i for lane i."""
+    return sum(1 << lane for lane in range(WIDTH) if choices[lane])
+
+
+def exponent(x):
+    """Exponent e of x = m 2^e with 1 <= m < 2, per lane."""
+    return np.frexp(x)[1] - 1.0
+
+
+def mantissa(x):
+    """m of x = m 2^e with 1 <= m < 2, per lane."""
+    return 2.0 * np.frexp(x)[0]
+
+
+def power_of_two(k):
+    """2^k per lane."""
+    return np.ldexp(1.0, np.asarray(k).astype(int))

@@ -1,0 +1,276 @@
+"""Lanes as one value: a number, or a yes and no, for each of WIDTH trajectories, that the compiler keeps in vector registers.
+
+Numba knows no such type, and whether LLVM turns a loop over lanes into vector instructions is a matter of luck with its
+aliasing checks. So the type is made here, of LLVM's own vector types, with the few operations that kernels need.
+`plain_vectors.py` offers the same names on NumPy arrays, for kernels that run as plain Python.
+
+Additions and products may be contracted to fused ones, like everywhere in a kernel; nothing else is reordered, so what a
+lane gets does not depend on its neighbours.
+"""
+
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, register_model
+
+WIDTH = 8
+CONTRACT = ("contract",)
+
+
+class Numbers(types.Type):
+    """A double per lane."""
+
+    def __init__(self):
+        super().__init__(name=f"Numbers{WIDTH}")
+
+
+class Choices(types.Type):
+    """A yes or no per lane."""
+
+    def __init__(self):
+        super().__init__(name=f"Choices{WIDTH}")
+
+
+numbers, choices = Numbers(), Choices()
+DOUBLE, INTEGER, BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+DOUBLES, INTEGERS, BITS = (ir.VectorType(kind, WIDTH) for kind in (DOUBLE, INTEGER, BIT))
+
+
+@register_model(Numbers)
+class NumbersModel(models.PrimitiveModel):
+    """Stored as an LLVM vector of doubles."""
+
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, DOUBLES)
+
+
+@register_model(Choices)
+class ChoicesModel(models.PrimitiveModel):
+    """Stored as an LLVM vector of bits."""
+
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, BITS)
+
+
+def _is_number(kind: Any) -> bool:
+    return isinstance(kind, (Numbers, types.Float, types.Integer))
+
+
+def _spread(builder, value, kind):
+    """The same scalar in every lane."""
+    empty = ir.Constant(kind, ir.Undefined)
+    first = builder.insert_element(empty, value, ir.Constant(ir.IntType(32), 0))
+    lanes = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+    return builder.shuffle_vector(first, empty, lanes)
+
+
+def _wide(context, builder, value, kind):
+    """A number of the kernel as a vector."""
+    if isinstance(kind, Numbers):
+        return value
+    return _spread(builder, context.cast(builder, value, kind, types.float64), DOUBLES)
+
+
+def _operator(function, instruction, arguments, result) -> None:
+    """Teach Numba one operator: its type, and the LLVM instruction that does it."""
+
+    @infer_global(function)
+    class _Template(AbstractTemplate):
+        def generic(self, args, kws):
+            if not kws and any(isinstance(kind, arguments) for kind in args) and all(map(fits, args)):
+                return signature(result, *args)
+            return None
+
+    def fits(kind):
+        return _is_number(kind) if arguments is Numbers else isinstance(kind, Choices)
+
+    def lower(context, builder, sig, args):
+        given = zip(args, sig.args, strict=True)
+        wide = [_wide(context, builder, *pair) if arguments is Numbers else pair[0] for pair in given]
+        return instruction(builder, *wide)
+
+    unary = function in (operator.neg, operator.invert, abs)
+    scalars = (types.Float, types.Integer) if arguments is Numbers else ()
+    for kind in ((arguments,), (arguments, arguments))[not unary :][:1]:
+        lower_builtin(function, *kind)(lower)
+    if not unary:
+        for scalar in scalars:
+            lower_builtin(function, arguments, scalar)(lower)
+            lower_builtin(function, scalar, arguments)(lower)
+
+
+def _call(builder, name, x):
+    """One of LLVM's own functions of one double, on a vector."""
+    kind = ir.FunctionType(DOUBLES, [DOUBLES])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"{name}.v{WIDTH}f64"), [x])
+
+
+_operator(operator.add, lambda b, x, y: b.fadd(x, y, flags=CONTRACT), Numbers, numbers)
+_operator(operator.sub, lambda b, x, y: b.fsub(x, y, flags=CONTRACT), Numbers, numbers)
+_operator(operator.mul, lambda b, x, y: b.fmul(x, y, flags=CONTRACT), Numbers, numbers)
+_operator(operator.truediv, lambda b, x, y: b.fdiv(x, y, flags=CONTRACT), Numbers, numbers)
+_operator(operator.neg, lambda b, x: b.fneg(x, flags=CONTRACT), Numbers, numbers)
+_operator(abs, lambda b, x: _call(b, "llvm.fabs", x), Numbers, numbers)
+_operator(operator.lt, lambda b, x, y: b.fcmp_ordered("<", x, y), Numbers, choices)
+_operator(operator.le, lambda b, x, y: b.fcmp_ordered("<=", x, y), Numbers, choices)
+_operator(operator.gt, lambda b, x, y: b.fcmp_ordered(">", x, y), Numbers, choices)
+_operator(operator.ge, lambda b, x, y: b.fcmp_ordered(">=", x, y), Numbers, choices)
+_operator(operator.eq, lambda b, x, y: b.fcmp_ordered("==", x, y), Numbers, choices)
+_operator(operator.and_, lambda b, x, y: b.and_(x, y), Choices, choices)
+_operator(operator.or_, lambda b, x, y: b.or_(x, y), Choices, choices)
+_operator(operator.xor, lambda b, x, y: b.xor(x, y), Choices, choices)
+_operator(operator.invert, lambda b, x: b.not_(x), Choices, choices)
+
+
+def _place(context, builder, array_kind, array, place, place_kind, kind):
+    """Pointer to a vector within an array."""
+    made = context.make_array(array_kind)(context, builder, array)
+    offset = context.cast(builder, place, place_kind, types.uintp)
+    return builder.bitcast(builder.gep(made.data, [offset]), kind.as_pointer())
+
+
+@intrinsic
+def load(typing, array, place):
+    """load(real, place): the numbers of all lanes at a place."""
+
+    def code(context, builder, sig, args):
+        pointer = _place(context, builder, sig.args[0], args[0], args[1], sig.args[1], DOUBLES)
+        return builder.load(pointer, align=8, typ=DOUBLES)
+
+    return numbers(array, place), code
+
+
+@intrinsic
+def store(typing, array, place, value):
+    """store(real, place, numbers): write the numbers of all lanes."""
+
+    def code(context, builder, sig, args):
+        pointer = _place(context, builder, sig.args[0], args[0], args[1], sig.args[1], DOUBLES)
+        builder.store(_wide(context, builder, args[2], sig.args[2]), pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, place, value), code
+
+
+def _integers(context, builder, sig, args):
+    pointer = _place(context, builder, sig.args[0], args[0], args[1], sig.args[1], INTEGERS)
+    value = context.cast(builder, args[2], sig.args[2], types.int64) if len(args) > 2 else None
+    return pointer, builder.load(pointer, align=8, typ=INTEGERS), value
+
+
+@intrinsic
+def whole_equal(typing, array, place, value):
+    """whole_equal(whole, place, value): in which lanes the entry of `whole` is the value."""
+
+    def code(context, builder, sig, args):
+        _, found, wanted = _integers(context, builder, sig, args)
+        return builder.icmp_signed("==", found, _spread(builder, wanted, INTEGERS))
+
+    return choices(array, place, value), code
+
+
+@intrinsic
+def whole_above(typing, array, place, value):
+    """whole_above(whole, place, value): in which lanes the entry of `whole` is greater than the value."""
+
+    def code(context, builder, sig, args):
+        _, found, wanted = _integers(context, builder, sig, args)
+        return builder.icmp_signed(">", found, _spread(builder, wanted, INTEGERS))
+
+    return choices(array, place, value), code
+
+
+@intrinsic
+def whole_add(typing, array, place, value, chosen):
+    """whole_add(whole, place, value, choices): add the value to the entry of the chosen lanes."""
+
+    def code(context, builder, sig, args):
+        pointer, found, value = _integers(context, builder, sig, args)
+        added = builder.add(found, _spread(builder, value, INTEGERS))
+        builder.store(builder.select(args[3], added, found), pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, place, value, chosen), code
+
+
+@intrinsic
+def whole_set(typing, array, place, value, chosen):
+    """whole_set(whole, place, value, choices): put the value into the entry of the chosen lanes."""
+
+    def code(context, builder, sig, args):
+        pointer, found, value = _integers(context, builder, sig, args)
+        builder.store(builder.select(args[3], _spread(builder, value, INTEGERS), found), pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, place, value, chosen), code
+
+
+@intrinsic
+def where(typing, chosen, yes, no):
+    """where(choices, yes, no): per lane one of two numbers."""
+
+    def code(context, builder, sig, args):
+        wide = [_wide(context, builder, args[i], sig.args[i]) for i in (1, 2)]
+        return builder.select(args[0], *wide)
+
+    return numbers(chosen, yes, no), code
+
+
+@intrinsic
+def bits(typing, chosen):
+    """bits(choices): as an integer, bit i for lane i."""
+
+    def code(context, builder, sig, args):
+        packed = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.zext(packed, INTEGER)
+
+    return types.int64(chosen), code
+
+
+@intrinsic
+def floor(typing, x):
+    """Largest whole number not above, per lane."""
+    return numbers(x), lambda context, builder, sig, args: _call(builder, "llvm.floor", args[0])
+
+
+@intrinsic
+def square_root(typing, x):
+    """Square root per lane."""
+    return numbers(x), lambda context, builder, sig, args: _call(builder, "llvm.sqrt", args[0])
+
+
+@intrinsic
+def exponent(typing, x):
+    """Exponent e of x = m 2^e with 1 <= m < 2, per lane, for normal x > 0."""
+
+    def code(context, builder, sig, args):
+        shifted = builder.lshr(builder.bitcast(args[0], INTEGERS), ir.Constant(INTEGERS, [52] * WIDTH))
+        return builder.sitofp(builder.sub(shifted, ir.Constant(INTEGERS, [1023] * WIDTH)), DOUBLES)
+
+    return numbers(x), code
+
+
+@intrinsic
+def mantissa(typing, x):
+    """m of x = m 2^e with 1 <= m < 2, per lane, for normal x > 0."""
+
+    def code(context, builder, sig, args):
+        kept = builder.and_(builder.bitcast(args[0], INTEGERS), ir.Constant(INTEGERS, [2**52 - 1] * WIDTH))
+        return builder.bitcast(builder.or_(kept, ir.Constant(INTEGERS, [1023 << 52] * WIDTH)), DOUBLES)
+
+    return numbers(x), code
+
+
+@intrinsic
+def power_of_two(typing, k):
+    """2^k per lane, for whole numbers k from -1022 to 1023."""
+
+    def code(context, builder, sig, args):
+        biased = builder.add(builder.fptosi(args[0], INTEGERS), ir.Constant(INTEGERS, [1023] * WIDTH))
+        return builder.bitcast(builder.shl(biased, ir.Constant(INTEGERS, [52] * WIDTH)), DOUBLES)
+
+    return numbers(k), code
