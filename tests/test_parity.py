@@ -11,7 +11,7 @@ import vibrocap.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
 from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics import link, roots
-from vibrocap.numerics.lanes import DONE, PIECE_HEAD, TOO_MANY_EVENTS
+from vibrocap.numerics.lanes import DONE, PIECE_HEAD, RUNNING, TOO_MANY_EVENTS
 from vibrocap.numerics.motion import kernel, recorded_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff lugre": vc.LuGre(bristle_stiffness=1e4)}
@@ -87,6 +87,7 @@ def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
         kernel.fill("STATE", start, lane)
         kernel.fill("TOLERANCE", 1e-9, lane)
         kernel.fill("WHOLE_PERIODS", PERIODS, lane)
+        kernel.fill("STEP_LIMIT", 10_000, lane)
         kernel.fill("EVENT_LIMIT", event_limits[lane] if event_limits else 1000, lane)
         if kernel.equations.hold is not None:
             kernel.fill("ARRIVING", 1, lane)
@@ -97,8 +98,9 @@ def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
         kernel.fill("RECORDED_EVENT_LIMIT", EVENT_ROOM, lane)
         kernel.fill("PIECE_START", marks + lane * region + EVENT_ROOM * layout.event_size, lane)
         kernel.fill("PIECE_LIMIT", PIECE_ROOM, lane)
-    kernel["advance"](kernel.real, kernel.whole, tape, 10_000)
     status = kernel["STATUS"]
+    while RUNNING in kernel.whole[status : status + layout.lanes]:  # it comes back whenever a lane stops
+        kernel["advance"](kernel.real, kernel.whole, tape, 10_000)
     statuses = kernel.whole[status : status + layout.lanes].tolist()
     return statuses, [tape[marks + lane * region : marks + (lane + 1) * region] for lane in range(layout.lanes)]
 

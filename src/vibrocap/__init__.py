@@ -4,9 +4,11 @@ from importlib.metadata import version as _version
 
 from vibrocap.drives.biharmonic import Biharmonic
 from vibrocap.drives.harmonic import Harmonic
+from vibrocap.ensemble import ensemble
 from vibrocap.friction.exponential import Exponential
 from vibrocap.friction.lugre import LuGre
 from vibrocap.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.measures.during_run import measure_table, measured
 from vibrocap.measures.energy import EnergyBalance, energy_balance
 from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
 from vibrocap.measures.limits import (
@@ -17,6 +19,7 @@ from vibrocap.measures.limits import (
     steady_friction,
     steady_slope,
 )
+from vibrocap.measures.measure import Measure
 from vibrocap.measures.response import ResponseClass, response_class
 from vibrocap.measures.settling import Settling, settling
 from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
@@ -48,6 +51,10 @@ __all__ = [
     "System",
     "Trajectory",
     "simulate",
+    "ensemble",
+    "Measure",
+    "measure_table",
+    "measured",
     "displacement",
     "drift",
     "mean_velocity",

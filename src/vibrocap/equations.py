@@ -28,6 +28,7 @@ class Equations:
     contact_velocity: Expression
     contact_state: int
     cyclic_state: int
+    symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
     hold: Expression | None
     limit: Expression | None
@@ -129,6 +130,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
         cyclic_state=system.state_names.index(system.machine.cyclic),
+        symmetry=system.symmetry,
         period=expression(recorded.drive.period),
         hold=None if flow.holding_limit is None else expression(flow.holding_force),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),

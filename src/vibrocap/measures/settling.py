@@ -4,19 +4,14 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.numerics.settle import LONGEST_PERIOD
+from vibrocap.numerics.stroboscope import Stroboscope
 from vibrocap.trajectory import Trajectory
 
-LONGEST_PERIOD = 16  # a response of a longer period is not looked for
 # A motion is settled where it will change by no more than this share of the natural size of any state; no tolerance of
 # a run can promise more than a thousand times itself, since errors of some hundred steps add up in a period.
 THRESHOLD = 1e-6
 TOLERANCES = 1e3
-# Where the stroboscopic state stays within this many tolerances, its differences are errors of the integration and
-# carry no rate of convergence.
-STANDSTILL = 10.0
-# Contraction that is assumed where the latest differences grew within a block while the blocks shrink (oscillation).
-SLOWEST = 0.99
-FASTEST = 0.01  # contraction that is believed when looking back for a shorter period
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,19 +63,18 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
         threshold = max(THRESHOLD, TOLERANCES * motion.tolerance)
     if not threshold > 0.0:
         raise ValueError(f"threshold should be > 0, got {threshold!r}")
-    states = stroboscopic_states(motion)
+    marks = Stroboscope(stroboscopic_states(motion))
     fallback = Settling(False, None, None, None, None, None, threshold)
     for n in range(1, LONGEST_PERIOD + 1):
-        if len(states) - 1 < n + 3 * max(n, 3):
+        if marks.last < n + 3 * max(n, 3):
             break
-        residual, ratio, remaining = _remaining(states, n, STANDSTILL * motion.tolerance)
+        ratio, remaining = marks.distance_to_go(n, motion.tolerance)
         if remaining is not None and remaining <= threshold:
-            shortest = _shortest(states, n, ratio or 0.0, threshold)
-            residual = float(np.max(np.abs(states[-1] - states[-1 - shortest])))
-            since = _since(states, shortest, threshold - remaining)
-            return Settling(True, since, shortest, residual, ratio, remaining, threshold)
+            shortest = marks.shortest_period(n, ratio or 0.0, threshold)
+            since = marks.settled_since(shortest, threshold - remaining)
+            return Settling(True, since, shortest, marks.difference(shortest), ratio, remaining, threshold)
         if n == 1:
-            fallback = Settling(False, None, None, residual, ratio, remaining, threshold)
+            fallback = Settling(False, None, None, marks.difference(1), ratio, remaining, threshold)
         elif remaining is not None and (fallback.remaining is None or remaining < fallback.remaining):
             fallback = dataclasses.replace(fallback, remaining=remaining)
     return fallback
@@ -92,47 +86,3 @@ def stroboscopic_states(motion: Trajectory) -> np.ndarray:
     scales = np.array([*system.machine.scales(), *system.friction.internal_scales(system.machine.load())], dtype=float)
     kept = [i for i, name in enumerate(motion.state_names) if name != system.machine.cyclic]
     return motion.sections[:, kept] / scales[kept]
-
-
-def _remaining(states: np.ndarray, n: int, standstill: float) -> tuple[float, float | None, float | None]:
-    """(last difference over n periods, contraction per n periods, bound of the distance still to go)."""
-    block = max(n, 3)
-    differences = np.max(np.abs(states[n:] - states[:-n]), axis=1)[-3 * block :]
-    oldest, older, latest = differences.reshape(3, block).max(axis=1)
-    last = float(differences[-1])
-    spread = max(
-        float(np.max(np.ptp(states[len(states) - 1 - phase :: -n][: 3 * block // n + 1], axis=0))) for phase in range(n)
-    )
-    if spread <= standstill:
-        return last, 0.0, float(latest)
-    floor = standstill / STANDSTILL  # a difference below one tolerance is no smaller than one tolerance
-    per_block = max(latest / max(older, floor), older / max(oldest, floor))
-    if not per_block < 1.0:
-        return last, None, None
-    within = (differences[-1] / max(differences[-block], floor)) ** (1.0 / (block - 1))
-    ratio = float(max(per_block ** (n / block), min(within, SLOWEST) ** n))
-    distance = np.max(differences[-block:] * ratio ** (np.arange(block - 1, -1, -1) / n))
-    return last, ratio, float(distance * ratio / (1.0 - ratio))
-
-
-def _shortest(states: np.ndarray, n: int, ratio: float, threshold: float) -> int:
-    """The smallest divisor of n that the settled motion has as its period to within the threshold.
-
-    An alternating transient looks settled over two periods a little before it does over one. A motion that is within
-    the threshold at its end was further away before, by its contraction.
-    """
-    allowed = 2.0 * threshold * max(ratio, FASTEST) ** (np.arange(1 - n, 1) / n)
-    for divisor in range(1, n):
-        differences = np.max(np.abs(states[-n:] - states[-n - divisor : -divisor]), axis=1)
-        if n % divisor == 0 and np.all(differences <= allowed):
-            return divisor
-    return n
-
-
-def _since(states: np.ndarray, n: int, distance: float) -> int:
-    """First mark from which on every state is within a distance of the final one of the same phase."""
-    marks = len(states)
-    finals = states[marks - n :]
-    phase = (np.arange(marks) - (marks - n)) % n
-    away = np.flatnonzero(np.max(np.abs(states - finals[phase]), axis=1) > distance)
-    return int(away[-1]) + 1 if len(away) else 0

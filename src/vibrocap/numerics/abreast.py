@@ -10,14 +10,16 @@ from vibrocap.numerics.generated import (
     ARRIVING,
     HOLD,
     IDLE,
+    IMPLICIT_STEPS,
+    INVERSE_SCALE,
     KINKED,
     LANES,
     LIMIT,
+    LIMIT_CONSTANT,
     ORDER,
     PATIENCE,
     PERIOD,
     ROWS,
-    SCALE,
     SERIES,
     SET_VALUED,
     SIDE,
@@ -25,6 +27,7 @@ from vibrocap.numerics.generated import (
     STATES,
     STATUS,
     STEP,
+    STEP_LIMIT,
     STIFF,
     TAYLOR_STEPS,
     TIME,
@@ -34,13 +37,13 @@ from vibrocap.numerics.generated import (
     WINDOW_START,
     WORK,
     ZEROS,
+    guard_abreast,
     jet,
-    speed_guard,
 )
-from vibrocap.numerics.lanes import NOT_FINITE, RUNNING
-from vibrocap.numerics.loop import step, turn_period
+from vibrocap.numerics.lanes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
+from vibrocap.numerics.loop import NEAR, step, turn_period
 from vibrocap.numerics.roots import EPSILON
-from vibrocap.numerics.taylor import LONGEST, SAFETY
+from vibrocap.numerics.taylor import SAFETY, series_value
 from vibrocap.numerics.vectors import (
     bits,
     exponent,
@@ -53,22 +56,28 @@ from vibrocap.numerics.vectors import (
     whole_above,
     whole_add,
     whole_equal,
+    whole_reached,
     whole_set,
 )
 from vibrocap.numerics.window import on_piece
 
 
 def advance(real, whole, tape, rounds):
-    """Advance every running lane by up to `rounds` steps."""
+    """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
+    running = whole_equal(whole, STATUS, RUNNING)
+    all_running = bits(running)
     for _ in range(rounds):
-        running = whole_equal(whole, STATUS, RUNNING)
-        if bits(running) == 0:
-            return
         jet(real)
-        waiting = bits(running) ^ step_abreast(real, whole, tape, running)
-        for lane in range(LANES):
-            if (waiting >> lane) & 1:
-                step(real, whole, tape, lane)
+        waiting = all_running ^ step_abreast(real, whole, tape, running)
+        if waiting != 0:
+            for lane in range(LANES):
+                if (waiting >> lane) & 1:
+                    step(real, whole, tape, lane)
+        running = whole_equal(whole, STATUS, RUNNING)
+        over = running & whole_reached(whole, TAYLOR_STEPS, IMPLICIT_STEPS, STEP_LIMIT)
+        whole_set(whole, STATUS, TOO_MANY_STEPS, over)
+        if bits(running & ~over) != all_running:
+            return
 
 
 def step_abreast(real, whole, tape, running):
@@ -79,8 +88,6 @@ def step_abreast(real, whole, tape, running):
     longest = taylor_steps(real, side)
     h = lesser(longest, remaining)
     plain = running & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
-    one = whole_equal(whole, ZEROS, 1)
-    two = whole_equal(whole, ZEROS, 2)
     plain = plain & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
     if not SET_VALUED:
         free = whole_above(whole, PATIENCE, 1) | whole_above(whole, ZEROS, 0) | (longest >= remaining)
@@ -89,34 +96,49 @@ def step_abreast(real, whole, tape, running):
     if KINKED:
         change = abs(load(real, VELOCITY + LANES)) * longest
         plain = plain & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
-    event = plain
+    event = plain & ~plain
     if KINKED or SET_VALUED:
-        leading, last, changes = speed_guard(real, side, one, two, h)
-        event = plain & (changes == 1.0)
+        one = whole_equal(whole, ZEROS, 1)
+        two = whole_equal(whole, ZEROS, 2)
+        stuck = event
+        push = side
+        if SET_VALUED:
+            stuck = side == 0.0
+            push, sure = hold_abreast(real, stuck, two, longest, h)
+            plain = plain & sure
+        leading, last, changes = guard_abreast(real, side, stuck, push, one, two, h)
         plain = plain & (leading > 0.0) & (changes <= 1.0)
-    if SET_VALUED:
-        growth = 0.0 * h
-        for k in range(ORDER - 1, 0, -1):
-            growth = growth * h + (abs(load(real, HOLD + k * LANES)) + abs(load(real, LIMIT + k * LANES)))
-        limit = load(real, LIMIT)
-        hold = abs(load(real, HOLD))
-        stuck = side == 0.0
-        held = (hold < (1.0 - 1e-12) * limit) & (hold + growth * h < limit)
-        # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-        threshold = greater(abs(load(real, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
-        drops = two & (abs(load(real, VELOCITY + LANES)) > JUMP * threshold)
-        plain = plain & ~stuck & ~drops | running & stuck & held & (h > 0.0) & whole_equal(whole, ARRIVING, 0)
-        event = event & ~stuck
-    event = event & plain
-    if KINKED or SET_VALUED:
+        event = plain & (changes == 1.0)
         if bits(event) != 0:
-            h = where(event, h * root_abreast(real, leading, last, event), h)
-    else:
-        event = event & ~event
+            root = root_abreast(real, leading, last, event)
+            early = event & stuck & (root > NEAR)  # as in `loop.step`: the last stretch is a step of its own
+            h = where(event, h * root, h)
+            h = where(early, (1.0 - 0.5 * NEAR) * h, h)
+            event = event & ~early
     plain = plain & foreseen_abreast(real, start, h, period)
     move_abreast(real, whole, tape, plain, h)
     finish_abreast(real, whole, tape, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
     return bits(plain)
+
+
+def hold_abreast(real, stuck, two, longest, h):
+    """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for)."""
+    limit = load(real, LIMIT)
+    hold = load(real, HOLD)
+    growth = 0.0 * h
+    change = 0.0 * h
+    for k in range(ORDER - 1, 0, -1):
+        force = load(real, HOLD + k * LANES)
+        growth = (growth + abs(force)) * h
+        if not LIMIT_CONSTANT:
+            growth = growth + abs(load(real, LIMIT + k * LANES)) * h
+        change = (change + force) * h
+    push = where(hold + 0.5 * change > 0.0, 1.0, -1.0)
+    sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth)
+    # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
+    threshold = greater(abs(load(real, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
+    steady = ~two | (abs(load(real, VELOCITY + LANES)) <= JUMP * threshold)
+    return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
 
 
 def lesser(x, y):
@@ -134,27 +156,35 @@ def taylor_steps(real, side):
     last = 0.0 * side
     before = 0.0 * side
     for i in range(STATES):
-        inverse = 1.0 / load(real, SCALE + i * LANES)
+        inverse = load(real, INVERSE_SCALE + i * LANES)
         last = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
         before = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
     if SET_VALUED:
         limit = load(real, LIMIT)
-        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) / limit
-        before = where((side == 0.0) & (limit > 0.0), greater(share, before), before)
-    tolerance = load(real, TOLERANCE)
-    h = lesser(
-        rough_roots(lesser(tolerance / last, LONGEST), ORDER),
-        rough_roots(lesser(tolerance / before, LONGEST), ORDER - 1),
+        holding = (side == 0.0) & (limit > 0.0)
+        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) / where(holding, limit, 1.0)
+        before = where(holding, greater(share, before), before)
+    wanted = rough_logarithms(load(real, TOLERANCE))
+    h = rough_powers(
+        lesser(
+            (wanted - rough_logarithms(last)) * (1.0 / ORDER),
+            (wanted - rough_logarithms(before)) * (1.0 / (ORDER - 1)),
+        )
     )
     return where(last <= 1e300, SAFETY * h, 0.0)
 
 
-def rough_roots(x, n):
-    """`taylor.rough_root` of all lanes."""
+def rough_logarithms(x):
+    """`taylor.rough_logarithm` of all lanes."""
     f = mantissa(x) - 1.0
-    logarithm = (exponent(x) + f * (1.3465 - 0.3465 * f)) * (1.0 / n)
-    whole = floor(logarithm)
-    g = logarithm - whole
+    return exponent(x) + f * (1.3465 - 0.3465 * f)
+
+
+def rough_powers(y):
+    """`taylor.rough_power` of all lanes."""
+    y = lesser(greater(y, -1000.0), 1000.0)
+    whole = floor(y)
+    g = y - whole
     return (1.0 + g * (0.6565 + 0.3435 * g)) * power_of_two(whole)
 
 
@@ -231,14 +261,17 @@ def move_abreast(real, whole, tape, plain, h):
         whole_add(whole, PATIENCE, -1, plain)
 
 
-def finish_abreast(real, whole, tape, rests, turns):
-    """What follows a step: the contact that has come to rest, the period that is over."""
-    both = rests | turns
+def finish_abreast(real, whole, tape, events, turns):
+    """What follows a step: the contact comes to rest or slips, the period is over."""
+    both = events | turns
     if both == 0:
         return
     for lane in range(LANES):
         if (both >> lane) & 1 and whole[STATUS + lane] == RUNNING:
-            if (rests >> lane) & 1:
-                cross(real, whole, tape, lane, 1, real[STEP + lane])
+            if (events >> lane) & 1:
+                event = 1
+                if real[SIDE + lane] == 0.0:
+                    event = 2 if series_value(real, HOLD + lane, real[STEP + lane]) > 0.0 else -2
+                cross(real, whole, tape, lane, event, real[STEP + lane])
             if (turns >> lane) & 1:
                 turn_period(real, whole, tape, lane)

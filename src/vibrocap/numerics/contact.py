@@ -32,6 +32,7 @@ from vibrocap.numerics.record import on_event
 from vibrocap.numerics.roots import EPSILON
 from vibrocap.numerics.taylor import series_value, taylor_step
 
+DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
 JUMP = 1e-6  # share of the growth over a step (or 1e-10 of the force) from which an acceleration is no rounding
 
 
@@ -144,9 +145,7 @@ def cross(real, whole, tape, lane, event, h):
     if event == 1:
         come_to_rest(real, whole, lane, h)
         if SET_VALUED:
-            real[CAME_FROM + lane] = real[SIDE + lane]
-            real[SIDE + lane] = 0.0
-            whole[ARRIVING + lane] = 1
+            rest(real, whole, tape, lane, h)
         else:
             real[SIDE + lane] = -real[SIDE + lane]
             whole[ZEROS + lane] = 1
@@ -155,6 +154,27 @@ def cross(real, whole, tape, lane, event, h):
         real[SIDE + lane] = 1.0 if event > 0 else -1.0
         whole[ZEROS + lane] = 2
         on_event(real, whole, tape, lane, SLIP_FORWARD if event > 0 else SLIP_BACK, 0.0)
+
+
+def rest(real, whole, tape, lane, h):
+    """A set-valued contact is at rest, at time h of its series: it sticks or turns back where that is beyond doubt.
+
+    Where the force that would hold it is near the limit, `decide` looks at the series of the contact held at rest.
+    """
+    came_from = real[SIDE + lane]
+    hold = series_value(real, HOLD + lane, h)
+    limit = series_value(real, LIMIT + lane, h)
+    if came_from * hold < -(1.0 + DOUBT) * limit:
+        real[SIDE + lane] = -came_from
+        whole[ZEROS + lane] = 1
+        on_event(real, whole, tape, lane, REVERSAL, 0.0)
+    elif abs(hold) < (1.0 - DOUBT) * limit:
+        real[SIDE + lane] = 0.0
+        on_event(real, whole, tape, lane, STICK, 0.0)
+    else:
+        real[CAME_FROM + lane] = came_from
+        real[SIDE + lane] = 0.0
+        whole[ARRIVING + lane] = 1
 
 
 def come_to_rest(real, whole, lane, h):

@@ -13,9 +13,9 @@ import numpy as np
 
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.graph import evaluate
-from vibrocap.numerics.lanes import Layout
-from vibrocap.numerics.link import compiled_kernel, linked_source, plain_kernel
-from vibrocap.numerics.source import generated_source
+from vibrocap.numerics.lanes import Layout, gathered_entries
+from vibrocap.numerics.link import compiled_kernel, kernel_source, linked_source, plain_kernel
+from vibrocap.numerics.source import Integrands, generated_source, integrands_source
 
 LANES = 8
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
@@ -44,18 +44,35 @@ class Budget:
 
 def ensemble_order(tolerance: float) -> int:
     """Order of the series: the cheapest of a few, so that few kernels are ever compiled."""
-    return 8 if tolerance >= 1e-9 else 12
+    return 10 if tolerance >= 1e-9 else 12
+
+
+GATHERING = ("turning", "gather", "spelling")  # modules of the kernel that measure
 
 
 @functools.lru_cache(maxsize=64)
-def ensemble_kernel(equations: Any, order: int, lanes: int = LANES, plain: bool = False) -> tuple[Layout, Callable]:
+def ensemble_kernel(
+    equations: Any, order: int, lanes: int = LANES, plain: bool = False, integrands: Integrands | None = None
+) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for an ensemble of these equations, compiled or as plain Python."""
-    states = len(equations.rates)
-    layout = Layout(lanes, states, states, order, len(equations.parameter_paths), MARKS)
-    loop = "abreast" if lanes == LANES else "ensemble"
-    generated = generated_source(equations, layout, abreast=loop == "abreast")
-    text = linked_source(generated, maybe_stiff=equations.hold is None, loop=loop)
+    layout, text = ensemble_source(equations, order, lanes, integrands)
     return layout, plain_kernel(text)["advance_ensemble"] if plain else compiled_kernel(text)
+
+
+def ensemble_source(equations: Any, order: int, lanes: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+    """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
+
+    integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
+    """
+    loop = "abreast" if lanes == LANES else "ensemble"
+    integrands = integrands or integrands_source(equations)
+    states = len(equations.rates)
+    entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
+    layout = Layout(lanes, states, states, order, len(equations.parameter_paths), MARKS, entries)
+    generated = [generated_source(equations, layout, abreast=loop == "abreast"), integrands.text]
+    measuring = [kernel_source(name) for name in GATHERING]
+    text = linked_source("\n\n".join([*generated, *measuring]), maybe_stiff=equations.hold is None, loop=loop)
+    return layout, text
 
 
 def ensemble_run(
@@ -68,14 +85,16 @@ def ensemble_run(
     order: int | None = None,
     lanes: int = LANES,
     plain: bool = False,
+    integrands: Integrands | None = None,
 ) -> tuple[Layout, np.ndarray]:
     """Run an ensemble to its end.
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called now and then with the runs begun
+    integrands: with functions of one's own, see `ensemble_source`
     Returns the layout and the results [runs, layout.result_size], see `lanes.RESULT_HEAD`.
     """
     order = ensemble_order(budget.tolerance) if order is None else order
-    layout, advance = ensemble_kernel(equations, order, lanes, plain)
+    layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
     count = len(initial)
     tape = np.empty(count * (layout.run_size + layout.result_size))
     _write_runs(tape[: count * layout.run_size].reshape(count, -1), equations, parameters, initial)

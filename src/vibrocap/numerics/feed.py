@@ -9,6 +9,7 @@ from vibrocap.numerics.generated import (
     CONTACT_RESIDUAL,
     EVENTS,
     IDLE,
+    INVERSE_SCALE,
     IMPLICIT_STEPS,
     LANES,
     LAST_RUN,
@@ -36,7 +37,6 @@ from vibrocap.numerics.generated import (
     STATE,
     STATES,
     STATUS,
-    STEP_LIMIT,
     STIFF,
     TAYLOR_STEPS,
     TIME,
@@ -45,21 +45,21 @@ from vibrocap.numerics.generated import (
     WINDOW_START,
     ZEROS,
 )
-from vibrocap.numerics.lanes import RESULT_HEAD_SIZE, RUNNING, TOO_MANY_STEPS
+from vibrocap.numerics.lanes import RESULT_HEAD_SIZE, RUNNING
 from vibrocap.numerics.one_by_one import advance
 from vibrocap.numerics.window import on_period
 
+ROUNDS = 1000  # steps of all lanes at a time, unless a lane stops before
 
-def advance_ensemble(real, whole, tape, rounds):
-    """Advance all lanes by up to `rounds` steps, each through run after run, until no run is left.
+
+def advance_ensemble(real, whole, tape, turns):
+    """Advance all lanes, each through run after run, until no run is left; come back to the caller after many steps.
 
     Where MORE is set it also comes back as soon as a lane finds no run to begin. Returns whether a lane is running.
     """
-    for _ in range(rounds):
+    for _ in range(turns):
         busy = False
         for lane in range(LANES):
-            if whole[STATUS + lane] == RUNNING and step_count(whole, lane) >= whole[STEP_LIMIT + lane]:
-                whole[STATUS + lane] = TOO_MANY_STEPS
             if whole[STATUS + lane] != RUNNING:
                 if whole[RUN + lane] >= 0:
                     end_run(real, whole, tape, lane)
@@ -71,13 +71,8 @@ def advance_ensemble(real, whole, tape, rounds):
             busy = busy or whole[STATUS + lane] == RUNNING
         if not busy:
             return False
-        advance(real, whole, tape, 1)
+        advance(real, whole, tape, ROUNDS)
     return True
-
-
-def step_count(whole, lane):
-    """Steps of the present run."""
-    return whole[TAYLOR_STEPS + lane] + whole[IMPLICIT_STEPS + lane]
 
 
 def begin_run(real, whole, tape, lane, run):
@@ -91,6 +86,7 @@ def begin_run(real, whole, tape, lane, run):
     place += PARAMETERS
     for i in range(STATES):
         real[SCALE + i * LANES + lane] = tape[place + i]
+        real[INVERSE_SCALE + i * LANES + lane] = 1.0 / tape[place + i]
     place += STATES
     real[VISIBLE_SPEED + lane] = tape[place]
     real[PERIOD + lane] = tape[place + 1]

@@ -7,6 +7,7 @@ from vibrocap.numerics.lanes import Layout
 
 SET_VALUED = True  # whether the contact can stick
 KINKED = False  # whether the law has a kink at rest
+LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
 CYCLIC = 2  # the state on which nothing depends
 CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
 
@@ -27,10 +28,17 @@ STATUS = PERIOD_COUNT = WHOLE_PERIODS = ARRIVING = ZEROS = STIFF = PATIENCE = TA
 EVENTS = EVENT_LIMIT = IDLE = PIECES = PIECE_LIMIT = RECORDED_EVENTS = RECORDED_EVENT_LIMIT = 0
 PIECE_START = RECORDED_EVENT_START = 0
 PERIOD_BUDGET = RUN = STEP_LIMIT = WINDOW = WINDOW_START = RESPONSE = SINCE = ASKED = RESULT_START = NEXT_RUN = LAST_RUN = MORE = 0
-STEP = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
+STEP = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
+INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
+LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
 TIME = PERIOD = TAIL = SIDE = CAME_FROM = TOLERANCE = IMPLICIT_STEP = EXPLICIT_STEP = 0
 CONTACT_RESIDUAL = VISIBLE_SPEED = 0
 STATE = PARAMETER = SCALE = SERIES = WORK = 0
+
+# What is gathered by an ensemble: functions of the instant, of which the first SUMMED are integrated; FRICTION: the
+# place of R among them; MIRROR: sign of each state under the half-period symmetry.
+INTEGRANDS = SUMMED = FRICTION = 0
+MIRROR = (-1,)
 
 # First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
 # force (both to ORDER - 1), and a work row of the event search.
@@ -42,10 +50,11 @@ def jet(real):
     raise NotImplementedError
 
 
-def speed_guard(real, side, one, two, h):
-    """Of all lanes abreast (`vectors.py`): the polynomial side * velocity over a step of length h, written to WORK.
+def guard_abreast(real, side, stuck, push, one, two, h):
+    """Of all lanes abreast (`vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 
-    one, two: where so many leading coefficients vanish, which are left out; side: where it is 0 the result is nothing
+    The guard is side * velocity without its first coefficients that vanish (in the lanes `one` and `two`, so many), or,
+    in the lanes `stuck`, limit - push * holding force.
     Returns (first coefficient, value at the end of the step, sign changes of the coefficients in the Bernstein basis).
     """
     raise NotImplementedError
@@ -66,4 +75,13 @@ def jacobian(real, t, point, side, lane, out):
 
 def contact_velocity(real, t, point, lane):
     """Contact velocity of one lane at the state real[point:point + STATES]."""
+    raise NotImplementedError
+
+
+def integrands(real, t, point, side, lane, out):
+    """The functions of which an ensemble gathers integrals and peaks, at the state real[point:point + STATES].
+
+    Written to real[out:out + INTEGRANDS]: powers by channel, R, R times contact velocity, R once more, own functions to
+    be integrated; then own functions of which the largest value is wanted.
+    """
     raise NotImplementedError

@@ -152,6 +152,9 @@ class JetWriter:
             inverse_of_base = self._named((index, -1), f"f{index}", scaled)
         else:
             inverse_of_base = inverse
+        if self.abreast and earlier and numerator != "0.0":  # the fewest operations; one motion waits for the newest
+            scaled = numerator if factor.value == 1.0 else f"{self.coefficient(factor.index, 0)} * {numerator}"
+            return f"({scaled} - ({earlier})) * {inverse}"
         if not earlier:
             return f"{numerator} * {inverse_of_base}" if numerator != "0.0" else "0.0"
         if numerator == "0.0":
@@ -181,6 +184,10 @@ class JetWriter:
             if weighted != "0.0":
                 terms.append(f"{weighted} * {self.coefficient(f, k - j)}")
         newest = self._weighted(a, k)
+        if self.abreast:  # the fewest operations; for one motion the newest term should come last
+            if newest != "0.0":
+                terms.append(f"{newest} * {self.coefficient(f, 0)}")
+            return f"({' + '.join(terms)}) * {scale}" if terms else "0.0"
         sums = [f"({' + '.join(terms)}) * {scale}"] if terms else []
         if newest != "0.0":
             start = self.coefficient(f, 0)

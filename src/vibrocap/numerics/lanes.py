@@ -27,6 +27,16 @@ SLIP_BACK = 2
 REVERSAL = 3
 GRAZE = 4
 
+# Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).
+ASK_INTEGRALS = 1  # works, impulse, areas of the friction loop, own integrals
+ASK_MAGNITUDE = 2  # integral of |R|
+ASK_PEAK = 4  # largest |R|, own extremes
+ASK_EXTREMES = 8  # of the states
+ASK_WORD = 16  # sticking, and the word of the last period
+ASK_SYMMETRY = 32
+WORD_PLACES = 4  # numbers that hold a word
+LETTERS_PER_PLACE = 26  # of two bits each
+
 # Entries of `whole`, one number per lane each.
 WHOLE = (
     "STATUS",
@@ -73,11 +83,13 @@ REAL = (
     "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
     "VISIBLE_SPEED",  # speed up to which a series notices that friction changes near rest
     "CONTACT_RESIDUAL",  # largest |contact velocity| at a located event
-    "STEP",  # length of the present step (of an ensemble only)
     "STATE",  # [rows] states and integrals
     "PARAMETER",  # [parameters]
     "SCALE",  # [states] natural size of each state
-    "THRESHOLD",  # of settling; 0: the run goes on to its end  (this and the next four: of an ensemble only)
+    # of an ensemble only
+    "STEP",  # length of the present step
+    "INVERSE_SCALE",  # [states] one over SCALE
+    "THRESHOLD",  # of settling; 0: the run goes on to its end
     "REMAINING",  # bound of the distance still to go, when the motion was found settled
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
@@ -103,6 +115,29 @@ RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the tape: kind, period, time, then states and integrals
 
 
+def gathered_entries(states: int, integrals: int, own_extremes: int) -> tuple[tuple[str, int], ...]:
+    """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
+
+    integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
+    """
+    return (
+        ("INTEGRAL", integrals),
+        ("MAGNITUDE", 1),  # integral of |R|
+        ("PEAK", 1 + own_extremes),  # largest |R|, then own ones
+        ("LARGEST", states),
+        ("LEAST", states),
+        ("STICK_TIME", 1),
+        ("STICK_PHASES", 1),
+        ("PHASE_SIDE", 1),  # of the present phase of the window
+        ("PHASE_LENGTH", 1),
+        ("LETTER_SIDE", 1),  # of the present phase of the last period
+        ("LETTER_LENGTH", 1),
+        ("LETTER_COUNT", 1),
+        ("LETTERS", WORD_PLACES),
+        ("ASYMMETRY", 1),
+    )
+
+
 @dataclasses.dataclass(frozen=True)
 class Layout:
     """Where everything stands in the arrays of one kernel."""
@@ -113,7 +148,21 @@ class Layout:
     order: int
     parameters: int
     marks: int = 0
-    measured: int = 0
+    gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries`
+
+    @property
+    def measured(self) -> int:
+        """Numbers gathered over the window of a run."""
+        return sum(size for _, size in self.gathered)
+
+    def gathered_slice(self, name: str) -> slice:
+        """Where an entry of what is gathered stands in a result."""
+        first = len(RESULT_HEAD) + 2 * self.states
+        for entry, size in self.gathered:
+            if entry == name:
+                return slice(first, first + size)
+            first += size
+        raise KeyError(name)
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -122,6 +171,7 @@ class Layout:
             "STATE": self.rows,
             "PARAMETER": self.parameters,
             "SCALE": self.states,
+            "INVERSE_SCALE": self.states,
             "START_STATE": self.states,
             "MEASURED": self.measured,
             "MARKS": self.marks * self.states,
@@ -137,7 +187,8 @@ class Layout:
     def work_size(self) -> int:
         """Work space of the event search, then that of the implicit step (Jacobian, matrix, stages)."""
         implicit = self.rows * (self.states + 1) + self.states * self.states + 10 * self.rows
-        return self.event_work_size + implicit
+        gathering = self.states + 8 * (self.measured + 8)  # a point, then values at the nodes of a step
+        return max(self.event_work_size + implicit, gathering)
 
     @property
     def piece_size(self) -> int:
@@ -167,6 +218,10 @@ class Layout:
         for name in REAL:
             found[name] = place
             place += self.sizes.get(name, 1) * self.lanes
+        place = found["MEASURED"]
+        for name, size in self.gathered:
+            found[name] = place
+            place += size * self.lanes
         return found
 
     def allocated(self) -> tuple[np.ndarray, np.ndarray]:

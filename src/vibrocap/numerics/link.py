@@ -31,7 +31,7 @@ LOOPS = {
 PLAIN_VECTORS, VECTORS = "from vibrocap.numerics.plain_vectors", "from vibrocap.numerics.vectors"
 VECTOR_NAMES = (
     *("bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
-    *("whole_above", "whole_add", "whole_equal", "whole_set"),
+    *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
 ENTRIES = ("advance", "advance_ensemble")  # the last one of a kernel is called from outside
 # Nothing is allocated in a kernel; without its runtime (_nrt), Numba counts no references to the arrays that are passed

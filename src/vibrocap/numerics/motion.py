@@ -60,9 +60,10 @@ def recorded_run(
     progress: Progress | None = None,
     plain: bool = False,
     keep_pieces: bool = True,
+    order: int | None = None,
 ) -> Recorded:
     """Run one motion to its end, or to where it could not go on."""
-    order = series_order(tolerance)
+    order = series_order(tolerance) if order is None else order
     layout, advance = kernel(equations, order, plain)
     place, rows = layout.places, layout.rows
     real, whole = layout.allocated()
@@ -76,6 +77,7 @@ def recorded_run(
     real[place["TOLERANCE"]] = tolerance
     whole[place["WHOLE_PERIODS"]] = whole_periods
     whole[place["EVENT_LIMIT"]] = max_events_per_period
+    whole[place["STEP_LIMIT"]] = max_steps
     _start_contact(equations, real, whole, place, initial, parameters)
     piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
     event_start = (whole_periods + 1) * rows
@@ -86,14 +88,11 @@ def recorded_run(
     whole[place["PIECE_START"]], whole[place["PIECE_LIMIT"]] = piece_start, piece_room
 
     pieces, events = [], []
-    status, steps = memory.RUNNING, 0
+    status = memory.RUNNING
     while status == memory.RUNNING:
-        advance(real, whole, tape, min(ROUNDS, max_steps - steps))
+        advance(real, whole, tape, ROUNDS)
         status = int(whole[place["STATUS"]])
-        steps = int(whole[place["TAYLOR_STEPS"]] + whole[place["IMPLICIT_STEPS"]])
         full = status == memory.TAPE_FULL
-        if status == memory.RUNNING and steps >= max_steps:
-            status = memory.TOO_MANY_STEPS
         if status != memory.RUNNING or not keep_pieces:
             if keep_pieces:  # a tape that is used again is copied
                 pieces.append(_cut(tape, piece_start, whole[place["PIECES"]], layout.piece_size, full))

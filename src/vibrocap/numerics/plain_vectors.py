@@ -26,6 +26,11 @@ def whole_above(whole, place, value):
     return whole[place : place + WIDTH] > value
 
 
+def whole_reached(whole, first, second, least):
+    """Where the sum of two entries is at least a third."""
+    return whole[first : first + WIDTH] + whole[second : second + WIDTH] >= whole[least : least + WIDTH]
+
+
 def whole_add(whole, place, value, choices):
     """Add the value to the entry of the chosen lanes."""
     whole[place : place + WIDTH][choices] += value

@@ -1,5 +1,6 @@
 """Writes the generated part of a kernel: series, rates and Jacobian of one system's equations, as Python source."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -24,6 +25,7 @@ def generated_source(equations: Any, layout: Layout, abreast: bool = False) -> s
         "KINKED": equations.kinked,
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
+        "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD"), start=layout.rows):
         constants[name] = series + i * row_size
@@ -42,35 +44,44 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     graph, order = equations.graph, layout.order
     writer = JetWriter(graph, list(equations.rates), abreast)
     states, rows = layout.states, layout.rows
-    stored: list[tuple[int, int, str]] = []
+    head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
+
+    def keep(row: int, k: int, value: str) -> None:
+        """Write a coefficient to memory as soon as it is known: values wait in registers, of which there are few."""
+        place = f"SERIES + {row * (order + 1) + k} * LANES"
+        writer.lines.append(f"store(real, {place}, {value})" if abreast else f"real[{place} + lane] = {value}")
+
     for k in range(order + 1):
         for i in range(states):
-            stored.append((i, k, writer.coefficient(graph.node("state", i).index, k)))
+            keep(i, k, writer.coefficient(graph.node("state", i).index, k))
         for i, rate in enumerate(integrals, start=states):
             if k == 0:
-                stored.append((i, 0, writer.entry(f"STATE + {i} * LANES")))
+                keep(i, 0, writer.entry(f"STATE + {i} * LANES"))
             else:
-                stored.append((i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}"))
-        stored.append((rows, k, writer.coefficient(equations.contact_velocity.index, k)))
+                keep(i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}")
+        keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
         if equations.hold is not None and k < order:
-            stored.append((rows + 1, k, writer.coefficient(equations.hold.index, k)))
-            stored.append((rows + 2, k, writer.coefficient(equations.limit.index, k)))
-    body = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}", *writer.lines]
-    places = [(f"SERIES + {row * (order + 1) + k} * LANES", value) for row, k, value in stored]
+            keep(rows + 1, k, writer.coefficient(equations.hold.index, k))
+            keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+    body = [*head, *writer.lines]
     if abreast:
-        body += [f"store(real, {place}, {value})" for place, value in places]
-        return "\n".join(["def jet(real):", *_indented(body, 4), "", guard_source(order)])
-    body += [f"real[{place} + lane] = {value}" for place, value in places]
+        constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
+        guard = guard_source(order, equations.hold is not None, constant)
+        return "\n".join(["def jet(real):", *_indented(body, 4), "", guard])
     return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
 
-def guard_source(order: int) -> str:
-    """`speed_guard`: of all lanes abreast, the speed as a polynomial over the step and its signs (see `roots.py`)."""
+def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
+    """`guard_abreast`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`)."""
     body = [f"v{k} = load(real, VELOCITY + {k} * LANES)" for k in range(order + 1)]
     for k in range(order + 1):
         one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
-        power = "" if k == 0 else " * p"
-        body.append(f"a{k} = side * where(two, {two}, where(one, {one}, v{k})){power}")
+        guard = f"side * where(two, {two}, where(one, {one}, v{k}))"
+        if sticks:
+            hold, limit = (f"load(real, {name} + {k} * LANES)" for name in ("HOLD", "LIMIT"))
+            held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
+            guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
+        body.append(f"a{k} = {guard}{'' if k == 0 else ' * p'}")
         body.append(f"store(real, WORK + {k} * LANES, a{k})")
         body.append("p = h" if k == 0 else "p = p * h")
     body += [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
@@ -79,7 +90,7 @@ def guard_source(order: int) -> str:
     for k in range(2, order + 1):
         body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
     body.append(f"return a0, b{order}, changes")
-    return "\n".join(["def speed_guard(real, side, one, two, h):", *_indented(body, 4), ""])
+    return "\n".join(["def guard_abreast(real, side, stuck, push, one, two, h):", *_indented(body, 4), ""])
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
@@ -106,6 +117,44 @@ def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:
     return "\n".join([head, *_indented([*writer.lines, *body], 4), ""])
 
 
+@dataclasses.dataclass(frozen=True)
+class Integrands:
+    """The functions of the instant that an ensemble gathers: their source, and how many are summed and sought."""
+
+    text: str
+    summed: int
+    own_extremes: int
+
+
+def integrands_source(
+    equations: Any, own_integrals: Sequence[Expression] = (), own_extremes: Sequence[Expression] = ()
+) -> Integrands:
+    """`integrands` of one lane, with functions of one's own besides the standard ones.
+
+    Those may be recorded on a graph that begins with the nodes of the equations.
+    """
+    own = (*own_integrals, *own_extremes)
+    writer = ScalarWriter(own[0].graph if own else equations.graph)
+    friction, velocity = writer.name(equations.integrals[-1]), writer.name(equations.contact_velocity)
+    values = [writer.name(power) for power in equations.integrals]
+    values += [
+        f"{friction} * {velocity}",
+        friction,
+    ]  # the latter times the acceleration of the piece, see `gather.look`
+    values += [writer.name(function) for function in own]
+    summed = len(values) - len(own_extremes)
+    constants = {
+        "INTEGRANDS": len(values),
+        "SUMMED": summed,
+        "FRICTION": len(equations.integrals) - 1,
+        "MIRROR": tuple(equations.symmetry),
+    }
+    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    body = [*writer.lines, *(f"real[out + {i}] = {value}" for i, value in enumerate(values))]
+    text = "\n".join([*lines, "", "def integrands(real, t, point, side, lane, out):", *_indented(body, 4), ""])
+    return Integrands(text, summed, len(own_extremes))
+
+
 class ScalarWriter:
     """Writes the values of expressions as straight-line scalar code, each node once."""
 
@@ -125,8 +174,10 @@ class ScalarWriter:
             if op == "constant":
                 leaf = repr(operands[0])
             if leaf is None:
-                leaf = f"n{index}"
-                self.lines.append(f"{leaf} = {self._formula(op, operands)}")
+                formula = self._formula(op, operands)
+                # Numbered as they are written: the text must not depend on what else was recorded in the graph.
+                leaf = f"n{len(self.lines)}"
+                self.lines.append(f"{leaf} = {formula}")
             self._names[index] = leaf
         return self._names[index]
 

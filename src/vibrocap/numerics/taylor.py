@@ -24,14 +24,13 @@ from vibrocap.numerics.generated import (
 
 SAFETY = 0.9
 MANTISSA = 2**52 - 1  # bits of a double
-LONGEST = 1e300
 ONE = 1023 * 2**52  # bits of 1.0
 
 
 def taylor_step(real, whole, lane):
     """Largest step whose last two terms stay below the tolerance (Jorba and Zou 2005, with a fixed order).
 
-    The terms left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for
+    h = 0.9 min over the last two k of (tolerance/|c_k|)^(1/k), with c_k over the natural size of its state. The terms left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for
     a motion at rest; not a number if a coefficient is not.
     """
     last = 0.0
@@ -47,11 +46,9 @@ def taylor_step(real, whole, lane):
         # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides.
         before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) / real[LIMIT + lane])
     tolerance = real[TOLERANCE + lane]
-    h = LONGEST
-    if last > 0.0:
-        h = rough_root(min(tolerance / last, LONGEST), ORDER)
-    if before > 0.0:
-        h = min(h, rough_root(min(tolerance / before, LONGEST), ORDER - 1))
+    wanted = rough_logarithm(tolerance)
+    share = min((wanted - rough_logarithm(last)) / ORDER, (wanted - rough_logarithm(before)) / (ORDER - 1))
+    h = rough_power(share)
     if KINKED:
         # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
         speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
@@ -71,17 +68,22 @@ def sign_in_doubt(real, lane, h):
     return last * h ** (ORDER - 1) > 0.01 * first
 
 
-def rough_root(x, n):
-    """x**(1/n) for x > 0 to 0.3 %, from the bits of x: logarithm and power of two with a parabola each.
+def rough_logarithm(x):
+    """log2(x) to 0.008 for x >= 0, from the bits of x, with a parabola between powers of two; some -1023 for 0.
 
     A step length needs no more, and the library's functions would take a tenth of a run.
     """
     bits = np.float64(x).view(np.int64)
     exponent = (bits >> 52) - 1023
     f = np.int64((bits & MANTISSA) | ONE).view(np.float64) - 1.0
-    logarithm = (exponent + f * (1.3465 - 0.3465 * f)) / n
-    whole = math.floor(logarithm)
-    g = logarithm - whole
+    return exponent + f * (1.3465 - 0.3465 * f)
+
+
+def rough_power(y):
+    """2**y to 0.3 %, with a parabola between whole y; y is cut at 1000 in size."""
+    y = min(max(y, -1000.0), 1000.0)
+    whole = math.floor(y)
+    g = y - whole
     return (1.0 + g * (0.6565 + 0.3435 * g)) * np.int64((np.int64(whole) + 1023) << 52).view(np.float64)
 
 

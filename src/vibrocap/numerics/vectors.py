@@ -156,9 +156,10 @@ def store(typing, array, place, value):
     return types.void(array, place, value), code
 
 
-def _integers(context, builder, sig, args):
-    pointer = _place(context, builder, sig.args[0], args[0], args[1], sig.args[1], INTEGERS)
-    value = context.cast(builder, args[2], sig.args[2], types.int64) if len(args) > 2 else None
+def _integers(context, builder, kinds, args):
+    """(pointer, numbers of all lanes there, the third argument as a scalar if there is one)."""
+    pointer = _place(context, builder, kinds[0], args[0], args[1], kinds[1], INTEGERS)
+    value = context.cast(builder, args[2], kinds[2], types.int64) if len(args) > 2 else None
     return pointer, builder.load(pointer, align=8, typ=INTEGERS), value
 
 
@@ -167,7 +168,7 @@ def whole_equal(typing, array, place, value):
     """whole_equal(whole, place, value): in which lanes the entry of `whole` is the value."""
 
     def code(context, builder, sig, args):
-        _, found, wanted = _integers(context, builder, sig, args)
+        _, found, wanted = _integers(context, builder, sig.args, args)
         return builder.icmp_signed("==", found, _spread(builder, wanted, INTEGERS))
 
     return choices(array, place, value), code
@@ -178,10 +179,21 @@ def whole_above(typing, array, place, value):
     """whole_above(whole, place, value): in which lanes the entry of `whole` is greater than the value."""
 
     def code(context, builder, sig, args):
-        _, found, wanted = _integers(context, builder, sig, args)
+        _, found, wanted = _integers(context, builder, sig.args, args)
         return builder.icmp_signed(">", found, _spread(builder, wanted, INTEGERS))
 
     return choices(array, place, value), code
+
+
+@intrinsic
+def whole_reached(typing, array, first, second, least):
+    """whole_reached(whole, first, second, least): where the sum of two entries is at least a third."""
+
+    def code(context, builder, sig, args):
+        found = [_integers(context, builder, (sig.args[0], sig.args[i]), (args[0], args[i]))[1] for i in (1, 2, 3)]
+        return builder.icmp_signed(">=", builder.add(found[0], found[1]), found[2])
+
+    return choices(array, first, second, least), code
 
 
 @intrinsic
@@ -189,7 +201,7 @@ def whole_add(typing, array, place, value, chosen):
     """whole_add(whole, place, value, choices): add the value to the entry of the chosen lanes."""
 
     def code(context, builder, sig, args):
-        pointer, found, value = _integers(context, builder, sig, args)
+        pointer, found, value = _integers(context, builder, sig.args, args)
         added = builder.add(found, _spread(builder, value, INTEGERS))
         builder.store(builder.select(args[3], added, found), pointer, align=8)
         return context.get_dummy_value()
@@ -202,7 +214,7 @@ def whole_set(typing, array, place, value, chosen):
     """whole_set(whole, place, value, choices): put the value into the entry of the chosen lanes."""
 
     def code(context, builder, sig, args):
-        pointer, found, value = _integers(context, builder, sig, args)
+        pointer, found, value = _integers(context, builder, sig.args, args)
         builder.store(builder.select(args[3], _spread(builder, value, INTEGERS), found), pointer, align=8)
         return context.get_dummy_value()
 

@@ -1,0 +1,133 @@
+"""Measures that are taken during the run, by name: what an ensemble or a study can ask for.
+
+All belong to a window of whole drive periods: where the motion settled, one period of the response; else the last
+periods of the run. Works and loop areas are given per drive period, so that windows of different length compare.
+"""
+
+import difflib
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.equations import equations, parameter_values
+from vibrocap.measures.gathered import Gathered
+from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
+from vibrocap.measures.standard import standard_measures
+from vibrocap.measures.windows import whole_periods
+from vibrocap.numerics.lanes import ASK_INTEGRALS, ASK_PEAK
+from vibrocap.numerics.replay import replayed
+from vibrocap.trajectory import Trajectory
+
+
+def measure_table() -> dict[str, Measure]:
+    """All measures that can be asked for by name, in the order of the documentation."""
+    return dict(standard_measures())
+
+
+def measured(
+    motion: Trajectory,
+    measures: str | Measure | Iterable[str | Measure],
+    *,
+    window: int = 10,
+    settle: float | None = None,
+) -> dict[str, Any]:
+    """Measures of a stored motion, taken by the very code that takes them during a run.
+
+    measures: names of `measure_table()`, or measures of one's own
+    window: the last so many whole drive periods are measured where nothing settles
+    settle: None, or the threshold of `settling`: then one response period is measured from the mark on at which the
+        motion has settled, as in an ensemble that stops there
+
+    Returns numbers (for "word" a text) by name. Raises ValueError for a motion that did not go to its end.
+    """
+    asked, needed = resolved(measures)
+    done = whole_periods(motion)
+    if not motion.status.ok:
+        raise ValueError(f"the motion did not go to its end: {motion.status.text}")
+    if not isinstance(window, (int, np.integer)) or isinstance(window, bool) or not 1 <= window <= done:
+        raise ValueError(f"window should be a whole number of periods from 1 to {done}, got {window!r}")
+    if settle is not None and not 0.0 < settle < math.inf:
+        raise ValueError(f"settle should be None or a positive threshold such as 1e-6, got {settle!r}")
+    recording = equations(motion.system)
+    layout, result = replayed(
+        recording,
+        parameter_values(motion.system),
+        motion,
+        int(window),
+        float(settle or 0.0),
+        asked_groups(needed),
+        own_integrands(needed, recording),
+    )
+    odd = np.array([motion.system.drive.odd])
+    runs = Gathered(motion.system, layout, result[None], np.array([motion.period]), odd, float(settle or 0.0))
+    found = values(needed, runs)
+    return {measure.name: found[measure.name][0].item() for measure in asked}
+
+
+def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[Measure, ...], tuple[Measure, ...]]:
+    """(measures asked for, the same with all that they are derived from, each after what it needs).
+
+    Raises ValueError for a name that does not exist, for two measures of one name, and for one derived from itself.
+    """
+    table = measure_table()
+    given = [measures] if isinstance(measures, (str, Measure)) else list(measures)
+    own = {measure.name: measure for measure in given if isinstance(measure, Measure)}
+    for measure in given:
+        if isinstance(measure, Measure) and (
+            own[measure.name] != measure or table.get(measure.name, measure) != measure
+        ):
+            raise ValueError(f"measures: there are two measures of the name {measure.name!r}")
+    table |= own
+    needed: dict[str, Measure] = {}
+
+    def need(name: Any, path: tuple[str, ...]) -> Measure:
+        if not isinstance(name, str) or name not in table:
+            near = difflib.get_close_matches(str(name), table, n=1, cutoff=0.0)[0]
+            by = f" (of which {path[-1]!r} is derived)" if path else ""
+            raise ValueError(f"measures: there is no measure {name!r}{by}; did you mean {near!r}?")
+        if name in path:
+            raise ValueError(f"measures: {name!r} is derived from itself, by {' -> '.join((*path, name))}")
+        if name not in needed:
+            how = table[name].how
+            for other in how.of if isinstance(how, Derived) else ():
+                need(other, (*path, name))
+            needed[name] = table[name]
+        return table[name]
+
+    asked = [need(measure.name if isinstance(measure, Measure) else measure, ()) for measure in given]
+    return tuple(dict.fromkeys(asked)), tuple(needed.values())
+
+
+def asked_groups(needed: Sequence[Measure]) -> int:
+    """Groups that have to be gathered for measures, a sum of powers of two."""
+    found = 0
+    for measure in needed:
+        if isinstance(measure.how, Standard):
+            found |= measure.how.groups
+        elif isinstance(measure.how, Reduction):
+            found |= ASK_INTEGRALS if is_summed(measure) else ASK_PEAK
+    return found
+
+
+def values(needed: Sequence[Measure], runs: Gathered) -> dict[str, np.ndarray]:
+    """Values of measures, in the order of `resolved`: an array [runs] each."""
+    found: dict[str, np.ndarray] = {}
+    own_sum, own_extreme = len(runs.system.channels) + 3, 1  # after the standard ones, see `integrands_source`
+    for measure in needed:
+        how = measure.how
+        if isinstance(how, Standard):
+            found[measure.name] = how.value(runs)
+        elif isinstance(how, Derived):
+            value = np.asarray(how.function(*(found[name] for name in how.of)))
+            found[measure.name] = np.broadcast_to(value, (len(runs.results),))
+        elif is_summed(measure):
+            total = runs.entry("INTEGRAL", own_sum)
+            found[measure.name] = total / runs.time if how.kind == "mean" else total
+            own_sum += 1
+        else:
+            value = runs.entry("PEAK", own_extreme)
+            found[measure.name] = -value if how.kind == "least" else value
+            own_extreme += 1
+    return found

@@ -1,0 +1,92 @@
+"""What was gathered of many runs over their windows, by name: from this the standard measures are read."""
+
+import dataclasses
+
+import numpy as np
+
+from vibrocap.numerics.lanes import LETTERS_PER_PLACE, RESULT_HEAD, Layout
+from vibrocap.system import System
+
+CODES = {1: "F", 2: "S", 3: "B"}  # two bits of a letter of a word, see `numerics.spelling`
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Gathered:
+    """Results of runs of systems of one form; every quantity is an array [runs].
+
+    system: one of them, for names and kinds; results: [runs, layout.result_size], see `numerics.lanes.RESULT_HEAD`
+    period: drive period of each run; odd: whether its drive is odd under half a period
+    threshold: of settling; 0 where it was not looked for
+    """
+
+    system: System
+    layout: Layout
+    results: np.ndarray
+    period: np.ndarray
+    odd: np.ndarray
+    threshold: float
+
+    def head(self, name: str) -> np.ndarray:
+        """A number of the head of a result, by its name in `RESULT_HEAD`."""
+        return self.results[:, RESULT_HEAD.index(name)]
+
+    @property
+    def settled(self) -> np.ndarray:
+        """Whether the run was measured over one response period of its settled motion."""
+        return self.head("response_period") > 0
+
+    @property
+    def periods(self) -> np.ndarray:
+        """Drive periods in the window."""
+        return self.head("periods") - self.head("window_start")
+
+    @property
+    def time(self) -> np.ndarray:
+        """Length of the window."""
+        return self.periods * self.period
+
+    @property
+    def displacement(self) -> np.ndarray:
+        """Change of the cyclic coordinate over the window."""
+        first = len(RESULT_HEAD) + self.system.state_names.index(self.system.machine.cyclic)
+        return self.results[:, first + self.layout.states] - self.results[:, first]
+
+    def entry(self, name: str, i: int = 0) -> np.ndarray:
+        """Number i of an entry of what is gathered, see `numerics.lanes.gathered_entries`."""
+        place = self.layout.gathered_slice(name)
+        if not 0 <= i < place.stop - place.start:
+            raise IndexError(f"{name} has no number {i}")
+        return self.results[:, place.start + i]
+
+    def state_entry(self, name: str, state: str) -> np.ndarray:
+        """The number of a state of such an entry; NaN where the system has no such state."""
+        names = self.system.state_names
+        return self.entry(name, names.index(state)) if state in names else self.nowhere
+
+    @property
+    def nowhere(self) -> np.ndarray:
+        """NaN for every run: of a measure that the system does not have."""
+        return np.full(len(self.results), np.nan)
+
+    @property
+    def words(self) -> np.ndarray:
+        """The word of the last period of each window, an array of text; see `measures.sticking.word`."""
+        place = self.layout.gathered_slice("LETTERS")
+        keys = np.column_stack((self.results[:, place], self.entry("LETTER_COUNT")))
+        different, which = np.unique(keys, axis=0, return_inverse=True)
+        return np.array([_word(key) for key in different], dtype=str)[which.ravel()]
+
+
+def _word(key: np.ndarray) -> str:
+    """The word in the numbers of the entry LETTERS followed by the count of its letters."""
+    *places, count = (int(number) for number in key)
+    room = LETTERS_PER_PLACE * len(places)
+    letters: list[str] = []
+    for place, packed in enumerate(places):
+        size = min(max(count - place * LETTERS_PER_PLACE, 0), LETTERS_PER_PLACE)
+        letters += [CODES[(packed >> (2 * (size - 1 - i))) & 3] for i in range(size)]
+    if count > room:
+        return "".join(letters) + "..."  # there is no telling how the period ends
+    while len(letters) > 1 and letters[-1] == letters[0]:
+        letters.pop()
+    return "".join(letters)

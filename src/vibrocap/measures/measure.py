@@ -1,0 +1,163 @@
+"""What a measure taken during the run is: its name, what it means, and how it comes about.
+
+There are three ways: a standard measure is read from what every kernel gathers (`during_run`); a reduction is the mean,
+the integral, the largest or the least value over the window of a function of the instant, of one's own; a derived
+measure is a function of other measures.
+"""
+
+import copy
+import dataclasses
+import keyword
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from vibrocap.equations import Equations
+from vibrocap.measures.gathered import Gathered
+from vibrocap.numerics.graph import Expression, Graph
+from vibrocap.numerics.source import Integrands, integrands_source
+
+
+@dataclasses.dataclass(frozen=True)
+class Standard:
+    """Read from what the kernel gathers.
+
+    groups: what has to be gathered for it, a sum of `ASK_...` of `numerics.lanes`
+    value: of the runs that finished, one number (or text) per run
+    """
+
+    value: Callable[[Gathered], np.ndarray]
+    groups: int = 0
+    text: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Reduction:
+    """The mean, integral, largest or least value over the window of a function of the instant."""
+
+    kind: Literal["mean", "integral", "largest", "least"]
+    function: Callable[["Instant"], Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class Derived:
+    """A function of other measures, given as arrays with one value per run (plain numbers for a single motion)."""
+
+    function: Callable[..., Any]
+    of: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class Measure:
+    """A measure that can be taken during a run.
+
+    name: by which it is asked for, a Python name; meaning: in a few words, with the window it belongs to
+    how: a `Reduction` or `Derived`, best made by `Measure.largest` and its like; unit: "1" where it has none
+    """
+
+    name: str
+    meaning: str
+    how: Standard | Reduction | Derived
+    unit: str = "1"
+
+    def __post_init__(self):
+        if not self.name.isidentifier() or keyword.iskeyword(self.name):
+            raise ValueError(f"name of a measure should be a Python name such as 'peak_power', got {self.name!r}")
+
+    @classmethod
+    def mean(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+        """The mean over time of a function of the instant (`Instant`), over the window."""
+        return cls(name, meaning, Reduction("mean", function), unit)
+
+    @classmethod
+    def integral(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+        """The integral over time of a function of the instant, over the window."""
+        return cls(name, meaning, Reduction("integral", function), unit)
+
+    @classmethod
+    def largest(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+        """The largest value of a function of the instant in the window."""
+        return cls(name, meaning, Reduction("largest", function), unit)
+
+    @classmethod
+    def least(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+        """The least value of a function of the instant in the window."""
+        return cls(name, meaning, Reduction("least", function), unit)
+
+    @classmethod
+    def derived(
+        cls, name: str, meaning: str, function: Callable[..., Any], of: tuple[str, ...], unit: str = "1"
+    ) -> "Measure":
+        """A function of other measures: called with the arrays of the measures `of`, in that order."""
+        return cls(name, meaning, Derived(function, tuple(of)), unit)
+
+
+class Instant:
+    """One instant of a motion, of which a measure of one's own is a function.
+
+    `m.angle`, `m.velocity`, ... are the states, `m.friction`, `m.holding_force`, `m.drive`, `m.contact_velocity`, ...
+    the observables, `m.drive_power`, ... the power of each channel, `m.time` the time since the start of the period,
+    `m.side` the side of the contact (1, -1; 0: stuck). `m["machine.mass_ratio"]` is a parameter. They are recorded: the
+    function is called once and should be a formula of them, with `vibrocap.elementary` for sin, cos, exp and powers.
+    """
+
+    def __init__(self, equations: Equations, graph: Graph):
+        def known(expression: Expression) -> Expression:
+            return Expression(graph, expression.index)
+
+        channels = equations.integral_names[:-1]
+        self._known = {
+            "time": graph.node("time"),
+            "side": graph.node("side"),
+            **{name: graph.node("state", i) for i, name in enumerate(equations.state_names)},
+            **{name: known(value) for name, value in equations.observables.items()},
+            **{f"{name}_power": known(equations.integrals[i]) for i, name in enumerate(channels)},
+        }
+        self._parameters = {path: graph.node("parameter", i) for i, path in enumerate(equations.parameter_paths)}
+
+    def __getattr__(self, name: str) -> Expression:
+        known = self.__dict__.get("_known", {})
+        if name in known:
+            return known[name]
+        raise AttributeError(f"{name!r} is not known of an instant of this system; there is {', '.join(known)}")
+
+    def __getitem__(self, path: str) -> Expression:
+        if path in self._parameters:
+            return self._parameters[path]
+        raise KeyError(f"{path!r} is not a number of this system; there is {', '.join(self._parameters)}")
+
+
+def own_integrands(needed: Sequence[Measure], equations: Equations) -> Integrands | None:
+    """The functions of all reductions among measures, recorded; None where there is none.
+
+    Raises ValueError for a function that cannot be recorded: it names what the system does not have, or branches on a
+    value.
+    """
+    sums = [measure for measure in needed if is_summed(measure)]
+    extremes = [measure for measure in needed if isinstance(measure.how, Reduction) and not is_summed(measure)]
+    if not sums and not extremes:
+        return None
+    graph = copy.deepcopy(equations.graph)  # what is recorded for a measure is none of the equations' business
+    instant = Instant(equations, graph)
+    functions = [_recorded(measure, graph, instant) for measure in sums]
+    signed = [
+        -_recorded(measure, graph, instant) if measure.how.kind == "least" else _recorded(measure, graph, instant)
+        for measure in extremes
+        if isinstance(measure.how, Reduction)
+    ]
+    return integrands_source(equations, functions, signed)
+
+
+def is_summed(measure: Measure) -> bool:
+    """Whether a measure is a mean or an integral of a function of one's own."""
+    return isinstance(measure.how, Reduction) and measure.how.kind in ("mean", "integral")
+
+
+def _recorded(measure: Measure, graph: Graph, instant: Instant) -> Expression:
+    assert isinstance(measure.how, Reduction)
+    try:
+        return graph.expression(measure.how.function(instant))
+    except (AttributeError, KeyError, TypeError) as error:
+        text = error.args[0] if error.args else str(error)
+        raise ValueError(f"measure {measure.name!r} cannot be taken of this system: {text}") from error

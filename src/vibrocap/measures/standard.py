@@ -1,0 +1,156 @@
+"""The standard measures of a run: what each is called, what it means, and how it is read from what was gathered."""
+
+import functools
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibrocap.catalogue import laws, machines
+from vibrocap.measures.gathered import Gathered
+from vibrocap.measures.measure import Measure, Standard
+from vibrocap.numerics.lanes import (
+    ASK_EXTREMES,
+    ASK_INTEGRALS,
+    ASK_MAGNITUDE,
+    ASK_PEAK,
+    ASK_SYMMETRY,
+    ASK_WORD,
+)
+
+
+@functools.cache
+def standard_measures() -> Mapping[str, Measure]:
+    """The standard measures by name, for all states and energy channels that the machines and laws have."""
+    states = dict.fromkeys(
+        state
+        for names in (*(kind.states for kind in machines().values()), *(law.internal for law in laws().values()))
+        for state in names
+    )
+    channels = dict.fromkeys(channel for kind in machines().values() for channel in kind.channels)
+    found = [
+        *TRAVEL,
+        *STICKING,
+        *RESPONSE,
+        *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
+        COST_OF_TRANSPORT,
+        *FRICTION,
+        *(_extreme(bound, state) for state in states for bound in ("largest", "least")),
+    ]
+    return {measure.name: measure for measure in found}
+
+
+TRAVEL = (
+    Measure("displacement", "travel over the window", Standard(lambda runs: runs.displacement)),
+    Measure("drift", "travel per drive period", Standard(lambda runs: runs.displacement / runs.periods)),
+    Measure("mean_velocity", "travel per time", Standard(lambda runs: runs.displacement / runs.time)),
+)
+
+
+def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:
+    """NaN with a law that cannot stick, see `sticking.stick_phases`."""
+    return values if runs.system.friction.kind == "set-valued" else runs.nowhere
+
+
+def _words(runs: Gathered) -> np.ndarray:
+    return np.full(len(runs.results), "") if runs.system.friction.kind == "smooth" else runs.words
+
+
+STICKING = (
+    Measure(
+        "stick_fraction",
+        "share of the window in which the contact sticks (NaN: the law cannot stick)",
+        Standard(lambda runs: _if_it_sticks(runs, runs.entry("STICK_TIME") / runs.time), ASK_WORD),
+    ),
+    Measure(
+        "stick_phases",
+        "number of rests in the window, parts of rests included (NaN: the law cannot stick)",
+        Standard(lambda runs: _if_it_sticks(runs, runs.entry("STICK_PHASES")), ASK_WORD),
+    ),
+    Measure(
+        "word",
+        "phases of the last period: F forward, S stuck, B back (empty: the law is smooth)",
+        Standard(_words, ASK_WORD, text=True),
+    ),
+)
+
+
+def _symmetric(runs: Gathered) -> np.ndarray:
+    mirrored = runs.entry("ASYMMETRY") <= 2.0 * runs.threshold
+    return np.where(runs.settled & runs.odd, mirrored, np.nan)
+
+
+RESPONSE = (
+    Measure(
+        "response_period",
+        "drive periods after which the settled motion repeats up to a shift; 0: not settled",
+        Standard(lambda runs: runs.head("response_period")),
+    ),
+    Measure(
+        "time_to_settle",
+        "time after which the motion stays within the threshold of where it goes (NaN: not settled)",
+        Standard(lambda runs: np.where(runs.settled, runs.head("since") * runs.period, np.nan)),
+    ),
+    Measure(
+        "symmetric",
+        "1: the settled motion is its own mirror image half a period later, 0: it is not (NaN: not settled, or the "
+        "drive is not odd)",
+        Standard(_symmetric, ASK_SYMMETRY),
+    ),
+)
+
+
+def _work(channel: str) -> Measure:
+    def work(runs: Gathered) -> np.ndarray:
+        names = runs.system.channels
+        return runs.entry("INTEGRAL", names.index(channel)) / runs.periods if channel in names else runs.nowhere
+
+    meaning = f"work of {channel.replace('_', ' ')} per drive period, positive into the system"
+    return Measure(f"{channel}_work", meaning, Standard(work, ASK_INTEGRALS))
+
+
+def _cost_of_transport(work: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(drift == 0.0, np.inf, work / np.abs(drift))
+
+
+COST_OF_TRANSPORT = Measure.derived(
+    "cost_of_transport",
+    "work of the drive per distance travelled (infinite: no travel)",
+    _cost_of_transport,
+    of=("drive_work", "drift"),
+)
+
+
+def _area(runs: Gathered, after_channels: int) -> np.ndarray:
+    return runs.entry("INTEGRAL", len(runs.system.channels) + after_channels) / runs.periods
+
+
+FRICTION = (
+    Measure(
+        "peak_friction", "largest friction force |R| in the window", Standard(lambda runs: runs.entry("PEAK"), ASK_PEAK)
+    ),
+    Measure(
+        "mean_friction",
+        "mean of the friction force |R| over the window",
+        Standard(lambda runs: runs.entry("MAGNITUDE") / runs.time, ASK_MAGNITUDE),
+    ),
+    Measure(
+        "velocity_loop_area",
+        "area of the loop of friction against velocity per drive period, positive clockwise",
+        Standard(lambda runs: _area(runs, 2), ASK_INTEGRALS),
+    ),
+    Measure(
+        "displacement_loop_area",
+        "work against friction per drive period, the area of the loop of friction against displacement",
+        Standard(lambda runs: _area(runs, 1), ASK_INTEGRALS),
+    ),
+)
+
+
+def _extreme(bound: str, state: str) -> Measure:
+    def extreme(runs: Gathered) -> np.ndarray:
+        return runs.state_entry(bound.upper(), state)
+
+    return Measure(
+        f"{bound}_{state}", f"{bound} {state.replace('_', ' ')} in the window", Standard(extreme, ASK_EXTREMES)
+    )

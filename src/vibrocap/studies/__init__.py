@@ -1,0 +1,1 @@
+"""Questions asked of many motions: sweeps, their plans, their stores and their exports."""

@@ -1,0 +1,391 @@
+"""Adaptive maps: a map over two parameters whose borders are as sharp as on its finest grid, at a share of the runs.
+
+What a designer reads from a map are its borders: where the word, the direction of travel or the response period
+changes. Between them little happens. So the map starts on a coarse grid, and cells are halved only where labels differ.
+
+The grid has levels, from the coarse points (level 0) to all points (the last); a cell lies between neighbouring points
+of its level. A cell is mixed where any two runs in it or on its rim, whichever level asked for them, differ in a label.
+A mixed cell, with those beside it (`margin`; at the last halving without), gets the points of the next level, and so on
+until no more are wanted. Two things follow:
+  - No border is interpolated: two neighbouring points of the map with different labels have both been run.
+  - Borders are followed: runs on its rim make a cell mixed, so a border that is found in one place is found wherever it
+    goes, along a tongue down to the width of one step of the grid.
+A run can only add to what is wanted; so the set of runs is the smallest one closed under this rule, and no order of
+runs or cells changes it.
+
+Limit: a region that holds no point of the coarse grid, such as an island between its points, is not seen unless a
+border leads to it. The attributes `coarse_steps` and `coarse_spacing` of the axes state that size.
+"""
+
+import dataclasses
+import inspect
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrocap.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+from vibrocap.studies.axes import Axis, Grid, axis_of
+from vibrocap.studies.checks import plan_complaints
+from vibrocap.studies.study import Study
+from vibrocap.studies.variation import suggestion
+
+if TYPE_CHECKING:
+    import xarray
+
+Evaluator = Callable[[np.ndarray, np.ndarray], Mapping[str, Any]]
+Levels = list[tuple[np.ndarray, np.ndarray]]  # of both axes: indices of the points of each level
+
+DEAD_BAND = 1e-4  # of the mean velocity: ten times the threshold to which runs settle by default
+UNKNOWN = -128  # travel of a run that failed
+TILE = 65_536  # runs per call of the evaluator
+EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
+WAYS = {-1: "back", 0: "none", 1: "forward", UNKNOWN: "unknown"}
+MEANINGS: dict[str, dict[str, Any]] = {
+    "computed": {"long_name": "whether this point was run; if not, it is filled in"},
+    "travel": {"long_name": "way of travel", "flag_values": [*WAYS], "flag_meanings": " ".join(WAYS.values())},
+}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Border:
+    """Where a variable of a map changes, in the units of the two axes.
+
+    points: middles of the edges of the grid whose ends differ [edges, 2]
+    segments: pieces of the border across these edges [edges, 2 ends, 2]; they join to lines
+    computed: whether both ends of the edge were run [edges]
+    """
+
+    points: np.ndarray
+    segments: np.ndarray
+    computed: np.ndarray
+
+
+def adaptive_map(
+    system: Any,
+    over: Mapping[str, Any],
+    by: Sequence[str] = ("word", "travel", "response_period"),
+    *,
+    measures: Sequence[str] = ("mean_velocity",),
+    coarse: int | tuple[int, int] = 16,
+    margin: int = 1,
+    dead_band: float = DEAD_BAND,
+    refine_unsettled: bool = True,
+    evaluate: Evaluator | None = None,
+    tile: int = TILE,
+    progress: Callable[[int, int], None] | None = None,
+    **settings: Any,
+) -> "xarray.Dataset":
+    """A map over two parameters, run on a coarse grid and, down to the finest spacing, where labels change.
+
+    over: two axes by path ("machine.mass_ratio", "initial.angle"), each (low, high, points), text as `sweep` takes
+        it ("low:high:points", "log:low:high:points"), or a list or array of increasing values
+    by: labels whose changes are borders: discrete measures, and "travel", the sign of the mean velocity; the status of
+        the runs always counts. Measures that they need are added to `measures`.
+    coarse: largest spacing of the coarse grid in steps of the finest, for both axes or (first, second)
+    margin: cells on each side of a mixed one that are halved with it; 0 follows what was found, and no more
+    dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1); a run that failed has -128
+    refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
+        its word from point to point, and would otherwise ask for all of them
+    evaluate: what runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble, to which
+        system, measures and settings go; runs settle to max(1e-6, 1000 tolerance) where `settle` is not among these.
+    tile: runs per call of the evaluator, which has one call for each round of refinement that is no larger
+    progress: called after each of these calls with the runs done and those wanted by now; more may follow
+
+    Returns a dataset on the full grid. `computed` tells runs from fillings, which come from the corners of the cell
+    around a point, where all labels agree: real measures by bilinear interpolation (in the logarithm of an axis that
+    is evenly spaced in it), labels and all that is discrete from the nearest corner. Attributes: runs computed, runs of
+    the full grid, their ratio, rounds, labels, and for the ensemble its settings and the case.
+    Raises ValueError, naming the argument, before any work, and for an evaluator that returns something else.
+    """
+    import xarray
+
+    from vibrocap.studies.variables import coordinate_attributes
+
+    axes = _axes(system, over, evaluate)
+    steps = coarse if isinstance(coarse, tuple) and len(coarse) == 2 else (coarse, coarse)
+    _check(by, steps, margin, dead_band, refine_unsettled, tile)
+    attributes: dict[str, Any] = {}
+    meanings: dict[str, dict[str, Any]] = {}
+    if evaluate is None:
+        evaluate, attributes, meanings = _ensemble(system, axes, by, measures, settings)
+    elif settings:
+        raise ValueError(f"{', '.join(settings)}: settings of the ensemble do not go with an evaluator of one's own")
+
+    x, y = axes.values()
+    levels = _levels((len(x), len(y)), steps)
+    computed, codes = np.zeros((len(x), len(y)), dtype=bool), np.zeros((len(x), len(y)), dtype=np.int64)
+    known: dict[tuple, int] = {}
+    places, found, rounds = [], [], 0
+    while (new := np.flatnonzero(_wanted(codes, computed, levels, margin) & ~computed)).size:
+        rounds, goal = rounds + 1, int(computed.sum()) + len(new)
+        for start in range(0, len(new), tile):
+            place = new[start : start + tile]
+            i, j = np.unravel_index(place, computed.shape)
+            results = _checked_results(evaluate(x[i], y[j]), len(place), by, dead_band)
+            if found and set(results) != set(found[0]):
+                raise ValueError(f"evaluate returned {', '.join(results)}, and before that {', '.join(found[0])}")
+            codes[i, j], computed[i, j] = _codes(results, by, refine_unsettled, known), True
+            places.append(place)
+            found.append(results)
+            if progress is not None:
+                progress(int(computed.sum()), goal)
+
+    order, corners = np.concatenate(places), _leaf_corners(codes, computed, levels, margin)
+    runs = {name: np.concatenate([results[name] for results in found]) for name in found[0]}
+    variables = {name: _filled(values, order, computed, corners, (x, y)) for name, values in runs.items()}
+    variables["computed"] = computed
+    meanings = meanings | MEANINGS
+    for path, points in zip(axes, levels[0], strict=True):
+        sizes = int(np.diff(points).max()), float(np.diff(axes[path][points]).max())
+        meanings[path] = (coordinate_attributes(path) if system is not None else {}) | dict(
+            zip(("coarse_steps", "coarse_spacing"), sizes, strict=True)
+        )
+    return xarray.Dataset(
+        {name: (tuple(axes), values, meanings.get(name, {})) for name, values in variables.items()},
+        coords={path: (path, values, meanings[path]) for path, values in axes.items()},
+        attrs=attributes
+        | {
+            "title": "Adaptive map",
+            "labels": " ".join(_compared(by, runs)),
+            "dead_band": float(dead_band),
+            "margin": int(margin),
+            "refine_unsettled": str(refine_unsettled),
+            "runs_computed": len(order),
+            "runs_of_full_grid": computed.size,
+            "share_computed": len(order) / computed.size,
+            "rounds": rounds,
+            "limit": "a region that holds no point of the coarse grid may be missing (coarse_spacing of the axes)",
+        },
+    )
+
+
+def border(dataset: "xarray.Dataset", name: str) -> Border:
+    """The border lines of a discrete variable of a map: where neighbouring points differ, at the finest spacing.
+
+    Both ends of every such edge were run for the labels by which the map was refined. Middles are geometric along axes
+    that are evenly spaced in their logarithm. Raises ValueError for a variable that is unknown or takes real values.
+    """
+    if name not in dataset.data_vars:
+        raise ValueError(f"name: the map has no variable {name!r}; it has {', '.join(map(str, dataset.data_vars))}")
+    paths = dataset["computed"].dims
+    values, computed = dataset[name].transpose(*paths).values, dataset["computed"].values
+    if not _discrete(values):
+        raise ValueError(f"name: {name} takes real values and has no borders; choose a label or a discrete measure")
+    codes = np.unique(values, return_inverse=True)[1].reshape(values.shape)
+    parts = []
+    for first in (0, 1):  # edges along the first axis, then along the second
+        turned, ran = (codes, computed) if first == 0 else (codes.T, computed.T)
+        along, across = (dataset[paths[axis]].values for axis in (first, 1 - first))
+        i, j = np.nonzero(turned[1:] != turned[:-1])
+        walls = np.concatenate((across[:1], _middles(across), across[-1:]))
+        three = [np.stack((_middles(along)[i], at), axis=-1) for at in (across[j], walls[j], walls[j + 1])]
+        point, start, end = three if first == 0 else (pair[:, ::-1] for pair in three)
+        parts.append((point, np.stack((start, end), axis=1), ran[i, j] & ran[i + 1, j]))
+    return Border(*(np.concatenate(both) for both in zip(*parts, strict=True)))
+
+
+# --- the levels of the grid and what is wanted of them ---------------------------------------------------------------
+def _levels(shape: tuple[int, int], steps: tuple[int, int]) -> Levels:
+    """Points of each level; cells of one point's width are not halved, and those of odd width are unevenly."""
+    axes = []
+    for points, step in zip(shape, steps, strict=True):
+        cells = -(-(points - 1) // step)
+        axes.append([np.round(np.linspace(0, points - 1, cells + 1)).astype(np.intp)])
+    while any(len(levels[-1]) < points for levels, points in zip(axes, shape, strict=True)):
+        for levels in axes:
+            levels.append(np.union1d(levels[-1], (levels[-1][1:] + levels[-1][:-1]) // 2))
+    return list(zip(*axes, strict=True))
+
+
+def _halved(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> list[np.ndarray]:
+    """Which cells are halved, for each level but the last: bool [cells, cells].
+
+    A halved cell lies in a halved one, for a cell around a mixed cell is mixed, and its neighbours hold theirs.
+    """
+    from scipy.ndimage import binary_dilation
+
+    least = np.where(computed, codes, np.iinfo(codes.dtype).max)
+    most = np.where(computed, codes, -1)
+    least = np.minimum.reduce([least[1:, 1:], least[1:, :-1], least[:-1, 1:], least[:-1, :-1]])
+    most = np.maximum.reduce([most[1:, 1:], most[1:, :-1], most[:-1, 1:], most[:-1, :-1]])
+    halved = []
+    for upper, lower in reversed(list(itertools.pairwise(levels))):
+        for axis in (0, 1):
+            first = np.searchsorted(lower[axis], upper[axis][:-1])
+            least, most = np.minimum.reduceat(least, first, axis), np.maximum.reduceat(most, first, axis)
+        mixed = least < most
+        grows = halved and margin  # not at the last halving: runs on the rims follow the border there
+        halved.append(binary_dilation(mixed, np.ones((2 * margin + 1,) * 2)) if grows else mixed)
+    return halved[::-1]
+
+
+def _children(cells: np.ndarray, upper: tuple, lower: tuple) -> np.ndarray:
+    """What is known of the cells of a level, for the cells of the next."""
+    return cells[np.ix_(*(np.searchsorted(upper[axis], lower[axis][:-1], "right") - 1 for axis in (0, 1)))]
+
+
+def _wanted(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> np.ndarray:
+    """Points that are wanted by what is known: the coarse ones, and those of the next level in halved cells."""
+    wanted = np.zeros(computed.shape, dtype=bool)
+    wanted[np.ix_(*levels[0])] = True
+    for halved, upper, lower in zip(_halved(codes, computed, levels, margin), levels[:-1], levels[1:], strict=True):
+        cells = np.pad(_children(halved, upper, lower), 1)
+        wanted[np.ix_(*lower)] |= cells[1:, 1:] | cells[1:, :-1] | cells[:-1, 1:] | cells[:-1, :-1]
+    return wanted
+
+
+def _leaf_corners(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> np.ndarray:
+    """Of each point that was not run, the cell around it that is not halved: ends along both axes [4, points]."""
+    point = np.nonzero(~computed)
+    corners = np.zeros((4, len(point[0])), dtype=np.intp)
+    exist = np.ones((len(levels[0][0]) - 1, len(levels[0][1]) - 1), dtype=bool)
+    for halved, upper, lower in zip(_halved(codes, computed, levels, margin), levels[:-1], levels[1:], strict=True):
+        low = [np.minimum(np.searchsorted(u, p, "right"), len(u) - 1) - 1 for u, p in zip(upper, point, strict=True)]
+        inside = (exist & ~halved)[low[0], low[1]]
+        found = [upper[axis][low[axis] + far] for axis in (0, 1) for far in (0, 1)]
+        corners[:, inside] = np.stack(found)[:, inside]
+        exist = _children(halved, upper, lower)
+    return corners
+
+
+def _filled(values: np.ndarray, order: np.ndarray, computed: np.ndarray, corners: np.ndarray, axes: Any) -> np.ndarray:
+    """A variable on the full grid, from its values at the points that were run and the cells around the others."""
+    full = np.empty(computed.size, dtype=values.dtype)
+    full[order] = values
+    full = full.reshape(computed.shape)
+    (i, j), (i0, i1, j0, j1) = np.nonzero(~computed), corners
+    if _discrete(values):
+        full[i, j] = full[np.where(2 * i <= i0 + i1, i0, i1), np.where(2 * j <= j0 + j1, j0, j1)]
+        return full
+    (x, _), (y, _) = (_scale(axis) for axis in axes)
+    u, v = (x[i] - x[i0]) / (x[i1] - x[i0]), (y[j] - y[j0]) / (y[j1] - y[j0])
+    with np.errstate(invalid="ignore"):  # a corner may be infinite or no number
+        straight = full[i0, j0] * ((1 - u) * (1 - v)) + full[i1, j1] * (u * v)
+        full[i, j] = straight + (full[i1, j0] * (u * (1 - v)) + full[i0, j1] * ((1 - u) * v))
+    return full
+
+
+# --- labels ----------------------------------------------------------------------------------------------------------
+def _compared(by: Sequence[str], results: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    """The labels that count: those asked for and, where it is known, the status."""
+    return tuple(dict.fromkeys((*by, "status") if "status" in results else by))
+
+
+def _discrete(values: np.ndarray) -> bool:
+    """Whether values are words, flags or whole numbers, which may be held as floats; NaN is a value of its own."""
+    return values.dtype.kind in "biuUT" or bool(np.all((values == np.floor(values)) | np.isnan(values)))
+
+
+def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dead_band: float) -> dict[str, np.ndarray]:
+    """What the evaluator returned, as arrays, with the direction of travel where that is asked for."""
+    results = {name: np.asarray(values) for name, values in given.items()}
+    results = {name: values.astype(str) if values.dtype.kind == "O" else values for name, values in results.items()}
+    for name, values in results.items():
+        if values.shape != (runs,):
+            raise ValueError(f"evaluate: {name} should hold one value per run, shape ({runs},), got {values.shape}")
+    if "travel" in by and "travel" not in results and "mean_velocity" in results:
+        velocity = results["mean_velocity"]
+        direction = np.where(np.abs(velocity) <= dead_band, 0.0, np.sign(velocity))
+        results["travel"] = np.where(np.isnan(velocity), UNKNOWN, direction).astype(np.int8)
+    for label in by:
+        if label not in results:
+            raise ValueError(f"by: {label} should be among what evaluate returns, got {', '.join(results)}")
+        if not _discrete(results[label]):
+            raise ValueError(f"by: {label} takes real values and has no borders; choose a discrete measure")
+    return results
+
+
+def _codes(results: Mapping[str, np.ndarray], by: Sequence[str], refine_unsettled: bool, known: dict) -> np.ndarray:
+    """One number per run, the same for runs whose labels all agree; `known` keeps them from call to call."""
+    columns, distinct = [], []
+    for name in _compared(by, results):
+        values, column = np.unique(results[name], return_inverse=True)
+        if not refine_unsettled and name not in ("response_period", "status"):
+            column = np.where(results["response_period"] == 0, -1, column)
+        columns.append(column)
+        distinct.append([None if value != value else value for value in values.tolist()] + [...])  # NaN is not NaN
+    rows, codes = np.unique(np.stack(columns, axis=-1), axis=0, return_inverse=True)
+    keys = (tuple(values[column] for values, column in zip(distinct, row, strict=True)) for row in rows)
+    return np.array([known.setdefault(key, len(known)) for key in keys])[codes.reshape(-1)]
+
+
+# --- what is asked for -----------------------------------------------------------------------------------------------
+def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> dict[str, np.ndarray]:
+    """The values along the two axes, by path."""
+    if not isinstance(over, Mapping) or len(over) != 2:
+        raise ValueError(f"over should name two quantities with their values, got {over!r}")
+    if system is None and evaluate is None:
+        raise ValueError("system should be a System unless there is an evaluator, got None")
+    axes: list[Axis] = []
+    complaints: list[str] = []
+    for path, given in over.items():
+        is_range = isinstance(given, tuple) and len(given) == 3 and isinstance(given[2], (int, np.integer))
+        axis, found = axis_of(path, ":".join(map(str, given)) if is_range else given)
+        real = not found and not isinstance(axis.values[0], str) and len(axis.values) > 1
+        if not found and not (real and np.all(np.diff(axis.array) > 0.0)):
+            found = [f"{path}: a map needs two or more numbers, each above the one before, got {given!r}"]
+        axes.append(axis)
+        complaints += found
+    if system is not None and not complaints:
+        complaints = plan_complaints(system, Grid(tuple(axes)))
+    if complaints:
+        raise CaseError(complaints, "the map")
+    return {axis.path: axis.array for axis in axes}
+
+
+def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled: bool, tile: Any) -> None:
+    if isinstance(by, str) or not by or not all(isinstance(label, str) for label in by):
+        raise ValueError(f"by should be a list of labels, such as ['word', 'travel'], got {by!r}")
+    if not refine_unsettled and "response_period" not in by:
+        raise ValueError(f"by should hold 'response_period' where refine_unsettled is False, got {by!r}")
+    for name, value, low in (*(("coarse", step, 1) for step in steps), ("margin", margin, 0), ("tile", tile, 1)):
+        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < low:
+            raise ValueError(f"{name} should be a whole number >= {low}, got {value!r}")
+    if not isinstance(dead_band, (int, float)) or not 0.0 <= dead_band < np.inf:
+        raise ValueError(f"dead_band should be a finite number >= 0, got {dead_band!r}")
+
+
+def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measures: Sequence[str], settings: Any):
+    """The ensemble as an evaluator of points, what the dataset says of it, and of each variable, as `sweep` says it."""
+    from vibrocap.ensemble import ALWAYS, ensemble
+    from vibrocap.measures.during_run import resolved
+    from vibrocap.studies.variables import study_attributes, variables
+
+    defaults = {each.name: each.default for each in inspect.signature(ensemble).parameters.values()}
+    known = ("initial", *RUN_DEFAULTS, "window", "settle", "threads")
+    if unknown := [name for name in settings if name not in known]:
+        raise ValueError(f"{unknown[0]}: there is no such setting; {suggestion(unknown[0], known)}")
+    used = {name: defaults[name] for name in known} | settings
+    case = Case(system, used["initial"] or {}, **{name: used[name] for name in RUN_DEFAULTS})
+    if "settle" not in settings:
+        used["settle"] = max(THRESHOLD, TOLERANCES * case.tolerance)
+    needed = ["mean_velocity" if label == "travel" else label for label in by]
+    names = tuple(
+        measure.name for measure in resolved([*measures, *(name for name in needed if name not in ALWAYS)])[0]
+    )
+    grid = Grid(tuple(Axis(path, tuple(values.tolist())) for path, values in axes.items()))
+    study = Study(case, grid, names, used["window"], used["settle"])
+
+    def evaluate(x: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:
+        return ensemble(system, dict(zip(axes, (x, y), strict=True)), measures=names, **used)
+
+    attributes = {name: value for name, value in study_attributes(study).items() if name != "identity"}  # not a sweep's
+    return evaluate, attributes, {each.name: each.attributes for each in variables(study)}
+
+
+def _scale(values: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+    """Positions along an axis as one draws it, logarithms where it is evenly spaced in these; and the way back."""
+    if len(values) > 2 and values[0] > 0.0:
+        ratios = values[1:] / values[:-1]
+        if np.ptp(ratios) <= EVEN * (ratios[0] - 1.0):
+            return np.log(values), np.exp
+    return values, np.asarray
+
+
+def _middles(values: np.ndarray) -> np.ndarray:
+    """Middles between neighbouring values, on that scale."""
+    positions, back = _scale(values)
+    return back((positions[1:] + positions[:-1]) / 2)

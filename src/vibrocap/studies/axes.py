@@ -1,0 +1,210 @@
+"""Axes: along each of them one quantity takes a row of values; a grid is every combination of them."""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case import CaseError
+from vibrocap.studies.runs import Block, Runs, values_array
+from vibrocap.studies.variation import KINDS, shown, suggestion
+
+FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"
+
+
+@dataclasses.dataclass(frozen=True)
+class Axis:
+    """What varies, by its path, and the values it takes: numbers or words, in the order in which they were given."""
+
+    path: str
+    values: tuple[float | str, ...]
+
+    @functools.cached_property
+    def array(self) -> np.ndarray:
+        """The values: floats, or objects where there are words."""
+        return values_array(self.values)
+
+
+@dataclasses.dataclass(frozen=True)
+class Grid(Runs):
+    """Every combination of the values of some axes; the axes are the dimensions, in their order."""
+
+    axes: tuple[Axis, ...]
+
+    kind = "grid"
+    gridded = True
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The paths of the axes."""
+        return tuple(axis.path for axis in self.axes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The lengths of the axes."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths of the axes."""
+        return self.dims
+
+    def axis(self, path: str) -> Axis:
+        """The axis of a path."""
+        return self.axes[self.dims.index(path)]
+
+    def is_text(self, path: str) -> bool:
+        """Whether some value along an axis is a word."""
+        return self.axis(path).array.dtype == object
+
+    def values(self, block: Block) -> dict[str, np.ndarray]:
+        """Values of the runs in a block, in C order."""
+        rows = [axis.array[part] for axis, part in zip(self.axes, block, strict=True)]
+        crossed = np.meshgrid(*rows, indexing="ij")
+        return {path: values.ravel() for path, values in zip(self.dims, crossed, strict=True)}
+
+    def record(self) -> dict[str, Any]:
+        """The axes as lists."""
+        return {"kind": self.kind, "axes": [{"path": axis.path, "values": list(axis.values)} for axis in self.axes]}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> "Grid":
+        """The grid of a record."""
+        return cls(tuple(Axis(axis["path"], tuple(axis["values"])) for axis in record["axes"]))
+
+
+def parse_over(texts: Iterable[str]) -> dict[str, str]:
+    """What the command line's `--over PATH=VALUES` say, by path; CaseError with every one that says nothing.
+
+    The values stay text, which `sweep` understands: LOW:HIGH:COUNT, log:LOW:HIGH:COUNT, or a list such as 1,2,3.
+    """
+    found: dict[str, str] = {}
+    complaints = []
+    for text in texts:
+        path, equals, values = (piece.strip() for piece in text.partition("="))
+        if not equals or not path or not values:
+            complaints.append(f"{text}: should be PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
+        elif path in found:
+            complaints.append(f"{path}: is given twice")
+        else:
+            found[path] = values
+    if complaints:
+        raise CaseError(complaints, "the study")
+    return found
+
+
+def axis_of(path: str, given: Any) -> tuple[Axis, list[str]]:
+    """The axis that text, a number or a sequence describes, and what is wrong with it."""
+    values, complaints = _text_values(given) if isinstance(given, str) else _listed_values(given)
+    if not complaints:
+        complaints = _row_complaints(path, values)
+    return Axis(path, tuple(values)), [f"{path}: {complaint}" for complaint in complaints]
+
+
+def _listed_values(given: Any) -> tuple[list[Any], list[str]]:
+    if isinstance(given, np.ndarray):
+        if given.ndim > 1:
+            return [], [f"should be a list of values, got an array of shape {given.shape}"]
+        given = given.tolist()
+    if isinstance(given, (int, float, np.generic)):
+        given = [given]
+    if isinstance(given, Mapping) or not isinstance(given, Iterable):
+        return [], [f"should be a list of values, got {shown(given)}"]
+    values: list[Any] = []
+    complaints = []
+    for value in given:
+        value = value.item() if isinstance(value, np.generic) else value
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+            complaints.append(f"should hold numbers or words, got {shown(value)}")
+        elif isinstance(value, str):
+            values.append(value)
+        else:
+            values.append(_float(value))
+    return values, complaints[:1]
+
+
+def _float(value: float) -> float:
+    """A number as a float, without a sign of zero; infinite where it is beyond all floats."""
+    try:
+        return float(value) + 0.0
+    except OverflowError:
+        return math.inf
+
+
+def _text_values(text: str) -> tuple[list[Any], list[str]]:
+    if ":" in text:
+        ends, complaints = range_of(text, counted=True)
+        if ends is None:
+            return [], complaints
+        low, high, logarithmic, count = ends
+        spaced = np.geomspace if logarithmic else np.linspace
+        return [_float(value) for value in spaced(low, high, count).tolist()], []
+    words = [word.strip() for word in text.split(",")]
+    if "" in words:
+        return [], [f"should be {FORMS}, got {text!r}"]
+    return [_number_or_word(word) for word in words], []
+
+
+def _number_or_word(word: str) -> float | str:
+    try:
+        return _float(float(word))
+    except ValueError:
+        return word
+
+
+def range_of(text: str, *, counted: bool) -> tuple[tuple[float, float, bool, int] | None, list[str]]:
+    """(low, high, logarithmic, count) of LOW:HIGH:COUNT, or of LOW:HIGH where nothing is counted; else complaints."""
+    form = "LOW:HIGH:COUNT or log:LOW:HIGH:COUNT" if counted else "LOW:HIGH or log:LOW:HIGH"
+    pieces = [piece.strip() for piece in text.split(":")]
+    logarithmic = pieces[0] == "log"
+    numbers = pieces[logarithmic:]
+    wanted = 3 if counted else 2
+    try:
+        low, high = _float(float(numbers[0])), _float(float(numbers[1]))
+        count = int(numbers[2]) if counted else 0
+        if len(numbers) != wanted:
+            raise ValueError
+    except (ValueError, IndexError):
+        return None, [f"should be {form}, got {text!r}"]
+    complaints = end_complaints(low, high, logarithmic, text)
+    if counted and count < 2:
+        complaints.append(f"a range should have at least 2 values, got {count}; a single value stands alone")
+    return (None, complaints) if complaints else ((low, high, logarithmic, count), [])
+
+
+def end_complaints(low: float, high: float, logarithmic: bool, given: Any) -> list[str]:
+    """What is wrong with the ends of a range."""
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return [f"the ends of a range should be finite numbers, got {shown(given)}"]
+    if low == high:
+        return [f"the range {shown(given)} is empty: its ends are equal"]
+    if low > high:
+        return [f"the range {shown(given)} is reversed: its lower end should come first"]
+    if logarithmic and low <= 0:
+        return [f"a logarithmic range should begin above 0, got {shown(given)}"]
+    return []
+
+
+def _row_complaints(path: str, values: list[Any]) -> list[str]:
+    """What is wrong with a row of values, whatever they stand for."""
+    if not values:
+        return ["has no values"]
+    strange = [value for value in values if isinstance(value, float) and not math.isfinite(value)]
+    if strange:
+        return [f"should hold finite numbers, got {strange[0]} (value {values.index(strange[0]) + 1})"]
+    if path in KINDS:
+        known = list(KINDS[path][1]())
+        unknown = [value for value in values if value not in known]
+        if unknown:
+            return [f"there is no {shown(unknown[0])}; {suggestion(str(unknown[0]), known)}"]
+    if path.startswith("initial.") and any(isinstance(value, str) for value in values):
+        return [f"should hold numbers, got {shown(next(value for value in values if isinstance(value, str)))}"]
+    seen: set[Any] = set()
+    for value in values:
+        if value in seen:
+            return [f"holds {shown(value)} twice"]
+        seen.add(value)
+    return []

@@ -1,0 +1,111 @@
+"""Lists of cases: each run with values of its own."""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.studies.runs import Block, Runs, values_array
+from vibrocap.studies.variation import INITIAL, KINDS, shown, suggestion
+
+
+@dataclasses.dataclass(frozen=True)
+class Column:
+    """The values that cases give at one path; None where a case gives none, and the study's own case speaks."""
+
+    path: str
+    values: tuple[float | str | None, ...]
+
+    @functools.cached_property
+    def array(self) -> np.ndarray:
+        """The values: floats with NaN for None, or objects where there are words."""
+        return values_array(self.values)
+
+
+@dataclasses.dataclass(frozen=True)
+class CaseList(Runs):
+    """A list of cases, along the dimension "case"."""
+
+    columns: tuple[Column, ...]
+
+    kind = "cases"
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """ "case"."""
+        return ("case",)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(cases,)."""
+        return (len(self.columns[0].values),)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Every path at which some case gives a value."""
+        return tuple(column.path for column in self.columns)
+
+    def is_text(self, path: str) -> bool:
+        """Whether some case gives a word."""
+        return self.columns[self.paths.index(path)].array.dtype == object
+
+    def values(self, block: Block) -> dict[str, np.ndarray]:
+        """Values of the cases in a block."""
+        return {column.path: column.array[block[0]] for column in self.columns}
+
+    def case(self, index: int) -> dict[str, float | str]:
+        """What one case gives."""
+        given = ((column.path, column.values[index]) for column in self.columns)
+        return {path: value for path, value in given if value is not None}
+
+    def record(self) -> dict[str, Any]:
+        """The columns as lists."""
+        columns = [{"path": column.path, "values": list(column.values)} for column in self.columns]
+        return {"kind": self.kind, "columns": columns}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> "CaseList":
+        """The list of a record."""
+        return cls(tuple(Column(column["path"], tuple(column["values"])) for column in record["columns"]))
+
+
+def case_list(cases: Iterable[Any]) -> tuple[CaseList, list[str]]:
+    """The list of such cases as {path: value, ...}, and what is wrong with it (whatever the paths stand for)."""
+    rows: list[Mapping[str, Any]] = []
+    complaints = []
+    for number, case in enumerate(cases):
+        if not isinstance(case, Mapping) or not case:
+            complaints.append(f"cases[{number}]: should be {{path: value, ...}}, got {shown(case)}")
+            continue
+        row = {path: value.item() if isinstance(value, np.generic) else value for path, value in case.items()}
+        rows.append(row)
+        complaints += [
+            f"cases[{number}]: {path}: {complaint}"
+            for path, value in row.items()
+            if (complaint := _complaint(path, value))
+        ]
+    if not rows and not complaints:
+        complaints.append("cases: there are none")
+    if complaints:
+        return CaseList(()), complaints
+    paths = dict.fromkeys(path for row in rows for path in row)
+    return CaseList(tuple(Column(path, tuple(_plain(row.get(path)) for row in rows)) for path in paths)), []
+
+
+def _plain(value: Any) -> float | str | None:
+    return value if value is None or isinstance(value, str) else float(value) + 0.0
+
+
+def _complaint(path: Any, value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        return f"should be a number or a word, got {shown(value)}"
+    if not isinstance(value, str) and not abs(value) < math.inf:
+        return f"should be a finite number, got {value}"
+    if path in KINDS and value not in (known := list(KINDS[path][1]())):
+        return f"there is no {shown(value)}; {suggestion(str(value), known)}"
+    if str(path).startswith(INITIAL) and isinstance(value, str):
+        return f"should be a number, got {shown(value)}"
+    return ""

@@ -1,0 +1,136 @@
+"""Checks of a plan before any work: every value that a machine, a law or a drive would refuse, all at once."""
+
+import itertools
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case import CaseError
+from vibrocap.studies.axes import Axis, Grid
+from vibrocap.studies.cases import CaseList
+from vibrocap.studies.designs import Drawn
+from vibrocap.studies.runs import Runs
+from vibrocap.studies.variation import INITIAL, KINDS, kinds_chosen, path_complaints, refusal
+from vibrocap.system import System
+
+LIMIT = 20_000  # combinations tried before any work (some 20 microseconds each); the others are looked at tile by tile
+SHOWN = 20  # complaints about single cases
+
+
+def plan_complaints(system: System, plan: Runs) -> list[str]:
+    """What is wrong with the paths and the values of a plan, in words."""
+    if isinstance(plan, CaseList):
+        return _case_complaints(system, plan)
+    complaints = path_complaints(plan.paths, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)])
+    if complaints:
+        return complaints
+    return _merged(complaint for values in _trials(system, plan) for complaint in refusal(system, values))
+
+
+def check_runs(system: System, values: Mapping[str, np.ndarray]) -> None:
+    """CaseError for the first run whose values are refused; values: arrays [runs] by path."""
+    columns = [array.tolist() for path, array in values.items() if not path.startswith(INITIAL)]
+    names = [path for path in values if not path.startswith(INITIAL)]
+    for row in dict.fromkeys(zip(*columns, strict=True)):
+        given = {path: value for path, value in zip(names, row, strict=True) if value is not None and value == value}
+        if complaints := refusal(system, given):
+            raise CaseError(complaints, "the run with " + ", ".join(f"{path} = {x}" for path, x in given.items()))
+
+
+def kind_choices(plan: Runs) -> Iterator[dict[str, Any]]:
+    """Every combination of kinds in a grid; of a design there is one, that of the case."""
+    axes = [axis for axis in plan.axes if axis.path in KINDS] if isinstance(plan, Grid) else []
+    for chosen in itertools.product(*(axis.values for axis in axes)):
+        yield {axis.path: kind for axis, kind in zip(axes, chosen, strict=True)}
+
+
+def _case_complaints(system: System, plan: CaseList) -> list[str]:
+    complaints = []
+    for number in range(plan.count):
+        case = plan.case(number)
+        found = path_complaints(case, [kinds_chosen(system, case)])
+        if not found and number < LIMIT:
+            found = list(refusal(system, case))
+        complaints += [f"cases[{number}]: {complaint}" for complaint in found]
+        if len(complaints) >= SHOWN:
+            return [*complaints[:SHOWN], "and perhaps more"]
+    return complaints
+
+
+def _is_ruled(part: Any) -> bool:
+    """Whether a part has rules between its fields, so that values good one by one may be refused together."""
+    return bool(type(part).__pydantic_decorators__.model_validators) or hasattr(type(part), "__post_init__")
+
+
+def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[Axis], bool]]:
+    """(kinds, axes of one part, whether that part has rules between its fields), for all kinds and parts."""
+    for kinds in kind_choices(plan):
+        chosen = kinds_chosen(system, kinds)
+        numbered = [axis for axis in plan.axes if axis.path not in KINDS and not axis.path.startswith(INITIAL)]
+        parts: dict[str, list[Axis]] = {}
+        for axis in numbered:
+            parts.setdefault(axis.path.partition(".")[0], []).append(axis)
+        for part, axes in parts.items():
+            yield kinds, axes, _is_ruled(chosen[part])
+
+
+def _is_tried_out(axes: list[Axis], ruled: bool) -> bool:
+    lengths = [len(axis.values) for axis in axes]
+    return int(np.prod(lengths, dtype=object)) <= LIMIT if ruled else sum(lengths) <= LIMIT
+
+
+def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
+    """Values to try: all combinations that matter where they are few, else the corners and what lies along them."""
+    if isinstance(plan, Drawn):
+        ends = [(each.low, each.high) for each in plan.ranges if not each.path.startswith(INITIAL)]
+        names = [each.path for each in plan.ranges if not each.path.startswith(INITIAL)]
+        for corner in itertools.islice(itertools.product(*ends), LIMIT):
+            yield dict(zip(names, corner, strict=True))
+        return
+    assert isinstance(plan, Grid)
+    first = {axis.path: axis.values[0] for axis in plan.axes if not axis.path.startswith(INITIAL)}
+    for kinds in kind_choices(plan):
+        yield first | kinds
+    for kinds, axes, ruled in _groups(system, plan):
+        together = ruled and _is_tried_out(axes, ruled)
+        for values in _crossed(axes) if together else _along(axes, ruled):
+            yield first | kinds | values
+
+
+def _crossed(axes: list[Axis]) -> Iterator[dict[str, Any]]:
+    for values in itertools.product(*(axis.values for axis in axes)):
+        yield dict(zip((axis.path for axis in axes), values, strict=True))
+
+
+def _along(axes: list[Axis], ruled: bool) -> Iterator[dict[str, Any]]:
+    """Each axis on its own; between the corners of the others where values must suit each other."""
+    share = max(1, LIMIT // (len(axes) * (2 ** (len(axes) - 1) if ruled else 1)))
+    for axis in axes:
+        others = [Axis(other.path, _ends(other)) for other in axes if other is not axis] if ruled else []
+        for rest in itertools.islice(_crossed(others), LIMIT):
+            for value in _thinned(axis, share):
+                yield rest | {axis.path: value}
+
+
+def _ends(axis: Axis) -> tuple[Any, ...]:
+    numbers = [value for value in axis.values if not isinstance(value, str)]
+    return tuple(dict.fromkeys([*([min(numbers), max(numbers)] if numbers else []), axis.values[0]]))
+
+
+def _thinned(axis: Axis, most: int) -> list[Any]:
+    """Not more than about so many values of an axis, its extremes among them."""
+    step = -(-len(axis.values) // most)
+    return list(dict.fromkeys([*_ends(axis), *axis.values[::step]]))
+
+
+def _merged(complaints: Iterable[str]) -> list[str]:
+    """One line per field: its first complaint, and how many more values are refused."""
+    kinds: dict[str, dict[str, None]] = {}
+    for complaint in complaints:
+        what = re.sub(r"\(.*?\)|, got .*", "", complaint)
+        kinds.setdefault(what, {})[complaint] = None
+    more = [len(said) - 1 for said in kinds.values()]
+    firsts = [next(iter(said)) for said in kinds.values()]
+    return [first + (f" (and {n} more such)" if n else "") for first, n in zip(firsts, more, strict=True)]

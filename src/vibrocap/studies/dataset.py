@@ -1,0 +1,58 @@
+"""Results of a study as a labelled dataset: in memory while they are computed, or opened from a store."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrocap.measures.measure import Measure
+from vibrocap.studies.store import RESULTS, read_record
+from vibrocap.studies.study import Study
+from vibrocap.studies.variables import ALWAYS, axis_values, coordinate_attributes, study_attributes, variables
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
+    """The results of a stored study, read as they are needed.
+
+    Of a study that is not finished, the runs to come have the status "not run" (-1).
+    chunks: None reads when asked; {} or "auto" gives Dask arrays, for studies that do not fit into memory.
+    Raises CaseError where a folder holds no study.
+    """
+    import xarray
+
+    path = Path(path)
+    measures = read_record(path)["study"]["measures"]
+    found = xarray.open_zarr(path / RESULTS, consolidated=False, chunks=chunks)
+    names = (measure if isinstance(measure, str) else measure["name"] for measure in measures)
+    return found[list(dict.fromkeys((*ALWAYS, *names)))]
+
+
+def stored_study(path: str | Path, measures: Iterable[Measure] = ()) -> Study:
+    """The study whose results are in a folder, to be run again; measures: those of one's own among its measures.
+
+    Raises CaseError where there is none.
+    """
+    return Study.from_record(read_record(Path(path))["study"], measures)
+
+
+def empty_results(study: Study) -> dict[str, np.ndarray]:
+    """Arrays for all results, in which nothing was run."""
+    return {each.name: each.empty(study.plan.shape) for each in variables(study)}
+
+
+def labelled(study: Study, results: Mapping[str, np.ndarray]) -> "xarray.Dataset":
+    """The results as a dataset, the same as a store of this study gives."""
+    import xarray
+
+    dims = study.plan.dims
+    coordinates: dict[str, Any] = {
+        path: (path, values, coordinate_attributes(path)) for path, values in axis_values(study).items()
+    }
+    data: dict[str, Any] = {}
+    for each in variables(study):
+        (data if each.measured else coordinates)[each.name] = (dims, results[each.name], each.attributes)
+    return xarray.Dataset(data, coordinates, study_attributes(study))

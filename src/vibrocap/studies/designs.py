@@ -1,0 +1,153 @@
+"""Designs: runs spread over ranges, by chance or so that they fill the space evenly."""
+
+import dataclasses
+import functools
+import math
+import numbers
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.studies.axes import end_complaints, range_of
+from vibrocap.studies.runs import Block, Runs
+from vibrocap.studies.variation import KINDS, shown, suggestion
+
+# kind: most runs. A Sobol sequence has that many points; a Latin hypercube has to be drawn as a whole.
+KINDS_OF_DESIGN = {"sobol": 2**30, "halton": 2**40, "latin-hypercube": 10**7, "random": 2**60}
+
+
+@dataclasses.dataclass(frozen=True)
+class Design:
+    """How to spread runs over ranges.
+
+    kind: "sobol" or "halton" (low discrepancy, scrambled by the seed: any further runs fill the gaps; a power of two
+    suits Sobol best), "latin-hypercube" (each quantity evenly, in random company), "random" (independent).
+    runs: how many. seed: the same seed gives the same runs.
+    """
+
+    kind: str
+    runs: int
+    seed: int = 0
+
+    def complaints(self) -> list[str]:
+        """What is wrong with the design."""
+        found = []
+        if self.kind not in KINDS_OF_DESIGN:
+            found.append(f"design.kind: there is no {shown(self.kind)}; {suggestion(str(self.kind), KINDS_OF_DESIGN)}")
+        most = KINDS_OF_DESIGN.get(str(self.kind), 2**60)
+        if not _whole(self.runs) or not 1 <= self.runs <= most:
+            found.append(f"design.runs: should be a whole number from 1 to {most}, got {shown(self.runs)}")
+        if not _whole(self.seed) or not 0 <= self.seed < 2**63:
+            found.append(f"design.seed: should be a whole number >= 0, got {shown(self.seed)}")
+        return found
+
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """What varies, by its path, between which ends; even in the logarithm where it is `logarithmic`."""
+
+    path: str
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The values at shares (0 to 1) of the range."""
+        if not self.logarithmic:
+            return self.low + (self.high - self.low) * share
+        # one by one: an array's exponential may depend, in the last digit, on where in the array a number stands
+        start, width = math.log(self.low), math.log(self.high) - math.log(self.low)
+        return np.array([min(max(math.exp(start + width * x), self.low), self.high) for x in share.tolist()])
+
+
+@dataclasses.dataclass(frozen=True)
+class Drawn(Runs):
+    """The runs of a design over ranges, along the dimension "run"."""
+
+    design: Design
+    ranges: tuple[Range, ...]
+
+    kind = "design"
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """ "run"."""
+        return ("run",)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(runs,)."""
+        return (self.design.runs,)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths of the ranges."""
+        return tuple(each.path for each in self.ranges)
+
+    def is_text(self, path: str) -> bool:
+        """Never: ranges hold numbers."""
+        return False
+
+    def values(self, block: Block) -> dict[str, np.ndarray]:
+        """Values of the runs in a block: for each run the same, whatever the block."""
+        start, stop, _ = block[0].indices(self.design.runs)
+        shares = _shares(self.design, len(self.ranges), start, stop)
+        return {each.path: each.at(shares[:, i]) for i, each in enumerate(self.ranges)}
+
+    def record(self) -> dict[str, Any]:
+        """The design and its ranges."""
+        ranges = [dataclasses.asdict(each) for each in self.ranges]
+        return {"kind": self.kind, "design": dataclasses.asdict(self.design), "ranges": ranges}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> "Drawn":
+        """The runs of a record."""
+        return cls(Design(**record["design"]), tuple(Range(**each) for each in record["ranges"]))
+
+
+def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
+    """The range that text LOW:HIGH or log:LOW:HIGH, or a pair of numbers, describes, and what is wrong with it."""
+    nothing = Range(path, 0.0, 1.0)
+    if path in KINDS:
+        return nothing, [f"{path}: a design spreads numbers; do a study for each kind"]
+    if isinstance(given, str):
+        ends, complaints = range_of(given, counted=False)
+        found = nothing if ends is None else Range(path, *ends[:3])
+        return found, [f"{path}: {complaint}" for complaint in complaints]
+    pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
+    if len(pair) != 2 or any(isinstance(x, (bool, np.bool_)) or not isinstance(x, numbers.Real) for x in pair):
+        return nothing, [f"{path}: a design needs a range, (low, high) or LOW:HIGH, got {shown(given)}"]
+    low, high = float(pair[0]), float(pair[1])
+    return Range(path, low, high), [f"{path}: {each}" for each in end_complaints(low, high, False, (low, high))]
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def _shares(design: Design, dimensions: int, start: int, stop: int) -> np.ndarray:
+    """Points start to stop of a design in the unit cube: array [points, dimensions]."""
+    from scipy.stats import qmc
+
+    if design.kind == "random":
+        stream = np.random.PCG64(design.seed)
+        stream.advance(start * dimensions)  # one draw per number
+        return np.random.Generator(stream).random((stop - start, dimensions))
+    if design.kind == "latin-hypercube":
+        return _hypercube(design, dimensions)[start:stop]
+    engine = qmc.Sobol if design.kind == "sobol" else qmc.Halton
+    sequence = engine(dimensions, scramble=True, rng=np.random.default_rng(design.seed))
+    with warnings.catch_warnings():  # that a block is no power of two does not matter, the study is what is balanced
+        warnings.simplefilter("ignore", UserWarning)
+        if start:
+            sequence.fast_forward(start)
+        return sequence.random(stop - start)
+
+
+@functools.lru_cache(maxsize=1)
+def _hypercube(design: Design, dimensions: int) -> np.ndarray:
+    from scipy.stats import qmc
+
+    return qmc.LatinHypercube(dimensions, rng=np.random.default_rng(design.seed)).random(design.runs)

@@ -1,0 +1,49 @@
+"""Differences of two studies, in words: why one cannot go on with the results of the other."""
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+Said = dict[str, tuple[str, Any]]  # name: (a short text, what is to be equal)
+
+
+def differences(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:
+    """In what the records of two studies differ, one line each."""
+    here, there = _described(stored), _described(asked)
+    found = []
+    for what in {**here, **there}:
+        if here.get(what, ("", None))[1] != there.get(what, ("", None))[1]:
+            texts = [side[what][0] if what in side else "none" for side in (here, there)]
+            further = ", not the same" if texts[0] == texts[1] else ""
+            found.append(f"{what}: stored {texts[0]}, asked {texts[1]}{further}")
+    return found
+
+
+def _described(record: Mapping[str, Any]) -> Said:
+    found: Said = {}
+    for section, entries in tomllib.loads(record["case"]).items():
+        for key, value in entries.items():
+            found[key if section == "run" else f"{section}.{key}"] = (str(value), value)
+    found |= {name: (str(record[name]), record[name]) for name in ("window", "settle")}
+    names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]
+    found["measures"] = (", ".join(names), sorted(map(str, record["measures"])))
+    found |= _plan(record["plan"])
+    code = record["code"]
+    return found | {"code": (f"vibrocap {code['version']} with sources {code['sources'][:12]}", code)}
+
+
+def _plan(plan: Mapping[str, Any]) -> Said:
+    entries = plan.get("axes") or plan.get("ranges") or plan.get("columns") or []
+    names = [entry["path"] for entry in entries]
+    found: Said = {"plan": (f"{plan['kind']} of {', '.join(names)}", (plan["kind"], names))}
+    for name, value in plan.get("design", {}).items():
+        found[f"design.{name}"] = (str(value), value)
+    for entry in entries:
+        if "values" in entry:
+            values = entry["values"]
+            few = f"{values[0]} ... {values[-1]}" if len(values) > 3 else ", ".join(map(str, values))
+            found[f"values of {entry['path']}"] = (f"{len(values)} ({few})", values)
+        else:
+            scale = "log:" if entry["logarithmic"] else ""
+            found[f"range of {entry['path']}"] = (f"{scale}{entry['low']}:{entry['high']}", entry)
+    return found

@@ -1,0 +1,124 @@
+"""Planning: from what a user asks for to a checked study, or every complaint at once."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.measures.during_run import measure_table, resolved
+from vibrocap.measures.measure import Measure
+from vibrocap.simulate import check_run, initial_state
+from vibrocap.studies.axes import Grid, axis_of
+from vibrocap.studies.cases import case_list
+from vibrocap.studies.checks import kind_choices, plan_complaints
+from vibrocap.studies.designs import Design, Drawn, range_from
+from vibrocap.studies.runs import Runs
+from vibrocap.studies.study import Study
+from vibrocap.studies.variation import kinds_chosen, path_complaints, shown
+from vibrocap.system import System
+
+
+def planned_study(
+    system: System,
+    over: Mapping[str, Any] | None,
+    *,
+    measures: Sequence[str | Measure],
+    cases: Iterable[Mapping[str, Any]] | None,
+    design: Design | None,
+    initial: Mapping[str, float] | None,
+    settings: Mapping[str, Any],
+    also: Iterable[str] = (),
+) -> Study:
+    """The study that the arguments of `sweep` describe; settings: all on how the runs are made.
+
+    Raises CaseError with every complaint, after those in `also`.
+    """
+    complaints = [*also, *setting_complaints(settings)]
+    measures, found = _measures(measures)
+    complaints += found
+    try:
+        initial_state(system, initial)
+    except ValueError as error:
+        complaints.append(str(error))
+    plan, found = _plan(over, cases, design)
+    complaints += found
+    if not found:
+        complaints += plan_complaints(system, plan)
+    elif isinstance(over, Mapping):
+        complaints += path_complaints(over, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)])
+    if complaints:
+        raise CaseError(complaints, "the study")
+    run: dict[str, Any] = {name: settings[name] for name in RUN_DEFAULTS}
+    run |= {name: int(value) for name, value in run.items() if name != "tolerance"}
+    run["tolerance"] = float(run["tolerance"])
+    start = {name: float(value) for name, value in (initial or {}).items()}
+    settle = settings["settle"]
+    return Study(
+        Case(system, start, **run), plan, measures, int(settings["window"]), None if settle is None else float(settle)
+    )
+
+
+def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
+    """What is wrong with the settings of the runs."""
+    found = []
+    for name in RUN_DEFAULTS:
+        try:
+            check_run(**(RUN_DEFAULTS | {name: settings[name]}))
+        except ValueError as error:
+            found.append(str(error).replace(f"{name} should", f"{name}: should", 1))
+        else:
+            if name == "periods" and settings[name] != int(settings[name]):
+                found.append(f"periods: a study runs whole drive periods, got {settings[name]!r}")
+    if not found and not whole(settings["window"], 1, settings["periods"]):
+        limit = f"from 1 to the {settings['periods']} periods of a run"
+        found.append(f"window: should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
+    settle = settings["settle"]
+    number = isinstance(settle, (int, float, np.number)) and not isinstance(settle, bool)
+    if settle is not None and not (number and 0.0 < settle < math.inf):
+        found.append(f"settle: should be None or a positive threshold such as 1e-6, got {shown(settle)}")
+    return found
+
+
+def whole(value: Any, least: int, most: float = math.inf) -> bool:
+    """Whether a value is a whole number within limits."""
+    number = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    return number and bool(least <= value <= most)
+
+
+def _measures(given: Any) -> tuple[tuple[str | Measure, ...], list[str]]:
+    """The measures, those of the table by name, without repetition; and what is wrong with them."""
+    listed = [given] if isinstance(given, (str, Measure)) else list(given)
+    complaints = [] if listed else ["measures: there are none; ask for at least one, such as 'mean_velocity'"]
+    for measure in listed:
+        try:
+            resolved([measure, *(other for other in listed if isinstance(other, Measure))])
+        except ValueError as error:
+            if str(error) not in complaints:
+                complaints.append(str(error))
+    if complaints:
+        return (), complaints
+    table = measure_table()
+    names = [m.name if isinstance(m, Measure) and table.get(m.name) == m else m for m in listed]
+    return tuple(dict.fromkeys(names)), []
+
+
+def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:
+    """The plan, and what is wrong with how it is given."""
+    nothing = Grid(())
+    if cases is not None:
+        if over or design is not None:
+            return nothing, ["cases: stand alone; leave `over` and `design` out"]
+        return case_list(cases)
+    if not isinstance(over, Mapping) or not over:
+        return nothing, ["over: should name at least one quantity with its values, such as machine.mass_ratio=1:3:21"]
+    if design is None:
+        axes = [axis_of(path, values) for path, values in over.items()]
+        good = tuple(axis for axis, complaints in axes if not complaints)
+        return Grid(good), [complaint for _, found in axes for complaint in found]
+    if not isinstance(design, Design):
+        return nothing, [f"design: should be a Design, got {shown(design)}"]
+    ranges = [range_from(path, given) for path, given in over.items()]
+    complaints = [*design.complaints(), *(complaint for _, found in ranges for complaint in found)]
+    return Drawn(design, tuple(each for each, _ in ranges)), complaints

@@ -1,0 +1,78 @@
+"""The contract of a plan: which runs a study consists of, and how they lie along the dimensions of its results.
+
+A plan (`Grid`, `CaseList`, `Drawn`) knows its runs by rule and gives out the values of any block of them, so that a
+study of any size needs memory for one block only.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+Block = tuple[slice, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class Runs:
+    """What every plan offers.
+
+    kind: its name in a stored study. gridded: whether each path is a dimension of its own, with its values along it;
+    if not, all runs lie along one dimension and each path has a value for every run.
+    """
+
+    kind: ClassVar[str]
+    gridded: ClassVar[bool] = False
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the dimensions."""
+        raise NotImplementedError
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Runs along each dimension."""
+        raise NotImplementedError
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """What varies."""
+        raise NotImplementedError
+
+    def is_text(self, path: str) -> bool:
+        """Whether some value at a path is a word."""
+        raise NotImplementedError
+
+    def values(self, block: Block) -> dict[str, np.ndarray]:
+        """Values of the runs in a block, in C order: arrays [runs of the block] by path.
+
+        Numbers are floats, NaN where a run has no value of its own; words (and None) are in arrays of objects.
+        """
+        raise NotImplementedError
+
+    def record(self) -> dict[str, Any]:
+        """The plan as JSON can hold it; all that identifies it."""
+        raise NotImplementedError
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> "Runs":
+        """The plan of a record."""
+        raise NotImplementedError
+
+    @property
+    def count(self) -> int:
+        """How many runs."""
+        count = 1
+        for length in self.shape:
+            count *= length
+        return count
+
+
+def values_array(values: Any) -> np.ndarray:
+    """Numbers as floats, None as NaN; with words among them an array of objects."""
+    values = list(values)
+    if any(isinstance(value, str) for value in values):
+        found = np.empty(len(values), dtype=object)
+        found[:] = values
+        return found
+    return np.array([np.nan if value is None else value for value in values], dtype=float)

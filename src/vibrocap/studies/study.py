@@ -1,0 +1,97 @@
+"""A study: which runs of which system, what is measured on them and how; and what makes it this study and no other."""
+
+import dataclasses
+import functools
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from vibrocap.case import Case, CaseError, case_from_text, case_text
+from vibrocap.measures.measure import Measure
+from vibrocap.studies.axes import Grid
+from vibrocap.studies.cases import CaseList
+from vibrocap.studies.code_version import code_version
+from vibrocap.studies.designs import Drawn
+from vibrocap.studies.fingerprint import function_fingerprint
+from vibrocap.studies.runs import Runs
+
+FORMAT = "vibrocap study, format 1"
+PLANS: dict[str, type[Runs]] = {plan.kind: plan for plan in (Grid, CaseList, Drawn)}
+
+
+@dataclasses.dataclass(frozen=True)
+class Study:
+    """Everything on which the results of a study depend, and nothing else; small, and it can be sent to other machines.
+
+    case: the system on which the plan's values are put, where its runs start, and how they are run
+    plan: the runs
+    measures: names of what is measured, or measures of one's own
+    window, settle: how, as `ensemble` takes them
+    code: what identifies the code, see `code_version`
+
+    How it is carried out (threads, workers, tiles, their order) is no part of it: results do not depend on that.
+    """
+
+    case: Case
+    plan: Runs
+    measures: tuple[str | Measure, ...]
+    window: int = 10
+    settle: float | None = None
+    code: Mapping[str, str] = dataclasses.field(default_factory=code_version)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """How the runs are made, as `ensemble` takes it."""
+        return {**self.case.run, "window": self.window, "settle": self.settle}
+
+    def record(self) -> dict[str, Any]:
+        """The study as JSON can hold it: enough to run it again (with measures of one's own given again)."""
+        return {
+            "case": case_text(self.case),
+            "plan": self.plan.record(),
+            "measures": [_measure_record(measure) for measure in self.measures],
+            "window": self.window,
+            "settle": self.settle,
+            "code": dict(self.code),
+        }
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any], measures: Iterable[Measure] = ()) -> "Study":
+        """The study of a record; measures: those of one's own, which a record does not hold as functions.
+
+        Raises CaseError where one of them is missing or is another than that of the record.
+        """
+        own = {measure.name: measure for measure in measures}
+        known, complaints = [], []
+        for entry in record["measures"]:
+            if isinstance(entry, str):
+                known.append(entry)
+            elif entry["name"] in own and _measure_record(own[entry["name"]]) == entry:
+                known.append(own[entry["name"]])
+            else:
+                complaints.append(f"measures: {entry['name']!r} is a measure of one's own; give it, as it was")
+        if complaints:
+            raise CaseError(complaints, "the study")
+        plan = PLANS[record["plan"]["kind"]].from_record(record["plan"])
+        case = case_from_text(record["case"], "the case of the study")
+        return cls(case, plan, tuple(known), record["window"], record["settle"], dict(record["code"]))
+
+    @functools.cached_property
+    def identity(self) -> str:
+        """SHA-256 of all that makes this study, the order of its measures aside."""
+        record = self.record()
+        record |= {"measures": sorted(record["measures"], key=str), "format": FORMAT}
+        text = json.dumps(record, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _measure_record(measure: str | Measure) -> Any:
+    """A name, or what identifies a measure of one's own."""
+    if isinstance(measure, str):
+        return measure
+    how = measure.how
+    found = {"name": measure.name, "meaning": measure.meaning, "unit": measure.unit, "how": type(how).__name__}
+    found |= {name: getattr(how, name) for name in ("kind", "of") if hasattr(how, name)}
+    found |= {"of": list(found["of"])} if "of" in found else {}
+    return found | {"function": function_fingerprint(getattr(how, "function", how))}

@@ -1,0 +1,222 @@
+"""sweep(system, over=...) -> Dataset: many runs, measured on the way, stored as they go, resumed after anything."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibrocap.case import CaseError
+from vibrocap.measures.measure import Measure
+from vibrocap.studies.code_version import code_version
+from vibrocap.studies.dataset import empty_results, labelled, open_study
+from vibrocap.studies.designs import Design
+from vibrocap.studies.planning import planned_study, whole
+from vibrocap.studies.store import Store, opened_for_writing
+from vibrocap.studies.study import Study
+from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.variables import variables
+from vibrocap.system import System
+
+if TYPE_CHECKING:
+    import xarray
+
+MAX_RUNS = 10_000_000
+CLUSTER = ("workers", "scheduler")
+SECONDS = {
+    "set-valued": 2e-6,
+    "kinked": 4e-6,
+    "smooth": 3e-6,
+}  # per run and period on one core, roughly, by kind of law
+
+Progress = Callable[[float], None] | None
+
+
+class Stopped(KeyboardInterrupt):
+    """A study was interrupted; the message says how far it is and how it goes on."""
+
+
+def sweep(
+    system: System,
+    over: Mapping[str, Any] | None = None,
+    *,
+    measures: Sequence[str | Measure] = ("mean_velocity",),
+    cases: Iterable[Mapping[str, Any]] | None = None,
+    design: Design | None = None,
+    initial: Mapping[str, float] | None = None,
+    periods: int = 60,
+    window: int = 10,
+    settle: float | None = None,
+    tolerance: float = 1e-8,
+    max_events_per_period: int = 10_000,
+    max_steps: int = 50_000_000,
+    out: str | Path | None = None,
+    resume: bool = False,
+    max_runs: int = MAX_RUNS,
+    yes: bool = False,
+    tile_runs: int | None = None,
+    threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = None,
+) -> "xarray.Dataset":
+    """Run a system over every combination of values, over a list of cases, or over a design, and measure each run.
+
+    over: {path: values}, each path a dimension of the result, such as {"machine.mass_ratio": np.linspace(0.1, 8, 400),
+        "friction.law": ["exponential", "lugre"], "initial.angle": "log:0.01:1:20"}; with `design` {path: (low, high)}
+    cases: instead of `over`, [{path: value, ...}, ...], along the dimension "case"; what a case does not give is as in
+        `system` and `initial`
+    design: spread `design.runs` runs over the ranges in `over`, along the dimension "run"
+    measures: names from `measure_table()`, or measures of one's own
+    initial: where all runs start; what is not named starts at zero
+    periods, window, settle, tolerance, max_events_per_period, max_steps: how each run is made, see `ensemble`
+    out: a folder for the results, stored tile by tile; without it they stay in memory
+    resume: go on with what `out` holds; begin where it holds nothing
+    max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
+    tile_runs: runs that are computed and stored together (about); threads: of this process, all cores by default
+    workers: so many processes of a local Dask cluster; scheduler: the address of another; both need `out`
+    progress: called now and then with the share done
+
+    Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
+    of every run: a run that failed is NaN and its status says why. The results depend on nothing but the study itself:
+    not on tiles, threads or machines, nor on interruptions, after which a store has the same bytes.
+
+    Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
+    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept.
+    """
+    settings = {
+        "window": window,
+        "settle": settle,
+        "periods": periods,
+        "tolerance": tolerance,
+        "max_events_per_period": max_events_per_period,
+        "max_steps": max_steps,
+    }
+    execution: dict[str, Any] = {
+        "out": out,
+        "resume": resume,
+        "max_runs": max_runs,
+        "yes": yes,
+        "tile_runs": tile_runs,
+        "threads": threads,
+        "workers": workers,
+        "scheduler": scheduler,
+    }
+    complaints = _execution_complaints(execution)
+    study = planned_study(
+        system, over, measures=measures, cases=cases, design=design, initial=initial, settings=settings, also=complaints
+    )
+    return run_study(study, **execution, progress=progress)
+
+
+def run_study(
+    study: Study,
+    *,
+    out: str | Path | None = None,
+    resume: bool = False,
+    max_runs: int = MAX_RUNS,
+    yes: bool = False,
+    tile_runs: int | None = None,
+    threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = None,
+) -> "xarray.Dataset":
+    """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
+    study = dataclasses.replace(study, code=code_version())
+    if study.plan.count > max_runs and not yes:
+        raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
+    tile = tile_shape(study.plan.shape, tile_runs)
+    if out is None:
+        return _in_memory(study, tile, threads, progress)
+    return _stored(study, tile, Path(out), resume, threads, workers, scheduler, progress)
+
+
+def size_in_words(study: Study, threads: int | None = None) -> str:
+    """How many runs, how many bytes before compression, and roughly how long."""
+    from vibrocap.numerics.ensemble import available_threads
+
+    runs = study.plan.count
+    gigabytes = runs * sum(each.bytes_per_run for each in variables(study)) / 1e9
+    cores = threads or available_threads()
+    seconds = runs * study.case.periods * SECONDS[study.case.system.friction.kind] / cores
+    return f"{runs:,} runs, {gigabytes:.3g} GB of results, roughly {_duration(seconds)} on {cores} threads"
+
+
+def _duration(seconds: float) -> str:
+    for unit, length in (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{math.ceil(seconds)} seconds"
+
+
+def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progress: Progress) -> "xarray.Dataset":
+    """All tiles, into arrays."""
+    shape = study.plan.shape
+    results = empty_results(study)
+    total = math.prod(tile_counts(shape, tile))
+    for done, index in enumerate(tile_indices(shape, tile)):
+        share = progress and (lambda x, done=done: progress((done + x) / total))
+        for name, part in run_tile(study, tile, index, threads=threads, progress=share).items():
+            results[name][tile_block(shape, tile, index)] = part
+    if progress:
+        progress(1.0)
+    return labelled(study, results)
+
+
+def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Progress) -> "xarray.Dataset":
+    """All tiles that are not stored yet, into a store."""
+    store, lock = opened_for_writing(out, study, tile, resume=resume)
+    total = math.prod(tile_counts(study.plan.shape, store.tile))
+    try:
+        pending = store.pending()
+        report = progress and (lambda x: progress((total - len(pending) + x) / total))
+        if report:
+            report(0.0)
+        if workers or scheduler:
+            from vibrocap.studies.cluster import run_on_cluster
+
+            run_on_cluster(store, pending, workers=workers, scheduler=scheduler, progress=report)
+        else:
+            _run_here(store, pending, threads, report)
+        if report:
+            report(float(len(pending)))
+        store.clean()
+    except KeyboardInterrupt:
+        left = len(store.pending())
+        store.clean()
+        raise Stopped(
+            f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
+        ) from None
+    finally:
+        lock.release()
+    return open_study(out)
+
+
+def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | None, report: Progress) -> None:
+    """Compute and store tiles in this process; one is on its way to the disk while the next is computed."""
+    with ThreadPoolExecutor(1) as writer:
+        writing = None
+        for done, index in enumerate(pending):
+            share = report and (lambda x, done=done: report(done + x))
+            arrays = run_tile(store.study, store.tile, index, threads=threads, progress=share)
+            if writing:
+                writing.result()
+            writing = writer.submit(store.write, index, arrays)
+        if writing:
+            writing.result()
+
+
+def _execution_complaints(given: Mapping[str, Any]) -> list[str]:
+    """What is wrong with the arguments on how a study is carried out."""
+    found = [
+        f"{name}: should be a whole number >= 1, got {given[name]!r}"
+        for name in ("max_runs", "tile_runs", "threads", "workers")
+        if given[name] is not None and not whole(given[name], 1)
+    ]
+    if given["out"] is None:
+        found += [f"{name}: needs a folder for the results, out" for name in ("resume", *CLUSTER) if given[name]]
+    if given["workers"] and given["scheduler"]:
+        found.append("workers: are of a local cluster; with a scheduler leave them out")
+    return found

@@ -1,0 +1,157 @@
+"""A tile: a block of neighbouring runs, which is computed at once and stored as a whole."""
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case import CaseError
+from vibrocap.studies.checks import check_runs
+from vibrocap.studies.runs import Block
+from vibrocap.studies.study import Study
+from vibrocap.studies.variables import as_stored, variables
+from vibrocap.studies.variation import INITIAL, KINDS, varied
+from vibrocap.system import System
+
+RUNS = 4096  # of a tile: a second or so of work, and about 30 kB per measure
+MOST_RUNS = 262_144  # of a tile, where a study would otherwise have more tiles than
+MANY_TILES = 2048
+
+
+def tile_shape(shape: tuple[int, ...], runs: int | None = None) -> tuple[int, ...]:
+    """Shape of the tiles of a study: rows of neighbouring runs, not more than about `runs` of them.
+
+    The last dimensions are kept whole, so that tiles one after another hold runs one after another; the dimension that
+    has to be cut is cut evenly.
+    """
+    total = math.prod(shape)
+    room = runs or min(max(RUNS, -(-total // MANY_TILES)), MOST_RUNS)
+    lengths = []
+    for length in reversed(shape):
+        pieces = -(-length // room)
+        lengths.append(-(-length // pieces))
+        room = max(1, room // length)
+    return tuple(reversed(lengths))
+
+
+def tile_counts(shape: tuple[int, ...], tile: tuple[int, ...]) -> tuple[int, ...]:
+    """How many tiles there are along each dimension."""
+    return tuple(-(-length // each) for length, each in zip(shape, tile, strict=True))
+
+
+def tile_indices(shape: tuple[int, ...], tile: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    """The tiles, in C order."""
+    return itertools.product(*(range(count) for count in tile_counts(shape, tile)))
+
+
+def tile_block(shape: tuple[int, ...], tile: tuple[int, ...], index: tuple[int, ...]) -> Block:
+    """The runs of a tile; those at the far edges may be smaller."""
+    return tuple(
+        slice(i * each, min((i + 1) * each, length)) for length, each, i in zip(shape, tile, index, strict=True)
+    )
+
+
+def run_tile(
+    study: Study,
+    tile: tuple[int, ...],
+    index: tuple[int, ...],
+    *,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, np.ndarray]:
+    """The results of one tile: an array of the shape of its block for each of `variables(study)`.
+
+    Runs of one form (the same kinds, the same words) go to `ensemble` together.
+    Raises CaseError for values that a part refuses, if the checks before any work could not see them.
+    """
+    block = tile_block(study.plan.shape, tile, index)
+    shape = tuple(part.stop - part.start for part in block)
+    values = study.plan.values(block)
+    try:
+        found = _measured(study, values, math.prod(shape), threads, progress)
+    except ValueError as error:
+        check_runs(study.case.system, values)  # says which run it is, if it is one
+        raise CaseError([str(error)], f"tile {'.'.join(map(str, index))}") from error
+    return {name: array.reshape(shape) for name, array in found.items()}
+
+
+def _measured(
+    study: Study,
+    values: Mapping[str, np.ndarray],
+    runs: int,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+) -> dict[str, np.ndarray]:
+    """The results of runs with these values, arrays [runs]."""
+    from vibrocap.ensemble import ensemble
+
+    specifications = variables(study)
+    found = {each.name: each.empty((runs,)) for each in specifications}
+    begun = 0
+    for system, over, members in _kinds(study.case.system, values, runs):
+        initial = {name: x for name, x in study.case.initial.items() if name in system.state_names}
+        if not over:  # kinds alone vary: all these runs are alike
+            name = system.state_names[0]
+            over = {INITIAL + name: np.full(len(members), initial.get(name, 0.0))}
+        results = ensemble(
+            system,
+            over,
+            measures=study.measures,
+            initial=initial,
+            threads=threads,
+            progress=progress and (lambda count, before=begun: progress((before + count) / runs)),
+            **study.settings,
+        )
+        begun += len(members)
+        for each in specifications:
+            if each.measured:
+                found[each.name][members] = results[each.name]
+        for each in specifications:
+            if not each.measured:
+                own = each.name not in over
+                value = _own_value(system, initial, each.name) if own else as_stored(over[each.name])
+                found[each.name][members] = value
+    return found
+
+
+def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:
+    """What a system that does not vary at a path has there; NaN or an empty word where it has nothing."""
+    part, _, name = path.partition(".")
+    if path in KINDS:
+        return getattr(system, part).name
+    if path.startswith(INITIAL):
+        return initial.get(name, 0.0) if name in system.state_names else np.nan
+    return system.parameter(path) if path in system.parameter_paths else np.nan
+
+
+def _kinds(
+    system: System, values: Mapping[str, np.ndarray], runs: int
+) -> Iterator[tuple[System, dict[str, np.ndarray], np.ndarray]]:
+    """(system, what varies, places of these runs) for each group of runs of the same kinds, with values at the same
+    paths; `ensemble` takes it from there."""
+    columns = {path: array for path, array in values.items() if path in KINDS or _has_gaps(array)}
+    groups: dict[tuple, list[int]] = {(): list(range(runs))} if not columns else {}
+    labels = [[_label(path, value) for value in array.tolist()] for path, array in columns.items()]
+    for place, label in enumerate(zip(*labels, strict=True)):
+        groups.setdefault(label, []).append(place)
+    for label, places in groups.items():
+        members = np.array(places)
+        words = dict(zip(columns, label, strict=True))
+        kinds = {path: word for path, word in words.items() if path in KINDS and word is not None}
+        missing = {path for path, word in words.items() if word is None}
+        over = {path: array[members] for path, array in values.items() if path not in KINDS and path not in missing}
+        yield varied(system, kinds | {path: array[0] for path, array in over.items()}), over, members
+
+
+def _has_gaps(array: np.ndarray) -> bool:
+    """Whether some run has no value of its own."""
+    return any(value is None for value in array) if array.dtype == object else bool(np.isnan(array).any())
+
+
+def _label(path: str, value: Any) -> str | None:
+    """The kind; for other paths whether there is a value."""
+    if value is None or value != value:
+        return None
+    return value if path in KINDS else "given"

@@ -1,0 +1,135 @@
+"""Variables of a study's results: what each of them holds, in which type, and how it is labelled."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case import case_text
+from vibrocap.catalogue import drives, laws, machines
+from vibrocap.measures.during_run import measure_table
+from vibrocap.parameters import parameter_table
+from vibrocap.studies.runs import Runs
+from vibrocap.studies.study import Study
+from vibrocap.studies.variation import INITIAL, KINDS
+from vibrocap.symbols import STATES
+from vibrocap.trajectory import Status
+
+TEXT = np.dtypes.StringDType()
+NOT_RUN = -1  # status of a run whose tile is not stored yet
+ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")  # of every run, asked for or not
+TITLE = "Study of vibro-driven capsules"
+
+
+@dataclasses.dataclass(frozen=True)
+class Variable:
+    """One array of results: its type, what it holds where nothing was run, and its attributes.
+
+    measured: whether `ensemble` returns it; if not, it is a value of the plan that lies along its runs.
+    """
+
+    name: str
+    dtype: Any
+    fill: Any
+    attributes: dict[str, Any]
+    measured: bool = True
+
+    @property
+    def bytes_per_run(self) -> int:
+        """Bytes in memory; of words, their usual size."""
+        return np.dtype(self.dtype).itemsize
+
+    def empty(self, shape: tuple[int, ...]) -> np.ndarray:
+        """An array in which nothing was run."""
+        return np.full(shape, self.fill, dtype=self.dtype)
+
+
+def variables(study: Study) -> tuple[Variable, ...]:
+    """All that is computed and stored run by run."""
+    always = (
+        Variable("status", np.dtype(np.int8), NOT_RUN, _status_attributes()),
+        Variable("settled", np.dtype(bool), False, {"long_name": "whether the motion settled within its periods"}),
+        _count("response_period", np.int16, 0, "drive periods after which the steady motion repeats; 0: not settled"),
+        _count("window_start", np.int32, -1, "start of the window of the measures, in drive periods from the start"),
+        _count("window_periods", np.int32, 0, "length of the window of the measures, in drive periods"),
+    )
+    return (*always, *_measures(study), *_along_runs(study.plan))
+
+
+def coordinate_attributes(path: str) -> dict[str, Any]:
+    """Name, symbol and unit of what varies."""
+    if path in KINDS:
+        return {"long_name": path.replace(".", " ")}
+    part, _, name = path.partition(".")
+    if path.startswith(INITIAL):
+        symbol, meaning = STATES.get(name, (name, name))
+        return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
+    catalogue = {"machine": machines, "friction": laws, "drive": drives}[part]()
+    info = next(info for kind in catalogue.values() for info in parameter_table(kind) if info.name == name)
+    return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
+
+
+def axis_values(study: Study) -> dict[str, np.ndarray]:
+    """Coordinates of the dimensions of a grid, by path; words (and numbers among words) as text."""
+    plan = study.plan
+    if not plan.gridded:
+        return {}
+    found = {}
+    for i, path in enumerate(plan.dims):
+        block = tuple(slice(None) if j == i else slice(0, 1) for j in range(len(plan.dims)))
+        found[path] = as_stored(plan.values(block)[path])
+    return found
+
+
+def as_stored(values: np.ndarray) -> np.ndarray:
+    """Floats as they are, objects as text ("" for None)."""
+    if values.dtype != object:
+        return values
+    return np.array(["" if value is None else str(value) for value in values.tolist()], dtype=TEXT)
+
+
+def study_attributes(study: Study) -> dict[str, Any]:
+    """What the whole dataset says of itself; what is not set is left out."""
+    found = {"title": TITLE, "source": f"vibrocap {study.code['version']}", "identity": study.identity}
+    found |= {name: value for name, value in study.settings.items() if value is not None}
+    return found | {"case": case_text(study.case)}
+
+
+def _measures(study: Study) -> tuple[Variable, ...]:
+    table = measure_table()
+    found = []
+    for given in study.measures:
+        measure = table[given] if isinstance(given, str) else given
+        if measure.name in ALWAYS:
+            continue
+        attributes = {"long_name": measure.meaning, "units": measure.unit}
+        if getattr(measure.how, "text", False):
+            found.append(Variable(measure.name, TEXT, "", attributes))
+        else:
+            found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes))
+    return tuple(found)
+
+
+def _along_runs(plan: Runs) -> tuple[Variable, ...]:
+    """The values of a plan whose runs lie along one dimension: as many as there are results, so stored like these."""
+    if plan.gridded:
+        return ()
+    return tuple(
+        Variable(path, TEXT, "", coordinate_attributes(path), measured=False)
+        if plan.is_text(path)
+        else Variable(path, np.dtype(np.float64), np.nan, coordinate_attributes(path), measured=False)
+        for path in plan.paths
+    )
+
+
+def _status_attributes() -> dict[str, Any]:
+    names = ["not run", *(status.value for status in Status)]
+    return {
+        "long_name": "how the run ended",
+        "flag_values": list(range(NOT_RUN, len(Status))),
+        "flag_meanings": " ".join(name.replace(" ", "_") for name in names),
+    }
+
+
+def _count(name: str, dtype: Any, fill: int, meaning: str) -> Variable:
+    return Variable(name, np.dtype(dtype), fill, {"long_name": meaning, "units": "1"})

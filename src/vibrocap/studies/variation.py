@@ -1,0 +1,102 @@
+"""A variation: the same system with other values at some paths, its kinds of machine, law and drive included.
+
+A path names a parameter ("machine.mass_ratio"), a kind ("friction.law") or an initial state ("initial.angle").
+"""
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from vibrocap.case import CHOICES, CaseError, case_from_dict
+from vibrocap.parameters import parameter_table
+from vibrocap.system import System
+
+INITIAL = "initial."
+# path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)
+KINDS = {f"{part}.{key}": (part, catalogue) for part, (key, catalogue) in CHOICES.items()}
+
+
+def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
+    """The parts of a system by name; those that get another kind have that kind's defaults."""
+    parts: dict[str, Any] = {part: getattr(system, part) for part in CHOICES}
+    for path, (part, catalogue) in KINDS.items():
+        if path in values and values[path] != parts[part].name:
+            parts[part] = catalogue()[values[path]]()
+    return parts
+
+
+def varied(system: System, values: Mapping[str, Any]) -> System:
+    """The system with other kinds and parameters; values of initial states are passed over.
+
+    A part of another kind has that kind's defaults where no value is given.
+    Raises ValueError for a value that a part, or the system, refuses.
+    """
+    parts = kinds_chosen(system, values)
+    for part, new in _fields(values).items():
+        parts[part] = dataclasses.replace(parts[part], **new)
+    return System(**parts)
+
+
+def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
+    """What is wrong with these values, in the words of a case file; empty where nothing is."""
+    try:
+        varied(system, values)
+    except (ValueError, TypeError):
+        pass
+    else:
+        return ()
+    sections: dict[str, dict[str, Any]] = {}
+    for name, part in kinds_chosen(system, values).items():
+        sections[name] = {info.name: getattr(part, info.name) for info in parameter_table(part)}
+        sections[name][CHOICES[name][0]] = part.name
+    for part, new in _fields(values).items():
+        sections[part] |= new
+    try:
+        case_from_dict(sections)
+    except CaseError as error:
+        return error.complaints
+    raise AssertionError(f"a system refused {dict(values)}, a case file with them is accepted")
+
+
+def _fields(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Parameters by part and name."""
+    fields: dict[str, dict[str, Any]] = {}
+    for path, value in values.items():
+        part, _, name = path.partition(".")
+        if path not in KINDS and part in CHOICES:
+            fields.setdefault(part, {})[name] = value
+    return fields
+
+
+def paths(parts: Mapping[str, Any]) -> tuple[str, ...]:
+    """Every path that can be varied while the kinds of these parts stay as they are."""
+    parameters = (f"{name}.{info.name}" for name, part in parts.items() for info in parameter_table(part))
+    return (*parameters, *(INITIAL + state for state in (*parts["machine"].states, *parts["friction"].internal)))
+
+
+def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Complaints about paths that are none, or that are unknown for one of the choices of kinds (parts by name)."""
+    choices = list(choices)
+    known = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *KINDS]
+    complaints = []
+    for path in given:
+        if path not in known:
+            complaints.append(f"{path}: there is no such quantity here; {suggestion(str(path), known)}")
+        elif path not in KINDS and (lacking := [parts for parts in choices if path not in paths(parts)]):
+            part = lacking[0][path.partition(".")[0].replace("initial", "friction")]
+            complaints.append(f"{path}: {part.name!r} has none; vary what all kinds have, or do a study for each")
+    return complaints
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """The nearest known name, and all of them where none is near."""
+    known = list(known)
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    return f"did you mean {near[0]!r}?" if near else f"there is {', '.join(known)}"
+
+
+def shown(value: Any) -> str:
+    """A value as it stands in a complaint, not longer than a line can hold."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:40]}...{text[-15:]}"

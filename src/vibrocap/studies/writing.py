@@ -1,0 +1,105 @@
+"""Writing so that a crash, a full disk or a second writer can do no harm: whole files or none, and a lock."""
+
+import contextlib
+import errno
+import itertools
+import os
+import socket
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from vibrocap.case import CaseError
+
+_numbers = itertools.count()
+
+
+class StoreError(OSError):
+    """A folder that does not take what is to be stored; the message names it, the reason, and what to do."""
+
+
+@contextlib.contextmanager
+def kept(folder: Path) -> Iterator[None]:
+    """Turn an error of the file system into a StoreError that says what becomes of what is stored already."""
+    try:
+        yield
+    except StoreError:
+        raise
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise StoreError(
+            f"{folder}: cannot be written: {reason}. What was stored before is whole; when that is mended, go on with "
+            "--resume (resume=True)"
+        ) from error
+
+
+def write_file(path: Path, data: bytes, unfinished: Path) -> None:
+    """Write a file elsewhere (in the folder `unfinished`, on the same disk), force it to the disk, rename it."""
+    unfinished.mkdir(exist_ok=True)
+    temporary = unfinished / f"{socket.gethostname()}-{os.getpid()}-{next(_numbers)}"
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+    try:
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[os.write(handle, rest) :]
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+
+
+def write_files(folder: Path, files: Mapping[str, bytes], unfinished: Path) -> None:
+    """Write files given by their place below a folder; on return they and their names are on the disk."""
+    places = set()
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, data, unfinished)
+        places.add(path.parent)
+    for place in sorted(places | {folder, folder.parent}):
+        _force_names(place)
+
+
+def _force_names(folder: Path) -> None:
+    """Force the names in a folder to the disk, where the system can."""
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(handle)
+
+
+class Lock:
+    """An exclusive lock on a file, which the system releases when the process ends, however it ends.
+
+    Raises CaseError where another process holds it. On a file system without locks, or on Windows, it does nothing.
+    """
+
+    def __init__(self, path: Path):
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            import fcntl
+
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:
+            pass
+        except BlockingIOError:
+            os.close(self._handle)
+            raise CaseError(["another process is writing there; wait for it, or stop it"], str(path.parent)) from None
+        except OSError as error:
+            if error.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL):
+                os.close(self._handle)
+                raise
+
+    def release(self) -> None:
+        """Let others write."""
+        os.close(self._handle)

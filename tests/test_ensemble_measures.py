@@ -1,0 +1,459 @@
+"""Measures taken during the run: the same from the stored motion, and the same as the measures written with arrays."""
+
+import functools
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from signals import Signal, made_up_motion
+from vibrocap.equations import equations, parameter_values
+from vibrocap.measures.during_run import resolved
+from vibrocap.measures.stretch import stretches
+from vibrocap.numerics import ensemble as numerics
+from vibrocap.numerics import link, replay
+from vibrocap.numerics.motion import recorded_run
+from vibrocap.simulate import _trajectory
+from vibrocap.trajectory import Trajectory
+
+BRIDGE = sys.modules["vibrocap.ensemble"]  # the module, whose name in the package is the function's
+LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
+RATIOS = {"exponential": (0.5, 1.0, 2.5, 6.0), "lugre": (1.0, 2.5)}
+START = {"angle": math.pi / 3}
+TOLERANCE = 1e-8
+NUMBERS = [name for name in vc.measure_table() if name != "word"]
+ORDER = numerics.ensemble_order(TOLERANCE)
+
+
+def system_with(law, ratio=2.5, drive=None):
+    return vc.System(vc.PendulumCapsule(mass_ratio=ratio), law, drive or vc.Harmonic())
+
+
+def stored_motion(system, periods) -> Trajectory:
+    """The motion step by step as an ensemble follows it, from the plain kernel: no other one has to be compiled."""
+    start = dict.fromkeys(system.state_names, 0.0) | START
+    run = (periods, TOLERANCE, 10_000, 10**6)
+    recorded = recorded_run(
+        equations(system),
+        parameter_values(system),
+        list(start.values()),
+        system.drive.period,
+        *run,
+        plain=True,
+        order=ORDER,
+    )
+    return _trajectory(system, start, *run, 256, recorded)
+
+
+# --- during the run = from the stored motion -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_during_the_run_is_from_the_stored_motion(law):
+    """Every standard measure. Both take the same steps, so they differ by rounding, which the motion may amplify.
+
+    Integrals and states are of the order of one; the largest deflection of the bristles is 4.5e-3.
+    """
+    system, ratios, periods = system_with(LAWS[law]), RATIOS[law], 3
+    found = vc.ensemble(
+        system,
+        {"machine.mass_ratio": ratios},
+        measures=[*NUMBERS, "word"],
+        initial=START,
+        periods=periods,
+        window=2,
+        tolerance=TOLERANCE,
+    )
+    for i, ratio in enumerate(ratios):
+        motion = stored_motion(system_with(LAWS[law], ratio), periods)
+        stored = vc.measured(motion, [*NUMBERS, "word"], window=2)
+        assert found["word"][i] == stored["word"] == vc.word(motion)
+        for name in NUMBERS:
+            size = max(abs(stored[name]), 1e-3 if "bristle" in name else 1.0)
+            assert found[name][i] == pytest.approx(stored[name], abs=1e-9 * size, nan_ok=True), name
+
+
+# --- the same as the measures with arrays ----------------------------------------------------------------------------
+
+MOTIONS = {
+    "exponential": (vc.Exponential(), vc.Harmonic(), 2.5),
+    "exponential, light": (vc.Exponential(), vc.Harmonic(), 0.3),
+    "exponential, two tones": (vc.Exponential(), vc.Biharmonic(second_amplitude=0.9, second_phase=0.7), 2.5),
+    "lugre": (vc.LuGre(), vc.Harmonic(), 2.5),
+    "lugre, slow": (vc.LuGre(), vc.Harmonic(amplitude=0.4), 1.5),
+}
+WINDOW = 3
+
+
+@functools.cache
+def motion_of(name) -> Trajectory:
+    law, drive, ratio = MOTIONS[name]
+    if isinstance(drive, vc.Biharmonic):
+        return stored_motion(system_with(law, ratio, drive), periods=4)
+    return vc.simulate(system_with(law, ratio, drive), periods=12, initial=START, tolerance=TOLERANCE)
+
+
+@functools.cache
+def measures_of(name):
+    return vc.measured(motion_of(name), vc.measure_table(), window=WINDOW)
+
+
+def window_of(motion):
+    done = len(motion.sections) - 1
+    return (done - WINDOW) * motion.period, done * motion.period
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+class TestAgainstArrays:
+    """Six points per piece against twelve or sixteen: at this tolerance both are exact to rounding (`gather.py`)."""
+
+    def test_travel(self, name):
+        motion, found = motion_of(name), measures_of(name)
+        assert found["displacement"] == pytest.approx(vc.displacement(motion, periods=WINDOW), abs=1e-13)
+        assert found["mean_velocity"] == pytest.approx(vc.mean_velocity(motion, WINDOW).value, abs=1e-14)
+        assert found["drift"] == pytest.approx(vc.displacement(motion, periods=WINDOW) / WINDOW, abs=1e-13)
+
+    def test_energy(self, name):
+        balance, found = vc.energy_balance(motion_of(name), periods=WINDOW).per_period, measures_of(name)
+        for channel in motion_of(name).system.channels:
+            assert found[f"{channel}_work"] == pytest.approx(getattr(balance, channel), abs=1e-11), channel
+        assert found["drive_work"] > 0.1
+        assert found["cost_of_transport"] == pytest.approx(found["drive_work"] / abs(found["drift"]), rel=1e-12)
+
+    def test_sticking(self, name):
+        motion, found = motion_of(name), measures_of(name)
+        assert found["word"] == vc.word(motion)
+        assert len(found["word"]) > 1
+        phases = vc.stick_phases(motion, periods=WINDOW)
+        if phases is None:
+            assert math.isnan(found["stick_fraction"])
+            assert math.isnan(found["stick_phases"])
+        else:
+            assert found["stick_phases"] == phases.number > 0
+            assert found["stick_fraction"] == pytest.approx(vc.stick_fraction(motion, periods=WINDOW), rel=1e-11)
+
+    def test_loops(self, name):
+        """One window of three periods against three loops of one period."""
+        motion, found = motion_of(name), measures_of(name)
+        loops = [vc.friction_loop(motion, -1 - k) for k in range(WINDOW)]
+        assert found["peak_friction"] == pytest.approx(max(loop.peak_force for loop in loops), rel=1e-11)
+        for area, measure in (("velocity_area", "velocity_loop_area"), ("displacement_area", "displacement_loop_area")):
+            mean = sum(getattr(loop, area) for loop in loops) / WINDOW
+            assert found[measure] == pytest.approx(mean, abs=1e-10)
+        assert found["displacement_loop_area"] > 1e-3
+
+    def test_mean_friction(self, name):
+        """Stretches are cut at the zeros of R, located by bisection."""
+        motion = motion_of(name)
+        total = 0.0
+        for part in stretches(motion, *window_of(motion)):
+            nodes = part.nodes(part.roots(part.friction))
+            total += float(np.sum(nodes.weight * np.abs(nodes.friction)))
+        expected = total / (WINDOW * motion.period)
+        assert measures_of(name)["mean_friction"] == pytest.approx(expected, rel=1e-11)
+
+    def test_extremes(self, name):
+        """Against a dense grid: at its best point it falls short by half the curvature times half a spacing squared."""
+        motion, found = motion_of(name), measures_of(name)
+        t, dt = np.linspace(*window_of(motion), 20_001, retstep=True)
+        for state, values in zip(motion.state_names, motion.states(t), strict=True):
+            short = np.max(np.abs(np.diff(values, 2))) / 4.0 + 1e-14
+            assert dt < 1e-3
+            assert 0.0 <= found[f"largest_{state}"] - values.max() + 1e-14 <= short, state
+            assert 0.0 <= values.min() - found[f"least_{state}"] + 1e-14 <= short, state
+
+    def test_response(self, name):
+        motion = motion_of(name)
+        found = vc.measured(motion, ["response_period", "symmetric"], window=WINDOW, settle=1e-3)
+        response = vc.response_class(motion, threshold=1e-3)
+        assert (found["response_period"] or None) == response.period
+        if response.symmetric is None:
+            assert math.isnan(found["symmetric"])
+        else:
+            assert found["symmetric"] == response.symmetric
+
+
+def test_both_answers_about_symmetry_occur():
+    """A motion that travels has a mirror twin; one that does not is its own."""
+    travels = vc.measured(motion_of("exponential"), ["symmetric", "drift"], settle=1e-3)
+    assert travels["symmetric"] == 0.0
+    assert abs(travels["drift"]) > 0.1
+    still = vc.simulate(system_with(vc.Exponential(), 2.5, vc.Harmonic(amplitude=0.3)), periods=30, tolerance=TOLERANCE)
+    found = vc.measured(still, ["symmetric", "drift"], settle=1e-6)
+    assert found["symmetric"] == 1.0
+    assert abs(found["drift"]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("module", "right", "wrong", "measure"),
+    [
+        ("gather", "1.0 / 30.0, LIGHT, HEAVY", "1.0 / 30.0, HEAVY, LIGHT", "drive_work"),
+        ("gather", "total * (end - start)", "total * end", "mean_friction"),
+        ("gather", "here + largest_change(real, i) > best", "False", "peak_friction"),
+        ("gather", "largest, least = max(largest, value), min(least, value)", "pass", "largest_velocity"),
+        ("turning", "k * abs(real[row", "0.1 * k * abs(real[row", "largest_angle"),
+        ("spelling", "> SLIVER * real[PERIOD + lane]", "> 0.3 * real[PERIOD + lane]", "stick_fraction"),
+    ],
+)
+def test_a_fault_would_be_noticed(module, right, wrong, measure, monkeypatch):
+    """Each edit of the kernel moves its measure by more than the tests above allow."""
+    original = link.kernel_source
+
+    def edited(name):
+        text = original(name)
+        assert name != module or right in text
+        return text.replace(right, wrong) if name == module else text
+
+    monkeypatch.setattr(numerics, "kernel_source", edited)
+    replay._hooks.cache_clear()
+    try:
+        names = ("exponential", "lugre, slow")
+        moved = [
+            abs(vc.measured(motion_of(name), [measure], window=WINDOW)[measure] - measures_of(name)[measure])
+            for name in names
+        ]
+    finally:
+        replay._hooks.cache_clear()
+    assert np.nanmax(moved) > 1e-9
+
+
+# --- closed forms ----------------------------------------------------------------------------------------------------
+
+
+def test_closed_form_of_a_made_up_motion():
+    """X = 0.3 + 0.05 t + 0.4 cos(t + 0.7), with a rest that crosses period marks and a side that changes."""
+    travel = Signal(((0.4, 1.0, 0.7),), offset=0.3, slope=0.05)
+    period = 2 * math.pi
+    motion = made_up_motion(
+        vc.Exponential(), travel, lambda t, side: 0.0 * t, periods=6, stuck=[(5.8 * math.pi, 6.2 * math.pi)]
+    )
+    found = vc.measured(
+        motion, ["drift", "largest_velocity", "least_velocity", "stick_fraction", "stick_phases"], window=4
+    )
+    assert found["drift"] == pytest.approx(0.05 * period, abs=1e-13)
+    assert found["largest_velocity"] == pytest.approx(0.45, abs=1e-13)
+    assert found["least_velocity"] == pytest.approx(-0.35, abs=1e-13)
+    assert found["stick_fraction"] == pytest.approx(0.4 * math.pi / (4 * period), rel=1e-12)
+    assert found["stick_phases"] == 1.0
+    assert vc.measured(motion, "stick_phases", window=3) == {"stick_phases": 1.0}  # what the window cuts off counts
+    assert vc.measured(motion, "stick_phases", window=2) == {"stick_phases": 0.0}
+
+
+@pytest.mark.parametrize("rests", [3, 49, 60])
+def test_words_of_many_letters(rests):
+    """Up to 104 letters in full; a longer word ends in dots."""
+    travel = Signal(slope=1.0)
+    marks = np.linspace(0.1, 6.2, 2 * rests)
+    motion = made_up_motion(
+        vc.Exponential(),
+        travel,
+        lambda t, side: 0.0 * t,
+        periods=1,
+        stuck=list(zip(marks[::2], marks[1::2], strict=True)),
+    )
+    word = vc.measured(motion, "word", window=1)["word"]
+    whole = vc.word(motion)
+    assert whole == "FS" * rests
+    assert word == (whole if 2 * rests + 1 <= 104 else whole[:104] + "...")
+
+
+# --- one's own -------------------------------------------------------------------------------------------------------
+
+GRIP = vc.Measure.largest("grip", "largest holding force over its limit", lambda m: m.holding_force / 0.45)
+OWN = (
+    GRIP,
+    vc.Measure.least("lowest", "least height of the bob", lambda m: m.angle.cos()),
+    vc.Measure.mean("mean_drive_power", "mean power of the drive", lambda m: m.drive_power),
+    vc.Measure.integral("path", "stiffness times angle squared", lambda m: m["machine.stiffness"] * m.angle * m.angle),
+    vc.Measure.derived("share", "damper over drive", lambda a, b: -a / b, of=("damper_work", "drive_work")),
+    vc.Measure.derived("twice", "of one's own", lambda share, grip: share + grip, of=("share", "grip")),
+)
+
+
+def test_measures_of_ones_own():
+    motion = motion_of("exponential")
+    found = vc.measured(motion, [*OWN, "drive_work"], window=WINDOW)
+    assert list(found) == [*(measure.name for measure in OWN), "drive_work"]
+    window = window_of(motion)
+    t = np.linspace(*window, 20_001)
+    assert found["grip"] == pytest.approx(np.max(motion.at(t, "holding_force")) / 0.45, abs=1e-6)
+    assert found["grip"] >= np.max(motion.at(t, "holding_force")) / 0.45 - 1e-14
+    assert found["lowest"] == pytest.approx(np.min(np.cos(motion.at(t, "angle"))), abs=1e-6)
+    balance = vc.energy_balance(motion, periods=WINDOW)
+    assert found["mean_drive_power"] == pytest.approx(balance.mean_power.drive, rel=1e-12)
+    assert found["share"] == pytest.approx(-balance.damper / balance.drive, rel=1e-12)
+    assert found["twice"] == found["share"] + found["grip"]
+    height = 2.0 * motion.at(t, "angle") ** 2  # Simpson's rule on 20,000 intervals
+    simpson = np.sum(height[:-2:2] + 4.0 * height[1:-1:2] + height[2::2]) * (t[1] - t[0]) / 3.0
+    assert found["path"] == pytest.approx(simpson, rel=1e-9)
+
+
+def test_ones_own_leaves_the_equations_alone():
+    """What is recorded for a measure must not change the kernels of others."""
+    recording = equations(system_with(vc.Exponential()))
+    before = len(recording.graph.nodes)
+    vc.measured(motion_of("exponential"), [GRIP], window=1)
+    assert len(recording.graph.nodes) == before
+
+
+@pytest.mark.parametrize(
+    ("measures", "complaint"),
+    [
+        (["mean_velocty"], "no measure 'mean_velocty'; did you mean 'mean_velocity'"),
+        ([vc.Measure.mean("bend", "", lambda m: m.bristle)], "'bend' cannot be taken of this system: 'bristle' is not"),
+        ([vc.Measure.mean("bend", "", lambda m: m["machine.mass"])], "'machine.mass' is not a number of this system"),
+        ([vc.Measure.mean("bend", "", lambda m: m.angle if m.angle == 0 else 1)], "cannot branch"),
+        ([vc.Measure.mean("drift", "", lambda m: m.angle)], "two measures of the name 'drift'"),
+        ([vc.Measure.derived("a", "", abs, of=("b",))], "no measure 'b' .of which 'a' is derived"),
+        ([vc.Measure.derived("a", "", abs, of=("a",))], "'a' is derived from itself"),
+    ],
+)
+def test_measures_that_cannot_be_taken_are_refused(measures, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        vc.measured(motion_of("exponential"), measures)
+
+
+def test_what_is_derived_comes_after_what_it_needs():
+    asked, needed = resolved(["cost_of_transport", "drift"])
+    assert [measure.name for measure in asked] == ["cost_of_transport", "drift"]
+    assert [measure.name for measure in needed] == ["drive_work", "drift", "cost_of_transport"]
+
+
+# --- the ensemble ----------------------------------------------------------------------------------------------------
+
+SYSTEM = system_with(vc.Exponential())
+ASKED = ("mean_velocity", "drive_work", "peak_friction", "largest_angle", "word", "stick_fraction")
+
+
+def small_ensemble(ratios, **settings):
+    given = {"initial": START, "measures": ASKED, "periods": 6, "window": 2} | settings
+    return vc.ensemble(SYSTEM, {"machine.mass_ratio": ratios}, **given)
+
+
+def test_the_same_bits_however_it_is_cut(monkeypatch):
+    ratios = np.linspace(0.3, 5.0, 23)
+    whole = small_ensemble(ratios, threads=1)
+    two, backwards = small_ensemble(ratios, threads=2), small_ensemble(ratios[::-1])
+    alone = [small_ensemble(ratios[i : i + 1]) for i in (0, 11, 22)]
+    monkeypatch.setattr(BRIDGE, "CHUNK", 5)
+    chunks = small_ensemble(ratios)
+    for name, column in whole.items():
+        assert len(column) == 23
+        for other in (two[name], backwards[name][::-1], chunks[name]):
+            assert np.array_equal(column, other), name
+        assert [single[name][0] for single in alone] == [column[i] for i in (0, 11, 22)], name
+
+
+def test_asking_for_less_leaves_the_rest_as_it_is():
+    """Every measure asked for alone, from the same kernel."""
+    together = small_ensemble([1.0, 2.5])
+    for name in ASKED:
+        assert np.array_equal(small_ensemble([1.0, 2.5], measures=[name])[name], together[name])
+
+
+def test_initial_states_and_parameters_reach_the_run():
+    over = {"initial.angle": [0.4, 1.0], "drive.frequency": [1.0, 1.2], "friction.decay_rate": [10.0, 8.0]}
+    found = vc.ensemble(SYSTEM, over, measures=["displacement", "mean_velocity"], periods=4, window=4)
+    for i in range(2):
+        system = SYSTEM.with_parameters({path: over[path][i] for path in over if not path.startswith("initial")})
+        motion = vc.simulate(system, periods=4, initial={"angle": over["initial.angle"][i]}, tolerance=1e-11)
+        assert found["displacement"][i] == pytest.approx(vc.displacement(motion), abs=1e-6)
+        assert found["mean_velocity"][i] == pytest.approx(vc.mean_velocity(motion, 4).value, abs=1e-7)
+
+
+def test_failed_runs_are_shown_as_failed():
+    """More events than allowed: a status, no numbers; the other runs are what they are alone."""
+    found = vc.ensemble(
+        SYSTEM,
+        {"drive.amplitude": [1.8, 0.1]},
+        initial={"angle": 0.05},
+        measures=ASKED,
+        periods=6,
+        window=2,
+        max_events_per_period=1,
+    )
+    statuses = [list(vc.Status)[code] for code in found["status"]]
+    assert statuses == [vc.Status.TOO_MANY_EVENTS, vc.Status.FINISHED]
+    assert (found["window_start"][0], found["window_periods"][0]) == (-1, 0)
+    assert found["word"].tolist() == ["", "S"]
+    for name in ASKED:
+        if name != "word":
+            assert np.isnan(found[name][0])
+            assert np.isfinite(found[name][1])
+
+
+def test_runs_of_one_form_go_together(monkeypatch):
+    """An exponent that is a whole number is part of the formula, like the word "weight"; others are parameters."""
+    calls = []
+
+    def run(recording, parameters, states, budget, threads, progress, integrands=None):
+        layout, _ = numerics.ensemble_source(recording, ORDER, numerics.LANES)
+        calls.append([dict(zip(recording.parameter_paths, row, strict=True)) for row in parameters])
+        results = np.zeros((len(states), layout.result_size))
+        results[:, 0], results[:, 1] = 1.0, 10.0
+        return layout, results
+
+    monkeypatch.setattr(BRIDGE.numerics, "ensemble_run", run)
+    over = {"friction.stribeck_exponent": [2.0, 1.5, 1.0, 1.7, 2.0], "machine.mass_ratio": [1.0, 2.0, 3.0, 4.0, 5.0]}
+    vc.ensemble(system_with(vc.LuGre()), over)
+    masses = sorted([row["machine.mass_ratio"] for row in call] for call in calls)
+    assert masses == [[1.0, 5.0], [2.0, 4.0], [3.0]]
+    exponents = {row["machine.mass_ratio"]: row.get("friction.stribeck_exponent") for call in calls for row in call}
+    assert exponents == {1.0: None, 2.0: 1.5, 3.0: None, 4.0: 1.7, 5.0: None}
+    calls.clear()
+    vc.ensemble(SYSTEM, {"machine.normal_load": [2.0, "weight", 3.0]})
+    loads = [[row.get("machine.normal_load") for row in call] for call in calls]
+    assert sorted(loads, key=len) == [[None], [2.0, 3.0]]
+
+
+def test_symmetry_is_asked_run_by_run():
+    """A drive of two tones is odd only without the second."""
+    system = system_with(vc.Exponential(), drive=vc.Biharmonic())
+    tones = {"drive.second_amplitude": np.array([0.0, 0.1, 0.0]), "drive.second_phase": np.array([0.0, 0.3, 0.3])}
+    assert BRIDGE._odd(system, tones).tolist() == [True, False, True]
+    assert BRIDGE._odd(system, {"machine.damping": np.ones(2)}).tolist() == [True, True]
+
+
+def test_no_travel_costs_infinitely_much():
+    found = vc.ensemble(
+        SYSTEM, {"drive.amplitude": [0.0]}, measures=["cost_of_transport", "drift"], periods=2, window=1
+    )
+    assert found["drift"][0] == 0.0
+    assert found["cost_of_transport"][0] == math.inf
+
+
+@pytest.mark.parametrize(
+    ("over", "settings", "complaint"),
+    [
+        ({}, {}, "over should name at least one"),
+        ({"machine.mass": [1.0]}, {}, "'machine.mass' is neither .* did you mean 'machine.mass_ratio'"),
+        ({"machine.mass_ratio": 1.0}, {}, "machine.mass_ratio: should be a list of values"),
+        ({"machine.mass_ratio": np.ones((2, 2))}, {}, "one per run, got an array of shape"),
+        ({"machine.mass_ratio": []}, {}, "machine.mass_ratio should have at least one value"),
+        ({"machine.mass_ratio": [1.0, math.nan]}, {}, "should be finite numbers, got nan for run 1"),
+        ({"machine.mass_ratio": [1.0, -2.0]}, {}, "machine.mass_ratio: should be greater than 0, got -2.0 for run 1"),
+        ({"machine.mass_ratio": [True]}, {}, "should be numbers, got True for run 0"),
+        ({"machine.mass_ratio": ["heavy"]}, {}, "machine.mass_ratio: should be a valid number, got 'heavy' for run 0"),
+        ({"machine.normal_load": ["heavy"]}, {}, "machine.normal_load: .* for run 0"),
+        ({"initial.angle": ["far"]}, {}, "initial.angle: should be numbers, got 'far' for run 0"),
+        ({"initial.anlge": [0.1]}, {}, "did you mean 'initial.angle'"),
+        ({"initial.angle": [0.1], "machine.damping": [1.0, 2.0]}, {}, "every list should have one value per run"),
+        (
+            {"friction.static_coefficient": [0.5, 0.3], "friction.coulomb_coefficient": [0.4, 0.31]},
+            {},
+            "friction.static_coefficient should be at least coulomb_coefficient .* for run 1",
+        ),
+        ({"machine.damping": [1.0]}, {"periods": 2.5}, "periods should be a whole number"),
+        ({"machine.damping": [1.0]}, {"window": 61}, "window should be a whole number from 1 to 60, got 61"),
+        ({"machine.damping": [1.0]}, {"settle": 0.0}, "settle should be None or a positive threshold"),
+        ({"machine.damping": [1.0]}, {"threads": 0}, "threads should be a whole number from 1"),
+        ({"machine.damping": [1.0]}, {"tolerance": 1.0}, "tolerance should be a number from"),
+        ({"machine.damping": [1.0]}, {"measures": ["speed"]}, "there is no measure 'speed'"),
+        ({"machine.damping": [1.0]}, {"initial": {"tilt": 1.0}}, "initial.tilt: no such state"),
+    ],
+)
+def test_bad_input_is_refused_before_any_work(over, settings, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        vc.ensemble(SYSTEM, over, **settings)

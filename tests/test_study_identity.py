@@ -1,0 +1,186 @@
+"""What makes a study this study: its identity changes with all that can change a result, and with nothing else."""
+
+import dataclasses
+import json
+
+import pytest
+
+from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
+from vibrocap.case import CaseError
+from vibrocap.studies.code_version import code_version, source_fingerprint
+from vibrocap.studies.designs import Design
+from vibrocap.studies.differences import differences
+from vibrocap.studies.planning import planned_study
+from vibrocap.studies.study import Study
+
+SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
+SETTINGS = {
+    "periods": 60,
+    "window": 10,
+    "settle": None,
+    "tolerance": 1e-8,
+    "max_events_per_period": 10_000,
+    "max_steps": 50_000_000,
+}
+MEASURES = ("mean_velocity", "drift")
+OVER = {"machine.mass_ratio": "1:2:3", "initial.angle": [0.1, 0.2]}
+
+
+def study(
+    system=SYSTEM, over=OVER, measures=("mean_velocity", "drift"), cases=None, design=None, initial=None, **settings
+):
+    return planned_study(
+        system,
+        None if cases else over,
+        measures=measures,
+        cases=cases,
+        design=design,
+        initial=initial,
+        settings=SETTINGS | settings,
+    )
+
+
+RANGES = {"machine.mass_ratio": (1, 2)}
+CHANGES = {
+    "machine.stiffness": {"system": System(PendulumCapsule(stiffness=3.0), Exponential(), Harmonic())},
+    "friction.law": {"system": System(PendulumCapsule(), LuGre(), Harmonic())},
+    "drive.amplitude": {"system": System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.25))},
+    "initial.velocity": {"initial": {"velocity": 0.5}},
+    "periods": {"periods": 61},
+    "window": {"window": 9},
+    "settle": {"settle": 1e-6},
+    "tolerance": {"tolerance": 1e-9},
+    "max_events_per_period": {"max_events_per_period": 9},
+    "max_steps": {"max_steps": 9},
+    "measures": {"measures": ("drift",)},
+    "values of initial.angle": {"over": OVER | {"initial.angle": [0.1, 0.3]}},
+    "values of machine.mass_ratio": {"over": OVER | {"machine.mass_ratio": "1:2:4"}},
+    "plan": {"over": dict(reversed(OVER.items()))},
+    "design.seed": {"over": RANGES, "design": Design("sobol", 8, 1)},
+    "design.kind": {"over": RANGES, "design": Design("halton", 8)},
+    "design.runs": {"over": RANGES, "design": Design("sobol", 9)},
+    "range of machine.mass_ratio": {"over": {"machine.mass_ratio": "log:1:2"}, "design": Design("sobol", 8)},
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_whatever_changes_a_result_changes_the_identity_and_is_said(what):
+    designed = "design" in CHANGES[what]
+    before = study(over=RANGES, design=Design("sobol", 8)) if designed else study()
+    after = study(**CHANGES[what])
+    assert before.identity != after.identity
+    said = differences(before.record(), after.record())
+    assert any(text.startswith(f"{what}: stored ") and ", asked " in text for text in said), said
+    assert differences(before.record(), before.record()) == []
+
+
+def test_what_does_not_change_a_result_does_not_change_the_identity():
+    same = study(
+        over={"machine.mass_ratio": [1, 1.5, 2.0], "initial.angle": "0.1,0.2"}, measures=["drift", "mean_velocity"]
+    )
+    assert same.identity == study().identity
+    assert study(periods=60.0, initial={}).identity == study().identity
+
+
+def test_edited_code_is_another_study(tmp_path):
+    sources = {
+        "numerics/loop.py": "a = 1\n",
+        "system.py": "b = 1\n",
+        "ensemble.py": "",
+        "faces/cli.py": "",
+        "studies/s.py": "",
+    }
+    for name, text in sources.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    first = source_fingerprint(tmp_path)
+    for name in sources:
+        source_fingerprint.cache_clear()
+        (tmp_path / name).write_text(sources[name] + "c = 2\n")
+        assert (source_fingerprint(tmp_path) == first) == name.startswith(("faces", "studies")), name
+        (tmp_path / name).write_text(sources[name])
+    source_fingerprint.cache_clear()
+    assert source_fingerprint(tmp_path) == first
+    mine = study()
+    edited = dataclasses.replace(mine, code=code_version() | {"sources": "f" * 64})
+    assert edited.identity != mine.identity
+    assert differences(mine.record(), edited.record())[0].startswith("code: stored vibrocap ")
+
+
+@pytest.mark.parametrize(
+    "one",
+    [
+        study(settle=1e-6, initial={"angle": 0.25}),
+        study(over={"friction.law": "exponential,lugre", "machine.normal_load": "weight,1"}),
+        study(over=RANGES, design=Design("halton", 100, 7)),
+        study(cases=[{"machine.mass_ratio": 3}, {"friction.law": "lugre"}]),
+    ],
+    ids=["grid", "words", "design", "cases"],
+)
+def test_a_study_is_read_back_from_its_record(one):
+    again = Study.from_record(json.loads(json.dumps(one.record())))
+    assert again == one
+    assert again.identity == one.identity
+
+
+FACTOR = 2.0
+
+
+def _sign(m):
+    return m.velocity
+
+
+def test_a_measure_of_ones_own_is_known_by_its_function(monkeypatch):
+    def peak(of):
+        return Measure.largest("peak", "largest |X'|", of)
+
+    first = study(measures=[peak(lambda m: m.velocity), "drift"])
+    assert first.identity == study(measures=[peak(lambda m: m.velocity), "drift"]).identity
+    assert first.identity != study(measures=[peak(lambda m: m.angle_rate), "drift"]).identity
+    factors = [study(measures=[peak(lambda m, k=k: k * m.velocity)]).identity for k in (1.0, 2.0)]
+    assert factors[0] != factors[1]
+    here, there = (study(measures=[peak(f)]).identity for f in (lambda m: m.angle + 1.0, lambda m: m.angle + 2.0))
+    assert here != there
+    scaled = study(measures=[peak(lambda m: FACTOR * _sign(m))]).identity
+    monkeypatch.setitem(globals(), "FACTOR", 3.0)
+    assert scaled != study(measures=[peak(lambda m: FACTOR * _sign(m))]).identity
+    monkeypatch.undo()
+    assert scaled == study(measures=[peak(lambda m: FACTOR * _sign(m))]).identity
+    monkeypatch.setitem(globals(), "_sign", lambda m: -m.velocity)
+    assert scaled != study(measures=[peak(lambda m: FACTOR * _sign(m))]).identity
+    with pytest.raises(CaseError, match="'peak' is a measure of one's own"):
+        Study.from_record(first.record())
+
+
+def test_every_complaint_at_once():
+    with pytest.raises(CaseError) as caught:
+        study(
+            over={"machine.mass_rato": "1:2:3", "machine.stiffness": "2:1:3"},
+            measures=["mean_velocty"],
+            initial={"angel": 1.0},
+            periods=2.5,
+            tolerance=1.0,
+            settle=-1.0,
+        )
+    said = "\n".join(caught.value.complaints)
+    for part in (
+        "did you mean 'machine.mass_ratio'",
+        "is reversed",
+        "did you mean 'mean_velocity'",
+        "did you mean 'angle'",
+        "whole drive periods, got 2.5",
+        "tolerance: should be",
+        "settle: should be",
+    ):
+        assert part in said
+    for arguments, part in (
+        ({"window": 61}, "from 1 to the 60 periods"),
+        ({"window": 2.0}, "window"),
+        ({"measures": []}, "at least one"),
+        ({"over": {}}, "at least one quantity"),
+        ({"design": "sobol"}, "should be a Design"),
+        ({"cases": [{"machine.mass_ratio": 1}], "design": Design("sobol", 8)}, "stand alone"),
+        ({"over": RANGES, "design": Design("sobl", 8)}, "did you mean 'sobol'"),
+    ):
+        with pytest.raises(CaseError, match=part):
+            study(**arguments)

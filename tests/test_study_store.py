@@ -1,0 +1,343 @@
+"""The store: whole tiles or none, the same bytes however it came about, and no harm to what is not its own."""
+
+import errno
+import importlib
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+import cheap_ensemble
+from vibrocap import Exponential, Harmonic, PendulumCapsule, System
+from vibrocap.case import CaseError
+from vibrocap.studies import store as stores
+from vibrocap.studies.cluster import run_and_store
+from vibrocap.studies.dataset import open_study, stored_study
+from vibrocap.studies.store import opened_for_writing, read_record
+from vibrocap.studies.sweep import Stopped, run_study, sweep
+from vibrocap.studies.tile import tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.writing import StoreError
+
+SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
+OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:7", "machine.normal_load": "weight,1,2"}
+MEASURES = ("mean_velocity", "word")
+
+
+@pytest.fixture(autouse=True)
+def cheap(monkeypatch):
+    """A cheap ensemble in place of the engine; the list of what it was asked for."""
+    calls = []
+
+    def counted(system, over, **settings):
+        calls.append(over)
+        return cheap_ensemble.ensemble(system, over, **settings)
+
+    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", counted)
+    monkeypatch.setattr(os, "fsync", lambda handle: None)  # takes most of the time of these tests
+    return calls
+
+
+def stored(out, **changes):
+    return sweep(SYSTEM, **{"over": OVER, "measures": MEASURES, "out": out, "tile_runs": 9} | changes)
+
+
+def files(folder):
+    """Every file below a folder with its bytes."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_tiles_cover_every_run_once_and_in_order():
+    for shape, runs in (((5,), 2), ((400, 400), None), ((3, 5000), None), ((2, 3, 4), 5), ((7, 1, 3), 100), ((1,), 1)):
+        tile = tile_shape(shape, runs)
+        seen = []
+        for index in tile_indices(shape, tile):
+            block = tile_block(shape, tile, index)
+            seen.append(range(block[0].start, block[0].stop) if len(shape) == 1 else block)
+        flat = 0
+        for block in seen:
+            size = len(block) if isinstance(block, range) else 1
+            for part in block if not isinstance(block, range) else ():
+                size *= part.stop - part.start
+            assert 0 < size <= (runs or 4096)
+            flat += size
+        total = 1
+        for length in shape:
+            total *= length
+        assert flat == total
+        assert len(seen) == len(list(tile_indices(shape, tile)))
+    assert tile_shape((400, 400)) == (10, 400)
+    assert tile_shape((3, 5000)) == (1, 2500)
+    assert tile_counts((10**9,), tile_shape((10**9,))) == (3815,)  # of the largest tiles
+
+
+def test_memory_and_store_say_the_same(tmp_path):
+    in_memory = sweep(SYSTEM, over=OVER, measures=MEASURES)
+    xr.testing.assert_identical(in_memory, stored(tmp_path / "a").load())
+    assert list(in_memory) == list(open_study(tmp_path / "a"))
+    assert in_memory["mean_velocity"].dims == tuple(OVER)
+    assert in_memory["mean_velocity"].shape == (2, 7, 3)
+    assert set(in_memory["status"].values.ravel()) == {0, 3}
+    assert in_memory["mean_velocity"].isnull().equals(in_memory["status"] != 0)
+    assert set(in_memory["word"].values.ravel()) == {"", "L", "LR", "LRS"}
+
+
+@pytest.mark.parametrize("tile_runs", [1, 4, 21, 1000])
+def test_tiles_make_no_difference(tmp_path, tile_runs):
+    xr.testing.assert_identical(
+        stored(tmp_path / "a", tile_runs=tile_runs).load(), sweep(SYSTEM, over=OVER, measures=MEASURES, tile_runs=5)
+    )
+
+
+def test_the_order_of_tiles_makes_no_difference(tmp_path):
+    stored(tmp_path / "a")
+    study = stored_study(tmp_path / "a")
+    begun, lock = opened_for_writing(tmp_path / "b", study, tile_shape(study.plan.shape, 9), resume=False)
+    indices = begun.pending()
+    random.Random(1).shuffle(indices)
+    for index in indices:
+        counts = run_and_store(study, str(tmp_path / "b"), index)
+        assert sum(counts.values()) == 9 if index[1] < 2 else 3
+        assert run_and_store(study, str(tmp_path / "b"), index) == {}
+    begun.clean()
+    lock.release()
+    assert files(tmp_path / "a") == files(tmp_path / "b")
+
+
+def test_a_stored_study_is_run_again(tmp_path):
+    first = stored(tmp_path / "a", initial={"angle": 0.5}, settle=1e-6, periods=33)
+    again = run_study(stored_study(tmp_path / "a"), tile_runs=7)
+    xr.testing.assert_identical(first.load(), again)
+
+
+def test_a_finished_study_is_not_computed_again(tmp_path, cheap):
+    stored(tmp_path / "a")
+    before = files(tmp_path / "a")
+    cheap.clear()
+    stored(tmp_path / "a", resume=True, tile_runs=2)
+    assert cheap == []
+    assert files(tmp_path / "a") == before
+
+
+def test_what_is_missing_is_computed_and_nothing_else(tmp_path, cheap):
+    stored(tmp_path / "a")
+    before = files(tmp_path / "a")
+    (tmp_path / "a" / "done" / "1.1.0").unlink()
+    (tmp_path / "a" / "results.zarr" / "mean_velocity" / "c.1.1.0").write_bytes(b"torn")
+    (tmp_path / "a" / "unfinished").mkdir()
+    (tmp_path / "a" / "unfinished" / "left").write_bytes(b"over")
+    assert (open_study(tmp_path / "a")["status"] == 0).sum() > 0
+    cheap.clear()
+    stored(tmp_path / "a", resume=True)
+    assert sum(len(next(iter(over.values()))) for over in cheap) == 9
+    assert files(tmp_path / "a") == before
+
+
+def test_runs_to_come_say_so(tmp_path, cheap):
+    class Enough(Exception):
+        pass
+
+    def stop(share):
+        if share > 0.4:
+            raise Enough
+
+    with pytest.raises(Enough):
+        stored(tmp_path / "a", progress=stop)
+    found = open_study(tmp_path / "a")
+    names = dict(zip(found.status.attrs["flag_values"], found.status.attrs["flag_meanings"].split(), strict=True))
+    waiting = (found.status == -1).values
+    assert names[-1] == "not_run"
+    assert 0 < waiting.sum() < waiting.size
+    assert found.mean_velocity.isnull().values[waiting].all()
+
+
+def test_an_interrupted_study_says_how_it_goes_on(tmp_path):
+    def stop(share):
+        if share > 0.4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Stopped, match=r"Stopped: 2 of 6 tiles are stored in .*a; go on with --resume"):
+        stored(tmp_path / "a", progress=stop)
+    shares = []
+    stored(tmp_path / "a", resume=True, progress=shares.append)
+    stored(tmp_path / "b")
+    assert files(tmp_path / "a") == files(tmp_path / "b")
+    assert shares == sorted(shares)
+    assert shares[0] == pytest.approx(2 / 6)
+    assert shares[-1] == 1.0
+
+
+def test_another_study_is_refused_and_its_store_untouched(tmp_path):
+    stored(tmp_path / "a")
+    before = files(tmp_path / "a")
+    other = System(PendulumCapsule(stiffness=3.0), Exponential(), Harmonic())
+    for resume, system, said in (
+        (False, SYSTEM, "--resume"),
+        (True, other, "machine.stiffness: stored 2.0, asked 3.0"),
+    ):
+        with pytest.raises(CaseError, match=said):
+            sweep(system, over=OVER, measures=MEASURES, out=tmp_path / "a", resume=resume)
+    with pytest.raises(CaseError) as caught:
+        stored(tmp_path / "a", resume=True, measures=["drift"], periods=61)
+    assert len(caught.value.complaints) == 2
+    assert files(tmp_path / "a") == before
+
+
+def test_folders_of_others_are_refused_and_untouched(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "json").mkdir()
+    (tmp_path / "json" / "study.json").write_text('{"format": "of something else"}')
+    for out, said in (
+        (tmp_path, "notes.txt"),
+        (tmp_path / "notes.txt", "is a file"),
+        (tmp_path / "json", "another format"),
+    ):
+        for resume in (False, True):
+            with pytest.raises(CaseError, match=said):
+                stored(out, resume=resume)
+    assert files(tmp_path) == {"notes.txt": b"mine", "json/study.json": b'{"format": "of something else"}'}
+    for path, said in (
+        (tmp_path, "no study.json"),
+        (tmp_path / "none", "no such folder"),
+        (tmp_path / "notes.txt", "is a file"),
+    ):
+        with pytest.raises(CaseError, match=said):
+            open_study(path)
+
+
+def test_an_unfinished_beginning_is_begun_anew(tmp_path):
+    stored(tmp_path / "a")
+    shutil.copytree(tmp_path / "a", tmp_path / "b")
+    (tmp_path / "b" / "study.json").unlink()
+    (tmp_path / "b" / "results.zarr" / "strange").mkdir()
+    stored(tmp_path / "b")
+    (tmp_path / "empty").mkdir()
+    stored(tmp_path / "empty", resume=True)
+    assert files(tmp_path / "a") == files(tmp_path / "b") == files(tmp_path / "empty")
+    assert not (tmp_path / "b" / "results.zarr" / "strange").exists()
+
+
+def test_one_writer_at_a_time(tmp_path):
+    stored(tmp_path / "a")
+    study = stored_study(tmp_path / "a")
+    _, lock = opened_for_writing(tmp_path / "a", study, (1, 1, 1), resume=True)
+    with pytest.raises(CaseError, match="another process is writing there"):
+        stored(tmp_path / "a", resume=True)
+    assert len(open_study(tmp_path / "a")) == 7  # reading is free
+    lock.release()
+    stored(tmp_path / "a", resume=True)
+
+
+class FullDisk:
+    """A disk on which there is room for so many bytes."""
+
+    def __init__(self, monkeypatch, room):
+        self.room, self._write = room, os.write
+        monkeypatch.setattr(os, "write", self.write)
+
+    def write(self, handle, data):
+        """Write what there is room for."""
+        taken = bytes(data[: self.room])
+        if data and not taken:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        self.room -= len(taken)
+        return self._write(handle, taken)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3, 0.6, 0.9, 0.99])
+def test_a_full_disk_loses_nothing(tmp_path, monkeypatch, share):
+    stored(tmp_path / "a")
+    whole = files(tmp_path / "a")
+    with monkeypatch.context() as context:
+        FullDisk(context, int(share * sum(map(len, whole.values()))))
+        with pytest.raises(StoreError, match=r"b: cannot be written: No space left on device.*--resume"):
+            stored(tmp_path / "b")
+    done = len(list((tmp_path / "b").glob("done/*")))
+    assert (done > 0) == (share >= 0.9)
+    if done:
+        assert (open_study(tmp_path / "b").status != -1).sum() >= 3 * done
+    stored(tmp_path / "b", resume=True)
+    assert files(tmp_path / "b") == whole
+
+
+def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
+    def refuse(path, *_, **__):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+    with monkeypatch.context() as context:
+        context.setattr(os, "mkdir", refuse)
+        with pytest.raises(StoreError, match=r"a: cannot be written: Permission denied"):
+            stored(tmp_path / "a")
+    assert list(tmp_path.iterdir()) == []
+    stored(tmp_path / "a")
+    before = files(tmp_path / "a")
+    (tmp_path / "a" / "done" / "0.0.0").unlink()
+    with monkeypatch.context() as context:
+        context.setattr(os, "replace", lambda *paths: refuse(paths[1]))
+        with pytest.raises(StoreError, match=r"a: cannot be written: Permission denied"):
+            stored(tmp_path / "a", resume=True)
+    stored(tmp_path / "a", resume=True)
+    assert files(tmp_path / "a") == before
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="a small disk can be mounted by root only")
+def test_a_disk_that_is_really_full(tmp_path):
+    place = tmp_path / "disk"
+    place.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=96k", "tmpfs", str(place)], capture_output=True).returncode:
+        pytest.skip("no right to mount a disk")
+    try:
+        with pytest.raises(StoreError, match="No space left on device"):
+            stored(place / "a")
+        done = len(list((place / "a" / "done").iterdir()))
+        subprocess.run(["mount", "-o", "remount,size=8m", str(place)], check=True)
+        stored(place / "a", resume=True)
+        stored(tmp_path / "b")
+        assert 0 < done < 6
+        assert files(place / "a") == files(tmp_path / "b")
+        subprocess.run(["mount", "-o", "remount,ro", str(place)], check=True)
+        for out, resume in ((place / "a", True), (place / "new", False)):
+            with pytest.raises(StoreError, match="Read-only file system"):
+                stored(out, resume=resume)
+    finally:
+        subprocess.run(["umount", str(place)], check=True)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_a_file_is_on_the_disk_before_it_has_its_name_and_a_mark_comes_last(tmp_path, monkeypatch):
+    done = []
+    replace = os.replace
+    monkeypatch.setattr(os, "fsync", lambda handle: done.append(os.readlink(f"/proc/self/fd/{handle}")))
+    monkeypatch.setattr(os, "replace", lambda old, new: (done.append((str(old), str(new))), replace(old, new)))
+    stored(tmp_path / "a", tile_runs=1000)
+    renamed = [i for i, what in enumerate(done) if isinstance(what, tuple)]
+    assert all(done[i - 1] == done[i][0] for i in renamed)  # forced, then renamed
+    names = [str(Path(done[i][1]).relative_to(tmp_path / "a")) for i in renamed]
+    last_chunk = max(i for i in renamed if "/c." in done[i][1])
+    mark = next(i for i in renamed if "/done/" in done[i][1])
+    begun = next(i for i in renamed if done[i][1].endswith("study.json"))
+    folders = {str(Path(done[i][1]).parent) for i in renamed if "/c." in done[i][1] and i > begun}
+    assert folders <= set(done[last_chunk + 1 : mark])
+    assert names[-1].startswith("done/")
+    assert len(folders) == 7
+    first = names[: names.index("study.json")]
+    assert first
+    assert all(name.startswith("results.zarr/") for name in first)
+
+
+def test_no_file_tells_the_time_or_the_machine(tmp_path):
+    stored(tmp_path / "a")
+    text = b"".join(files(tmp_path / "a").values())
+    assert str(tmp_path).encode() not in text
+    record = read_record(tmp_path / "a")
+    assert set(record) == {"format", "identity", "study", "tile", "made_with"}
+    assert set(record["made_with"]) == {"python", "machine", "numpy", "numba", "scipy", "zarr"}
+    assert json.loads((tmp_path / "a" / "study.json").read_text()) == record
+    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.OWN - {stores.UNFINISHED}
+    assert Path(tmp_path / "a" / "lock").read_bytes() == b""
