@@ -20,7 +20,7 @@ from vibrocap.numerics.source import Integrands, generated_source, integrands_so
 LANES = 8
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
 BLOCK = 128  # runs that a thread takes at a time
-ROUNDS = 20_000  # steps of all lanes between two looks at the keyboard
+TURNS = 500  # of up to `feed.ROUNDS` steps of all lanes, between two looks at the keyboard
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,7 +113,7 @@ def ensemble_run(
         place = layout.places
         whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]] = next_block()
         while not stop.is_set():
-            running = advance(real, whole, tape, ROUNDS)
+            running = advance(real, whole, tape, TURNS)
             if not running:
                 return
             if whole[place["MORE"]] and whole[place["NEXT_RUN"]] >= whole[place["LAST_RUN"]]:
