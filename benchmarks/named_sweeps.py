@@ -4,7 +4,7 @@ Figs 9-11 of the paper: the capsule over its mass ratio, from a light to a heavy
 counts as accurate to 1e-6 when 99 % of its motions end within 1e-6 of the reference: some end near a fold of their
 flow (a sliding capsule that just stops, or just does not), where no solver is right at the cost of the others.
 
-`python -m benchmarks.named_sweeps [heyoka numba diffrax scipy]` runs these peers alone, in turn.
+`python -m benchmarks.named_sweeps [vibrocap heyoka numba diffrax scipy]` runs these alone, in turn.
 """
 
 import functools
@@ -63,6 +63,7 @@ class Peer:
 
 
 PEERS = (
+    Peer("vibrocap", "sweep_vibrocap"),
     Peer("heyoka, batch", "sweep_peers_heyoka"),
     Peer("heyoka, its ensemble", "sweep_peers_heyoka", prepare="prepare_ensemble"),
     Peer("Numba, scalar loop (Tsit5)", "sweep_peers_numba"),

@@ -107,7 +107,10 @@ def window_of(motion):
 
 @pytest.mark.parametrize("name", MOTIONS)
 class TestAgainstArrays:
-    """Six points per piece against twelve or sixteen: at this tolerance both are exact to rounding (`gather.py`)."""
+    """Six points per piece against twelve or sixteen, which are exact to rounding.
+
+    Six are off by 1e-6 tolerance^(10/12) = 2e-13 of a piece (`gather.py`), of which a window has some hundred.
+    """
 
     def test_travel(self, name):
         motion, found = motion_of(name), measures_of(name)
@@ -141,7 +144,7 @@ class TestAgainstArrays:
         assert found["peak_friction"] == pytest.approx(max(loop.peak_force for loop in loops), rel=1e-11)
         for area, measure in (("velocity_area", "velocity_loop_area"), ("displacement_area", "displacement_loop_area")):
             mean = sum(getattr(loop, area) for loop in loops) / WINDOW
-            assert found[measure] == pytest.approx(mean, abs=1e-10)
+            assert found[measure] == pytest.approx(mean, abs=2e-11)
         assert found["displacement_loop_area"] > 1e-3
 
     def test_mean_friction(self, name):

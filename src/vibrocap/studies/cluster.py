@@ -2,7 +2,6 @@
 
 import socket
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 Index = tuple[int, ...]
 AHEAD = 2  # tiles in flight per thread of the cluster: one that runs and one that waits
-PATIENCE = 60.0  # seconds until a file that a worker wrote shows on this machine, or until a scheduler answers
+PATIENCE = 30.0  # seconds until a file that a worker wrote shows on this machine, or until a scheduler answers
 EXTRA = "needs dask and distributed; install them with: pip install 'vibrocap[sweep]'"
 
 
@@ -50,14 +49,14 @@ def run_on_cluster(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Callable[[float], None] | None = None,
-) -> dict[str, int]:
+) -> None:
     """Have tiles computed and stored by a local cluster of so many processes, or by that of a scheduler's address.
 
     A worker that dies costs the tiles on which it was; they are given to others. Not more tiles are in flight than keep
     the workers busy, so a study of any size is no burden to the scheduler.
     progress: called with the number of tiles done.
-    Returns how many runs ended how. Raises CaseError or StoreError as a tile does, and CaseError where no scheduler
-    answers or where the workers store into another folder than this process sees.
+    Raises CaseError or StoreError as a tile does; CaseError where no scheduler answers or the workers cannot run a tile;
+    StoreError where they store into another folder than this process sees.
     """
     try:
         from distributed import as_completed
@@ -65,10 +64,10 @@ def run_on_cluster(
     except ImportError:
         raise CaseError([EXTRA], "the cluster") from None
 
-    found: Counter[str] = Counter()
     waiting = iter(pending)
     with _client(workers, scheduler) as client:
-        study = client.scatter(store.study, broadcast=True)
+        # A task, not scattered data: those would be lost with the last worker that holds them, a task is done again.
+        study = client.submit(_itself, store.study, key=f"study-{store.study.identity[:12]}")
         path = str(store.path.resolve())
 
         def submitted(index: Index) -> Any:
@@ -82,7 +81,7 @@ def run_on_cluster(
         try:
             for done, future in enumerate(running, start=1):
                 index = places.pop(future.key)
-                found.update(future.result())
+                future.result()
                 _check_shown(store, index)
                 if progress:
                     progress(float(done))
@@ -93,7 +92,12 @@ def run_on_cluster(
         except KilledWorker as error:
             complaint = f"{error.task}: every worker that took it died; has a worker enough memory?"
             raise CaseError([complaint], "the cluster") from error
-    return dict(found)
+        except ImportError as error:
+            raise CaseError([f"a worker lacks what it needs: {error}"], "the cluster") from error
+
+
+def _itself(study: Study) -> Study:
+    return study
 
 
 @contextmanager

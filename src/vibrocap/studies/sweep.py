@@ -75,7 +75,8 @@ def sweep(
     resume: go on with what `out` holds; begin where it holds nothing
     max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
     tile_runs: runs that are computed and stored together (about); threads: of this process, all cores by default
-    workers: so many processes of a local Dask cluster; scheduler: the address of another; both need `out`
+    workers: so many processes of a local Dask cluster (a script needs `if __name__ == "__main__":` for that); scheduler:
+        the address of another cluster, whose workers see the folder too; both need `out`
     progress: called now and then with the share done
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
