@@ -88,7 +88,7 @@ def arithmetic() -> None:
             steps = results[:, RESULT_HEAD.index("taylor_steps")].sum()
         series, whole = steps / lanes * per_call, float(np.median(times))
         print(
-            f"  {law:12s}{series / whole:6.0%}   ({per_call / lanes * 1e9:.0f} ns of {whole / steps * 1e9:.0f} per step)"
+            f"  {law:12s}{series / whole:6.0%}   ({per_call / lanes * 1e9:.0f} of {whole / steps * 1e9:.0f} ns a step)"
         )
 
 

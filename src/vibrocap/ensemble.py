@@ -2,6 +2,7 @@
 
 import copy
 import difflib
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -20,6 +21,8 @@ from vibrocap.system import PARTS, System
 from vibrocap.trajectory import Status
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
+CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
+DEVICES = ("cpu", "cuda")
 MOST_PERIODS = 2**31 - 1
 INITIAL = "initial."
 ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
@@ -43,6 +46,7 @@ def ensemble(
     max_events_per_period: int = 10_000,
     max_steps: int = 50_000_000,
     threads: int | None = None,
+    device: str = "cpu",
     progress: Callable[[int], None] | None = None,
 ) -> dict[str, np.ndarray]:
     """Many runs of one machine, law and drive, of each of which only measures are kept.
@@ -57,13 +61,15 @@ def ensemble(
         period (one or more drive periods) more
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
+    device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
     progress: called now and then, from any thread, with the number of runs begun
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
     0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
     measures, NaN (for "word" an empty text) where the run failed.
 
-    The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls.
+    The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
+    those of a graphics card agree with them to rounding.
     Raises ValueError, naming the field, before any work.
     """
     start = initial_state(system, initial)
@@ -74,6 +80,17 @@ def ensemble(
     _check_whole("window", window, 1, int(periods))
     if threads is not None:
         _check_whole("threads", threads, 1, 2**16)
+    if device not in DEVICES:
+        raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
+    if device == "cuda":
+        from vibrocap.numerics.cuda import cuda_ensemble_run, cuda_problem
+
+        problem = cuda_problem()
+        if problem is not None:
+            raise ValueError(problem)
+        run_all: Callable = cuda_ensemble_run
+    else:
+        run_all = functools.partial(numerics.ensemble_run, threads=threads)
     if settle is not None and not (isinstance(settle, (int, float, np.floating)) and 0.0 < settle < math.inf):
         raise ValueError(f"settle should be None or a positive threshold such as 1e-6, got {settle!r}")
     _check_values(system, columns)
@@ -89,7 +106,7 @@ def ensemble(
     runs = len(next(iter(columns.values())))
     found: dict[str, np.ndarray] = {}
     done = 0
-    for chosen in _chunks(system, columns):
+    for chosen in _chunks(system, columns, CARD_CHUNK if device == "cuda" else CHUNK):
         base = done
         part = _measured(
             system,
@@ -97,7 +114,7 @@ def ensemble(
             start,
             budget,
             needed,
-            threads,
+            run_all,
             None if progress is None else lambda begun, base=base: progress(base + begun),
         )
         for name in (*ALWAYS, *(measure.name for measure in asked)):
@@ -114,7 +131,7 @@ def _measured(
     start: Mapping[str, float],
     budget: numerics.Budget,
     needed: Sequence[Measure],
-    threads: int | None,
+    run_all: Callable,
     progress: Callable[[int], None] | None,
 ) -> dict[str, np.ndarray]:
     """Status and measures of runs that all have equations of one form."""
@@ -129,9 +146,7 @@ def _measured(
         elif path in recording.parameter_paths:
             parameters[:, recording.parameter_paths.index(path)] = column
     integrands = own_integrands(needed, recording)
-    layout, results = numerics.ensemble_run(
-        recording, parameters, states, budget, threads, progress, integrands=integrands
-    )
+    layout, results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
     period = np.broadcast_to(evaluate([recording.period], 0.0, states.T, 1.0, parameters.T)[0], (runs,))
     status = STATUS_CODES[results[:, 0].astype(np.int64)]
     finished = status == FINISHED
@@ -238,7 +253,7 @@ def _system_of_run(system: System, columns: Mapping[str, np.ndarray], run: int) 
     return system.with_parameters(given)
 
 
-def _chunks(system: System, columns: Mapping[str, np.ndarray]) -> Iterator[np.ndarray]:
+def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Iterator[np.ndarray]:
     """Indices of runs that have equations of one form, not too many at a time."""
     group = np.zeros(len(next(iter(columns.values()))), dtype=np.int64)
     for path, column in columns.items():
@@ -254,8 +269,8 @@ def _chunks(system: System, columns: Mapping[str, np.ndarray]) -> Iterator[np.nd
         group = group * len(different) + which
     for form in np.unique(group):
         members = np.flatnonzero(group == form)
-        for first in range(0, len(members), CHUNK):
-            yield members[first : first + CHUNK]
+        for first in range(0, len(members), size):
+            yield members[first : first + size]
 
 
 def _odd(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -1,8 +1,8 @@
 """One step of all lanes at once: side by side where a step is plain, one by one where it takes decisions.
 
 Every lane has a step, a mode and events of its own. What all lanes share is arithmetic: the series, the length of the
-step, the proof that no event lies within it or the root where one does, and the state at its end. A lane on which more is
-to be decided than that (see `plain_lanes`) takes `loop.step`, like a single motion; the others would do the same there.
+step, the proof that no event lies within it or the root where one does, and the state at its end. A lane on which more
+is to be decided than that takes `loop.step`, like a single motion; the others would do the same there.
 """
 
 from vibrocap.numerics.contact import JUMP, cross
@@ -35,16 +35,14 @@ from vibrocap.numerics.generated import (
     VELOCITY,
     VISIBLE_SPEED,
     WINDOW_START,
-    WORK,
     ZEROS,
     guard_abreast,
+    guard_at,
     jet,
 )
 from vibrocap.numerics.lanes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.loop import NEAR, step, turn_period
-from vibrocap.numerics.roots import EPSILON
-from vibrocap.numerics.taylor import SAFETY, series_value
-from vibrocap.numerics.vectors import (
+from vibrocap.numerics.plain_vectors import (
     bits,
     exponent,
     floor,
@@ -59,7 +57,11 @@ from vibrocap.numerics.vectors import (
     whole_reached,
     whole_set,
 )
+from vibrocap.numerics.roots import EPSILON
+from vibrocap.numerics.taylor import SAFETY, series_value
 from vibrocap.numerics.window import on_piece
+
+NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
 
 def advance(real, whole, tape, rounds):
@@ -206,16 +208,12 @@ def root_abreast(real, first, last, wanted):
     high = low + 1.0
     x = where((x > 0.0) & (x < 1.0), x, 0.5)
     for _ in range(80):
-        y = load(real, WORK + ORDER * LANES)
-        d = 0.0 * y
-        for k in range(ORDER - 1, -1, -1):
-            d = d * x + y
-            y = y * x + load(real, WORK + k * LANES)
+        y, d = guard_at(real, x)
         above = y > 0.0
         low = where(above, x, low)
         high = where(above, high, x)
         following = x - y / d
-        done = abs(following - x) <= 2.0 * EPSILON * x
+        done = abs(following - x) <= NEWTON * x
         inside = (low < following) & (following < high)
         halved = 0.5 * (low + high)
         closed = ~done & ~inside & ((halved == low) | (halved == high))

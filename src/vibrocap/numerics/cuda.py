@@ -30,7 +30,7 @@ import numpy as np
 
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics import link
-from vibrocap.numerics.ensemble import Budget, _prepared, _write_runs, ensemble_order, ensemble_source
+from vibrocap.numerics.ensemble import Budget, ensemble_order, ensemble_source, prepared_lanes, write_runs
 from vibrocap.numerics.lanes import Layout
 from vibrocap.numerics.source import Integrands
 
@@ -81,7 +81,7 @@ def {ENTRY}(tape, queue, start_real, start_whole, kept_real, kept_whole, fresh, 
 def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
     """(layout, text) of the module that numba-cuda compiles for an ensemble of these equations."""
     layout, linked = ensemble_source(equations, order, 1, integrands)
-    tree = ast.fix_missing_locations(link._UnsignedIndices().visit(ast.parse(linked)))
+    tree = ast.fix_missing_locations(link.UnsignedIndices().visit(ast.parse(linked)))
     lines = ["from numba import cuda"]
     for line in ast.unparse(tree).splitlines():
         if line.startswith("def "):
@@ -97,7 +97,7 @@ def cuda_kernel(equations: Any, order: int, integrands: Integrands | None = None
     layout, text = cuda_text(equations, order, integrands)
     versions = [importlib.metadata.version(name) for name in ("numba", "numba-cuda")]
     name = hashlib.sha256(f"{platform.python_version()} {versions}\n{text}".encode()).hexdigest()[:24]
-    return layout, link._loaded(name, text, ENTRY)
+    return layout, link.loaded(name, text, ENTRY)
 
 
 def cuda_problem() -> str | None:
@@ -186,10 +186,10 @@ def _chunk_run(
 
     count, run_numbers = len(initial), len(initial) * layout.run_size
     runs = np.empty((count, layout.run_size))
-    _write_runs(runs, equations, parameters, initial)
+    write_runs(runs, equations, parameters, initial)
     tape = _on_card(run_numbers + count * layout.result_size, np.float64)
     tape[:run_numbers].copy_to_device(runs.reshape(-1))
-    real, whole = _prepared(layout, budget, count)
+    real, whole = prepared_lanes(layout, budget, count)
     blocks = -(-min(card_threads(), count) // BLOCK)
     start = cuda.to_device(real), cuda.to_device(whole)
     kept = (

@@ -6,7 +6,7 @@ those of fdlibm (sin, cos), a Taylor polynomial (exp) and the series of artanh (
 
 import math
 
-from vibrocap.numerics.vectors import exponent, floor, mantissa, power_of_two, where
+from vibrocap.numerics.plain_vectors import exponent, floor, mantissa, power_of_two, where
 
 LARGEST_EXPONENT = 709.782712893384  # exp of more overflows
 

@@ -97,7 +97,7 @@ def ensemble_run(
     layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
     count = len(initial)
     tape = np.empty(count * (layout.run_size + layout.result_size))
-    _write_runs(tape[: count * layout.run_size].reshape(count, -1), equations, parameters, initial)
+    write_runs(tape[: count * layout.run_size].reshape(count, -1), equations, parameters, initial)
     blocks = itertools.count(0, BLOCK)
     guard, stop = threading.Lock(), threading.Event()
 
@@ -109,7 +109,7 @@ def ensemble_run(
         return start, min(start + BLOCK, count)
 
     def work() -> None:
-        real, whole = _prepared(layout, budget, count)
+        real, whole = prepared_lanes(layout, budget, count)
         place = layout.places
         whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]] = next_block()
         while not stop.is_set():
@@ -139,7 +139,7 @@ def available_threads() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _prepared(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarray, np.ndarray]:
+def prepared_lanes(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The memory of the lanes of one thread, all of them free."""
     real, whole = layout.allocated()
     for name, value in (
@@ -167,7 +167,7 @@ def _prepared(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarray, n
     return real, whole
 
 
-def _write_runs(runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray) -> None:
+def write_runs(runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray) -> None:
     """Fill the rows of runs that `feed.begin_run` reads."""
     states, count = initial.shape[1], parameters.shape[1]
     columns = parameters.T

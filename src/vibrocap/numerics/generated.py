@@ -27,7 +27,9 @@ RESULT_SIZE = _EXAMPLE["RESULT_SIZE"]
 STATUS = PERIOD_COUNT = WHOLE_PERIODS = ARRIVING = ZEROS = STIFF = PATIENCE = TAYLOR_STEPS = IMPLICIT_STEPS = 0
 EVENTS = EVENT_LIMIT = IDLE = PIECES = PIECE_LIMIT = RECORDED_EVENTS = RECORDED_EVENT_LIMIT = 0
 PIECE_START = RECORDED_EVENT_START = 0
-PERIOD_BUDGET = RUN = STEP_LIMIT = WINDOW = WINDOW_START = RESPONSE = SINCE = ASKED = RESULT_START = NEXT_RUN = LAST_RUN = MORE = 0
+PERIOD_BUDGET = RUN = STEP_LIMIT = WINDOW = WINDOW_START = RESPONSE = SINCE = ASKED = RESULT_START = NEXT_RUN = (
+    LAST_RUN
+) = MORE = 0
 STEP = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
@@ -50,13 +52,18 @@ def jet(real):
     raise NotImplementedError
 
 
-def guard_abreast(real, side, stuck, push, one, two, h):
+def guard_abreast(real, side, stuck, push, one, two, h) -> tuple:
     """Of all lanes abreast (`vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 
     The guard is side * velocity without its first coefficients that vanish (in the lanes `one` and `two`, so many), or,
     in the lanes `stuck`, limit - push * holding force.
     Returns (first coefficient, value at the end of the step, sign changes of the coefficients in the Bernstein basis).
     """
+    raise NotImplementedError
+
+
+def guard_at(real, x) -> tuple:
+    """(value, slope) of that polynomial at x, a number per lane from 0 to 1."""
     raise NotImplementedError
 
 

@@ -98,11 +98,11 @@ def compiled_kernel(linked: str) -> Any:
         text = text.replace(PLAIN_VECTORS, VECTORS) + f"\n# {code}\n"
     version = f"{platform.python_version()} {importlib.metadata.version('numba')}"
     name = hashlib.sha256(f"{version}\n{text}".encode()).hexdigest()[:24]
-    return _loaded(name, text, entry)
+    return loaded(name, text, entry)
 
 
 @functools.lru_cache(maxsize=128)
-def _loaded(name: str, text: str, entry: str) -> Any:
+def loaded(name: str, text: str, entry: str) -> Any:
     folder = _cache_folder()
     path = folder / f"kernel_{name}.py"
     if not path.exists():
@@ -120,7 +120,7 @@ def _loaded(name: str, text: str, entry: str) -> Any:
     return getattr(module, entry)
 
 
-class _UnsignedIndices(ast.NodeTransformer):
+class UnsignedIndices(ast.NodeTransformer):
     """Index the memory by unsigned numbers: a signed one may be negative and count from the end, and the code that
     Numba adds for that case doubles the time of a step."""
 
@@ -134,7 +134,7 @@ class _UnsignedIndices(ast.NodeTransformer):
 
 def _decorated(text: str, entry: str) -> str:
     """The kernel's text as Numba gets it."""
-    tree = ast.fix_missing_locations(_UnsignedIndices().visit(ast.parse(text)))
+    tree = ast.fix_missing_locations(UnsignedIndices().visit(ast.parse(text)))
     lines = []
     for line in ast.unparse(tree).splitlines():
         if line.startswith("def "):

@@ -90,7 +90,26 @@ def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
     for k in range(2, order + 1):
         body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
     body.append(f"return a0, b{order}, changes")
-    return "\n".join(["def guard_abreast(real, side, stuck, push, one, two, h):", *_indented(body, 4), ""])
+    guard = ["def guard_abreast(real, side, stuck, push, one, two, h):", *_indented(body, 4), ""]
+    value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
+    body = [f"a{k} = load(real, WORK + {k} * LANES)" for k in range(order + 1)]
+    body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
+    return "\n".join([*guard, "def guard_at(real, x):", *_indented(body, 4), ""])
+
+
+def _paired(coefficients: list[str], name: str) -> list[str]:
+    """Lines that evaluate a polynomial of x by pairs (Estrin), a chain of few dependent operations."""
+    lines, power, level = [], "x", 0
+    while len(coefficients) > 1:
+        paired = []
+        for i in range(0, len(coefficients) - 1, 2):
+            paired.append(f"{name}{level}_{i // 2}")
+            lines.append(f"{paired[-1]} = {coefficients[i]} + {coefficients[i + 1]} * {power}")
+        coefficients = paired + coefficients[len(coefficients) - len(coefficients) % 2 :]
+        if len(coefficients) > 1:
+            lines.append(f"{name}x{level} = {power} * {power}")
+            power, level = f"{name}x{level}", level + 1
+    return [*lines, f"{name} = {coefficients[0]}"]
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:

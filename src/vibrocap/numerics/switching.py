@@ -45,7 +45,10 @@ def chosen_step(real, whole, lane, remaining):
         if whole[ZEROS + lane] > 0 or whole[PATIENCE + lane] > 0 or not (explicit < remaining):
             return explicit
         whole[PATIENCE + lane] = LOOK
-        if explicit * spectral_radius(real, whole, lane) < 0.6 * STABLE:
+        stretch = explicit * spectral_radius(real, whole, lane)
+        if stretch < 0.6 * STABLE:
+            if stretch < 0.3 * STABLE:
+                whole[PATIENCE + lane] = REST
             return explicit
         whole[STIFF + lane] = 1
         real[EXPLICIT_STEP + lane] = explicit

@@ -30,8 +30,9 @@ ONE = 1023 * 2**52  # bits of 1.0
 def taylor_step(real, whole, lane):
     """Largest step whose last two terms stay below the tolerance (Jorba and Zou 2005, with a fixed order).
 
-    h = 0.9 min over the last two k of (tolerance/|c_k|)^(1/k), with c_k over the natural size of its state. The terms left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for
-    a motion at rest; not a number if a coefficient is not.
+    h = 0.9 min over the last two k of (tolerance/|c_k|)^(1/k), with c_k over the natural size of its state. The terms
+    left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for a motion
+    at rest; not a number if a coefficient is not.
     """
     last = 0.0
     before = 0.0

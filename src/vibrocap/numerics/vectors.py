@@ -1,11 +1,11 @@
-"""Lanes as one value: a number, or a yes and no, for each of WIDTH trajectories, that the compiler keeps in vector registers.
+"""Lanes as one value: a number, or a yes or no, for each of WIDTH trajectories, kept in vector registers.
 
 Numba knows no such type, and whether LLVM turns a loop over lanes into vector instructions is a matter of luck with its
 aliasing checks. So the type is made here, of LLVM's own vector types, with the few operations that kernels need.
 `plain_vectors.py` offers the same names on NumPy arrays, for kernels that run as plain Python.
 
-Additions and products may be contracted to fused ones, like everywhere in a kernel; nothing else is reordered, so what a
-lane gets does not depend on its neighbours.
+Additions and products may be contracted to fused ones, like everywhere in a kernel; nothing else is reordered, so what
+a lane gets does not depend on its neighbours.
 """
 
 import operator
@@ -78,7 +78,7 @@ def _wide(context, builder, value, kind):
 def _operator(function, instruction, arguments, result) -> None:
     """Teach Numba one operator: its type, and the LLVM instruction that does it."""
 
-    @infer_global(function)
+    @infer_global(function)  # pyright: ignore[reportOptionalCall]
     class _Template(AbstractTemplate):
         def generic(self, args, kws):
             if not kws and any(isinstance(kind, arguments) for kind in args) and all(map(fits, args)):
@@ -95,12 +95,13 @@ def _operator(function, instruction, arguments, result) -> None:
 
     unary = function in (operator.neg, operator.invert, abs)
     scalars = (types.Float, types.Integer) if arguments is Numbers else ()
-    for kind in ((arguments,), (arguments, arguments))[not unary :][:1]:
-        lower_builtin(function, *kind)(lower)
-    if not unary:
-        for scalar in scalars:
-            lower_builtin(function, arguments, scalar)(lower)
-            lower_builtin(function, scalar, arguments)(lower)
+    if unary:
+        lower_builtin(function, arguments)(lower)
+        return
+    lower_builtin(function, arguments, arguments)(lower)
+    for scalar in scalars:
+        lower_builtin(function, arguments, scalar)(lower)
+        lower_builtin(function, scalar, arguments)(lower)
 
 
 def _call(builder, name, x):
