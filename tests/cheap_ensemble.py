@@ -25,6 +25,7 @@ def ensemble(
     max_events_per_period=10_000,
     max_steps=50_000_000,
     threads=None,
+    device="cpu",
     progress=None,
 ):
     """Numbers made of the paths and the values of each run."""
@@ -44,7 +45,8 @@ def ensemble(
     words = []
     found |= {name: np.full(runs, np.nan) for name in names if name not in ("word", "response_period")}
     for run, row in enumerate(zip(*every.values(), strict=True)):
-        number = _number((*zip(every, row, strict=True), settings))
+        values = [value if isinstance(value, str) else float(value) for value in row]
+        number = _number((*zip(every, values, strict=True), settings))
         failed = number > 0.9
         found["status"][run] = list(Status).index(Status.TOO_MANY_EVENTS) if failed else 0
         found["settled"][run] = number < 0.5

@@ -4,6 +4,7 @@ import dataclasses
 import importlib
 from pathlib import Path
 
+import distributed
 import pytest
 
 import cheap_ensemble
@@ -49,6 +50,8 @@ def test_no_scheduler_answers(tmp_path, monkeypatch):
     for address in ("tcp://127.0.0.1:1", "nonsense://127.0.0.1:1"):
         with pytest.raises(CaseError, match=f"no scheduler answers at '{address}'"):
             stored(tmp_path / "a", resume=True, scheduler=address)
+    with pytest.raises(ValueError, match="No client"):  # nothing of Dask is left that others would take for theirs
+        distributed.default_client()
 
 
 def test_a_worker_refuses_what_it_should_not_compute(tmp_path, cheap):
@@ -83,13 +86,11 @@ def test_what_a_worker_stored_elsewhere_is_noticed(tmp_path, cheap, monkeypatch)
 @pytest.fixture
 def deadly(tmp_path, monkeypatch):
     """A cluster of two workers with the cheap ensemble, and the folder for the runs at which they are to die."""
-    from distributed import LocalCluster
-
     orders = tmp_path / "orders"
     orders.mkdir()
     monkeypatch.setenv("CHEAP_WORKER_DEATHS", str(orders))
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
-    with LocalCluster(
+    with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, preload=["cheap_worker"]
     ) as made:
         yield made, orders

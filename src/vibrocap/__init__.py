@@ -34,6 +34,11 @@ from vibrocap.scaling import (
     SystemInSI,
 )
 from vibrocap.simulate import simulate
+from vibrocap.studies.adaptive import adaptive_map, border
+from vibrocap.studies.dataset import open_study
+from vibrocap.studies.designs import Design
+from vibrocap.studies.export import write_study
+from vibrocap.studies.sweep import sweep
 from vibrocap.system import System
 from vibrocap.trajectory import Certificate, Event, Phase, Status, Trajectory
 
@@ -51,6 +56,12 @@ __all__ = [
     "System",
     "Trajectory",
     "simulate",
+    "sweep",
+    "Design",
+    "open_study",
+    "write_study",
+    "adaptive_map",
+    "border",
     "ensemble",
     "Measure",
     "measure_table",

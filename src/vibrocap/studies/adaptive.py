@@ -19,7 +19,6 @@ border leads to it. The attributes `coarse_steps` and `coarse_spacing` of the ax
 
 import dataclasses
 import inspect
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +28,7 @@ from vibrocap.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.settling import THRESHOLD, TOLERANCES
 from vibrocap.studies.axes import Axis, Grid, axis_of
 from vibrocap.studies.checks import plan_complaints
+from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
 from vibrocap.studies.study import Study
 from vibrocap.studies.variation import suggestion
 
@@ -36,12 +36,10 @@ if TYPE_CHECKING:
     import xarray
 
 Evaluator = Callable[[np.ndarray, np.ndarray], Mapping[str, Any]]
-Levels = list[tuple[np.ndarray, np.ndarray]]  # of both axes: indices of the points of each level
 
 DEAD_BAND = 1e-4  # of the mean velocity: ten times the threshold to which runs settle by default
 UNKNOWN = -128  # travel of a run that failed
 TILE = 65_536  # runs per call of the evaluator
-EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
 WAYS = {-1: "back", 0: "none", 1: "forward", UNKNOWN: "unknown"}
 MEANINGS: dict[str, dict[str, Any]] = {
     "computed": {"long_name": "whether this point was run; if not, it is filled in"},
@@ -115,11 +113,11 @@ def adaptive_map(
         raise ValueError(f"{', '.join(settings)}: settings of the ensemble do not go with an evaluator of one's own")
 
     x, y = axes.values()
-    levels = _levels((len(x), len(y)), steps)
+    levels = levels_of((len(x), len(y)), steps)
     computed, codes = np.zeros((len(x), len(y)), dtype=bool), np.zeros((len(x), len(y)), dtype=np.int64)
     known: dict[tuple, int] = {}
     places, found, rounds = [], [], 0
-    while (new := np.flatnonzero(_wanted(codes, computed, levels, margin) & ~computed)).size:
+    while (new := np.flatnonzero(wanted(codes, computed, levels, margin) & ~computed)).size:
         rounds, goal = rounds + 1, int(computed.sum()) + len(new)
         for start in range(0, len(new), tile):
             place = new[start : start + tile]
@@ -133,9 +131,9 @@ def adaptive_map(
             if progress is not None:
                 progress(int(computed.sum()), goal)
 
-    order, corners = np.concatenate(places), _leaf_corners(codes, computed, levels, margin)
+    order, corners = np.concatenate(places), leaf_corners(codes, computed, levels, margin)
     runs = {name: np.concatenate([results[name] for results in found]) for name in found[0]}
-    variables = {name: _filled(values, order, computed, corners, (x, y)) for name, values in runs.items()}
+    variables = {name: filled(values, order, computed, corners, (x, y)) for name, values in runs.items()}
     variables["computed"] = computed
     meanings = meanings | MEANINGS
     for path, points in zip(axes, levels[0], strict=True):
@@ -172,7 +170,7 @@ def border(dataset: "xarray.Dataset", name: str) -> Border:
         raise ValueError(f"name: the map has no variable {name!r}; it has {', '.join(map(str, dataset.data_vars))}")
     paths = dataset["computed"].dims
     values, computed = dataset[name].transpose(*paths).values, dataset["computed"].values
-    if not _discrete(values):
+    if not discrete(values):
         raise ValueError(f"name: {name} takes real values and has no borders; choose a label or a discrete measure")
     codes = np.unique(values, return_inverse=True)[1].reshape(values.shape)
     parts = []
@@ -180,103 +178,16 @@ def border(dataset: "xarray.Dataset", name: str) -> Border:
         turned, ran = (codes, computed) if first == 0 else (codes.T, computed.T)
         along, across = (dataset[paths[axis]].values for axis in (first, 1 - first))
         i, j = np.nonzero(turned[1:] != turned[:-1])
-        walls = np.concatenate((across[:1], _middles(across), across[-1:]))
-        three = [np.stack((_middles(along)[i], at), axis=-1) for at in (across[j], walls[j], walls[j + 1])]
+        walls = np.concatenate((across[:1], middles(across), across[-1:]))
+        three = [np.stack((middles(along)[i], at), axis=-1) for at in (across[j], walls[j], walls[j + 1])]
         point, start, end = three if first == 0 else (pair[:, ::-1] for pair in three)
         parts.append((point, np.stack((start, end), axis=1), ran[i, j] & ran[i + 1, j]))
     return Border(*(np.concatenate(both) for both in zip(*parts, strict=True)))
 
 
-# --- the levels of the grid and what is wanted of them ---------------------------------------------------------------
-def _levels(shape: tuple[int, int], steps: tuple[int, int]) -> Levels:
-    """Points of each level; cells of one point's width are not halved, and those of odd width are unevenly."""
-    axes = []
-    for points, step in zip(shape, steps, strict=True):
-        cells = -(-(points - 1) // step)
-        axes.append([np.round(np.linspace(0, points - 1, cells + 1)).astype(np.intp)])
-    while any(len(levels[-1]) < points for levels, points in zip(axes, shape, strict=True)):
-        for levels in axes:
-            levels.append(np.union1d(levels[-1], (levels[-1][1:] + levels[-1][:-1]) // 2))
-    return list(zip(*axes, strict=True))
-
-
-def _halved(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> list[np.ndarray]:
-    """Which cells are halved, for each level but the last: bool [cells, cells].
-
-    A halved cell lies in a halved one, for a cell around a mixed cell is mixed, and its neighbours hold theirs.
-    """
-    from scipy.ndimage import binary_dilation
-
-    least = np.where(computed, codes, np.iinfo(codes.dtype).max)
-    most = np.where(computed, codes, -1)
-    least = np.minimum.reduce([least[1:, 1:], least[1:, :-1], least[:-1, 1:], least[:-1, :-1]])
-    most = np.maximum.reduce([most[1:, 1:], most[1:, :-1], most[:-1, 1:], most[:-1, :-1]])
-    halved = []
-    for upper, lower in reversed(list(itertools.pairwise(levels))):
-        for axis in (0, 1):
-            first = np.searchsorted(lower[axis], upper[axis][:-1])
-            least, most = np.minimum.reduceat(least, first, axis), np.maximum.reduceat(most, first, axis)
-        mixed = least < most
-        grows = halved and margin  # not at the last halving: runs on the rims follow the border there
-        halved.append(binary_dilation(mixed, np.ones((2 * margin + 1,) * 2)) if grows else mixed)
-    return halved[::-1]
-
-
-def _children(cells: np.ndarray, upper: tuple, lower: tuple) -> np.ndarray:
-    """What is known of the cells of a level, for the cells of the next."""
-    return cells[np.ix_(*(np.searchsorted(upper[axis], lower[axis][:-1], "right") - 1 for axis in (0, 1)))]
-
-
-def _wanted(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> np.ndarray:
-    """Points that are wanted by what is known: the coarse ones, and those of the next level in halved cells."""
-    wanted = np.zeros(computed.shape, dtype=bool)
-    wanted[np.ix_(*levels[0])] = True
-    for halved, upper, lower in zip(_halved(codes, computed, levels, margin), levels[:-1], levels[1:], strict=True):
-        cells = np.pad(_children(halved, upper, lower), 1)
-        wanted[np.ix_(*lower)] |= cells[1:, 1:] | cells[1:, :-1] | cells[:-1, 1:] | cells[:-1, :-1]
-    return wanted
-
-
-def _leaf_corners(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin: int) -> np.ndarray:
-    """Of each point that was not run, the cell around it that is not halved: ends along both axes [4, points]."""
-    point = np.nonzero(~computed)
-    corners = np.zeros((4, len(point[0])), dtype=np.intp)
-    exist = np.ones((len(levels[0][0]) - 1, len(levels[0][1]) - 1), dtype=bool)
-    for halved, upper, lower in zip(_halved(codes, computed, levels, margin), levels[:-1], levels[1:], strict=True):
-        low = [np.minimum(np.searchsorted(u, p, "right"), len(u) - 1) - 1 for u, p in zip(upper, point, strict=True)]
-        inside = (exist & ~halved)[low[0], low[1]]
-        found = [upper[axis][low[axis] + far] for axis in (0, 1) for far in (0, 1)]
-        corners[:, inside] = np.stack(found)[:, inside]
-        exist = _children(halved, upper, lower)
-    return corners
-
-
-def _filled(values: np.ndarray, order: np.ndarray, computed: np.ndarray, corners: np.ndarray, axes: Any) -> np.ndarray:
-    """A variable on the full grid, from its values at the points that were run and the cells around the others."""
-    full = np.empty(computed.size, dtype=values.dtype)
-    full[order] = values
-    full = full.reshape(computed.shape)
-    (i, j), (i0, i1, j0, j1) = np.nonzero(~computed), corners
-    if _discrete(values):
-        full[i, j] = full[np.where(2 * i <= i0 + i1, i0, i1), np.where(2 * j <= j0 + j1, j0, j1)]
-        return full
-    (x, _), (y, _) = (_scale(axis) for axis in axes)
-    u, v = (x[i] - x[i0]) / (x[i1] - x[i0]), (y[j] - y[j0]) / (y[j1] - y[j0])
-    with np.errstate(invalid="ignore"):  # a corner may be infinite or no number
-        straight = full[i0, j0] * ((1 - u) * (1 - v)) + full[i1, j1] * (u * v)
-        full[i, j] = straight + (full[i1, j0] * (u * (1 - v)) + full[i0, j1] * ((1 - u) * v))
-    return full
-
-
-# --- labels ----------------------------------------------------------------------------------------------------------
 def _compared(by: Sequence[str], results: Mapping[str, np.ndarray]) -> tuple[str, ...]:
     """The labels that count: those asked for and, where it is known, the status."""
     return tuple(dict.fromkeys((*by, "status") if "status" in results else by))
-
-
-def _discrete(values: np.ndarray) -> bool:
-    """Whether values are words, flags or whole numbers, which may be held as floats; NaN is a value of its own."""
-    return values.dtype.kind in "biuUT" or bool(np.all((values == np.floor(values)) | np.isnan(values)))
 
 
 def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dead_band: float) -> dict[str, np.ndarray]:
@@ -293,7 +204,7 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
     for label in by:
         if label not in results:
             raise ValueError(f"by: {label} should be among what evaluate returns, got {', '.join(results)}")
-        if not _discrete(results[label]):
+        if not discrete(results[label]):
             raise ValueError(f"by: {label} takes real values and has no borders; choose a discrete measure")
     return results
 
@@ -374,18 +285,3 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
 
     attributes = {name: value for name, value in study_attributes(study).items() if name != "identity"}  # not a sweep's
     return evaluate, attributes, {each.name: each.attributes for each in variables(study)}
-
-
-def _scale(values: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
-    """Positions along an axis as one draws it, logarithms where it is evenly spaced in these; and the way back."""
-    if len(values) > 2 and values[0] > 0.0:
-        ratios = values[1:] / values[:-1]
-        if np.ptp(ratios) <= EVEN * (ratios[0] - 1.0):
-            return np.log(values), np.exp
-    return values, np.asarray
-
-
-def _middles(values: np.ndarray) -> np.ndarray:
-    """Middles between neighbouring values, on that scale."""
-    positions, back = _scale(values)
-    return back((positions[1:] + positions[:-1]) / 2)

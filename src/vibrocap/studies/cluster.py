@@ -55,7 +55,7 @@ def run_on_cluster(
     A worker that dies costs the tiles on which it was; they are given to others. Not more tiles are in flight than keep
     the workers busy, so a study of any size is no burden to the scheduler.
     progress: called with the number of tiles done.
-    Raises CaseError or StoreError as a tile does; CaseError where no scheduler answers or the workers cannot run a tile;
+    Raises CaseError or StoreError as a tile does; CaseError where no scheduler answers or no worker can run a tile;
     StoreError where they store into another folder than this process sees.
     """
     try:
@@ -74,7 +74,7 @@ def run_on_cluster(
             return client.submit(run_and_store, study, path, index, key=f"tile-{store.study.identity[:12]}-{index}")
 
         places = {}
-        running = as_completed()
+        running = as_completed(loop=client.loop)
         for index in _first(waiting, AHEAD * _threads(client)):
             running.add(future := submitted(index))
             places[future.key] = index
@@ -106,7 +106,7 @@ def _client(workers: int | None, scheduler: str | None) -> "Iterator[Client]":
 
     if scheduler is not None:
         try:
-            client = Client(scheduler, timeout=PATIENCE)
+            client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise CaseError([f"no scheduler answers at {scheduler!r}: {error}"], "the cluster") from None
         with client:
@@ -114,7 +114,7 @@ def _client(workers: int | None, scheduler: str | None) -> "Iterator[Client]":
     else:
         with (
             LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,  # type: ignore[arg-type]
-            Client(cluster) as client,
+            Client(cluster, set_as_default=False) as client,
         ):
             yield client
 

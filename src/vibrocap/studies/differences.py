@@ -24,7 +24,7 @@ def _described(record: Mapping[str, Any]) -> Said:
     for section, entries in tomllib.loads(record["case"]).items():
         for key, value in entries.items():
             found[key if section == "run" else f"{section}.{key}"] = (str(value), value)
-    found |= {name: (str(record[name]), record[name]) for name in ("window", "settle")}
+    found |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
     names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]
     found["measures"] = (", ".join(names), sorted(map(str, record["measures"])))
     found |= _plan(record["plan"])

@@ -37,7 +37,13 @@ def _write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
     attributes = dataset["status"].attrs
     flags = np.array(attributes["flag_values"], dtype=dataset["status"].dtype)  # CF: of the type of the variable
     dataset["status"] = dataset["status"].assign_attrs(flag_values=flags)
-    dataset.to_netcdf(path, engine="h5netcdf")
+    if not dataset.chunks:
+        dataset.to_netcdf(path, engine="h5netcdf")
+        return
+    from dask import config
+
+    with config.set(scheduler="threads"):  # here, whatever cluster may be in use for other things
+        dataset.to_netcdf(path, engine="h5netcdf")
 
 
 def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:

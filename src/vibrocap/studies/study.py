@@ -27,7 +27,7 @@ class Study:
     case: the system on which the plan's values are put, where its runs start, and how they are run
     plan: the runs
     measures: names of what is measured, or measures of one's own
-    window, settle: how, as `ensemble` takes them
+    window, settle, device: how, as `ensemble` takes them; a graphics card gives other bits than a processor
     code: what identifies the code, see `code_version`
 
     How it is carried out (threads, workers, tiles, their order) is no part of it: results do not depend on that.
@@ -39,11 +39,12 @@ class Study:
     window: int = 10
     settle: float | None = None
     code: Mapping[str, str] = dataclasses.field(default_factory=code_version)
+    device: str = "cpu"
 
     @property
     def settings(self) -> dict[str, Any]:
         """How the runs are made, as `ensemble` takes it."""
-        return {**self.case.run, "window": self.window, "settle": self.settle}
+        return {**self.case.run, "window": self.window, "settle": self.settle, "device": self.device}
 
     def record(self) -> dict[str, Any]:
         """The study as JSON can hold it: enough to run it again (with measures of one's own given again)."""
@@ -53,6 +54,7 @@ class Study:
             "measures": [_measure_record(measure) for measure in self.measures],
             "window": self.window,
             "settle": self.settle,
+            "device": self.device,
             "code": dict(self.code),
         }
 
@@ -75,7 +77,8 @@ class Study:
             raise CaseError(complaints, "the study")
         plan = PLANS[record["plan"]["kind"]].from_record(record["plan"])
         case = case_from_text(record["case"], "the case of the study")
-        return cls(case, plan, tuple(known), record["window"], record["settle"], dict(record["code"]))
+        how = record["window"], record["settle"], dict(record["code"]), record["device"]
+        return cls(case, plan, tuple(known), *how)
 
     @functools.cached_property
     def identity(self) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.case import CaseError
+from vibrocap.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.dataset import empty_results, labelled, open_study
@@ -57,6 +58,7 @@ def sweep(
     yes: bool = False,
     tile_runs: int | None = None,
     threads: int | None = None,
+    device: str = "cpu",
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Progress = None,
@@ -75,8 +77,9 @@ def sweep(
     resume: go on with what `out` holds; begin where it holds nothing
     max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
     tile_runs: runs that are computed and stored together (about); threads: of this process, all cores by default
-    workers: so many processes of a local Dask cluster (a script needs `if __name__ == "__main__":` for that); scheduler:
-        the address of another cluster, whose workers see the folder too; both need `out`
+    device: "cpu", or "cuda": a graphics card (extra `gpu`), whose results agree with the processor's to rounding
+    workers: so many processes of a local Dask cluster (in a script, below `if __name__ == "__main__":`); scheduler: the
+        address of another cluster, whose workers see the folder too; both need `out`
     progress: called now and then with the share done
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
@@ -101,6 +104,7 @@ def sweep(
         "yes": yes,
         "tile_runs": tile_runs,
         "threads": threads,
+        "device": device,
         "workers": workers,
         "scheduler": scheduler,
     }
@@ -120,15 +124,17 @@ def run_study(
     yes: bool = False,
     tile_runs: int | None = None,
     threads: int | None = None,
+    device: str = "cpu",
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
-    study = dataclasses.replace(study, code=code_version())
+    study = dataclasses.replace(study, code=code_version(), device=device)
     if study.plan.count > max_runs and not yes:
         raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
-    tile = tile_shape(study.plan.shape, tile_runs)
+    tile = tile_shape(study.plan.shape, tile_runs or (CARD_CHUNK if device == "cuda" else None))
+    progress = progress and _rising(progress)
     if out is None:
         return _in_memory(study, tile, threads, progress)
     return _stored(study, tile, Path(out), resume, threads, workers, scheduler, progress)
@@ -143,6 +149,19 @@ def size_in_words(study: Study, threads: int | None = None) -> str:
     cores = threads or available_threads()
     seconds = runs * study.case.periods * SECONDS[study.case.system.friction.kind] / cores
     return f"{runs:,} runs, {gigabytes:.3g} GB of results, roughly {_duration(seconds)} on {cores} threads"
+
+
+def _rising(progress: Callable[[float], None]) -> Callable[[float], None]:
+    """Progress without steps back, which threads that report side by side would make."""
+    last = -1.0
+
+    def report(share: float) -> None:
+        nonlocal last
+        if share > last:
+            last = share
+            progress(share)
+
+    return report
 
 
 def _duration(seconds: float) -> str:
@@ -218,6 +237,8 @@ def _execution_complaints(given: Mapping[str, Any]) -> list[str]:
     ]
     if given["out"] is None:
         found += [f"{name}: needs a folder for the results, out" for name in ("resume", *CLUSTER) if given[name]]
+    if given["device"] not in DEVICES:
+        found.append(f"device: should be one of {', '.join(DEVICES)}, got {given['device']!r}")
     if given["workers"] and given["scheduler"]:
         found.append("workers: are of a local cluster; with a scheduler leave them out")
     return found

@@ -1,0 +1,394 @@
+"""Pictures of studies, by what is in them: colours, hatches, limits and words; datasets of the layout of `sweep`."""
+
+import re
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, QuadMesh
+from matplotlib.colors import LogNorm
+from matplotlib.patches import PathPatch
+
+from vibrocap.case import case_text, read_case
+from vibrocap.faces.cells import Cell, categories, cells, limits
+from vibrocap.faces.map_plots import LOOKS, PRINT, UNSETTLED, plot_study, study_figure
+from vibrocap.faces.study_view import ViewError, study_view
+from vibrocap.trajectory import Status
+
+xarray = pytest.importorskip("xarray")
+
+MASS, TORQUE, LAW = "machine.mass_ratio", "drive.amplitude", "friction.law"
+ATTRIBUTES = {
+    MASS: {"long_name": "capsule mass over pendulum mass, M/m", "symbol": "lambda", "units": "1"},
+    TORQUE: {"long_name": "drive torque", "symbol": "h", "units": "1"},
+    LAW: {"long_name": "friction law"},
+    "mean_velocity": {"long_name": "travel per time", "units": "1"},
+    "stick_fraction": {"long_name": "share of the window stuck (NaN: the law cannot stick)", "units": "1"},
+    "cost_of_transport": {"long_name": "work per distance (infinite: no travel)", "units": "1"},
+    "word": {"long_name": "phases of the last period", "units": "1"},
+}
+NOT_FINITE, TOO_MANY_EVENTS = (list(Status).index(s) for s in (Status.NOT_FINITE, Status.TOO_MANY_EVENTS))
+FAILED, WAITING, TO_COME = (slice(5, 8), slice(5, 9)), (slice(0, 4), slice(0, 5)), (slice(-2, None), slice(-3, None))
+
+
+def study(x=None, y=None, laws=None, **attributes):
+    """A dataset over mass ratio and torque with every kind of run: 12 + 1 failed, 20 unsettled, 6 not run."""
+    x, y = (np.linspace(0.5, 8.0, 16) if x is None else x), (np.linspace(0.2, 3.0, 12) if y is None else y)
+    velocity = 0.1 * np.outer(np.sin(1.0 + np.arange(len(x))), np.cos(np.arange(len(y))))
+    velocity[9] = 1e-9  # no travel
+    velocity[10, 3] = 3e-4  # small travel
+    status = np.zeros(velocity.shape, np.int8)
+    status[FAILED], status[8, 0], status[TO_COME] = NOT_FINITE, TOO_MANY_EVENTS, -1
+    settled = status == 0
+    settled[WAITING] = False
+    words = np.array(["FB", "FSB", "S", "FBFB", "B", "FBSB", "SB", "FS", "BS"])[np.arange(len(x)) % 9]
+    arrays = {
+        "status": status,
+        "settled": settled,
+        "response_period": np.where(settled, 1 + (np.arange(len(x)) == 15)[:, None], 0).astype(np.int16),
+        "mean_velocity": np.where(status == 0, velocity, np.nan),
+        "stick_fraction": np.where((status == 0) & (velocity > -0.05), 0.5 + velocity, np.nan),
+        "cost_of_transport": np.where(status == 0, 1.0 / np.abs(velocity), np.nan),
+        "word": np.where(status == 0, np.repeat(words[:, None], len(y), axis=1), ""),
+    }
+    dims, coords = [MASS, TORQUE], {MASS: x, TORQUE: y}
+    if laws:
+        dims = [LAW, *dims]
+        coords = {LAW: np.array(laws, dtype=np.dtypes.StringDType()), **coords}
+        arrays = {name: np.stack([values] * len(laws)) for name, values in arrays.items()}
+    case = case_text(read_case("examples/travels-by-stick-slip.toml"))
+    return xarray.Dataset(
+        {name: (dims, values, ATTRIBUTES.get(name, {})) for name, values in arrays.items()},
+        {name: (name, values, ATTRIBUTES[name]) for name, values in coords.items()},
+        {"case": case, "periods": 60, "settle": 1e-6, **attributes},
+    )
+
+
+@pytest.fixture(autouse=True)
+def at_the_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+def figure(dataset, measure=None, border=None, **options):
+    return study_figure(study_view(dataset, measure, **options), border)
+
+
+def legend_of(fig):
+    return [re.sub(r"\s+", " ", text.get_text()) for legend in fig.legends for text in legend.get_texts()]
+
+
+def meshes(ax):
+    return {mesh.get_label(): mesh for mesh in ax.collections if isinstance(mesh, QuadMesh)}
+
+
+def hatched_cells(ax, hatch):
+    """How many cells lie under a hatching."""
+    areas = {}
+    for patch in (patch for patch in ax.patches if isinstance(patch, PathPatch) and patch.get_hatch() == hatch):
+        x, y = (mesh := meshes(ax)["values"]).get_coordinates()[0, :, 0], mesh.get_coordinates()[:, 0, 1]
+        middles = np.stack(np.meshgrid((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2), axis=-1).reshape(-1, 2)
+        areas[patch.get_hatch_linewidth()] = int(patch.get_path().contains_points(middles).sum())
+    return set(areas.values())
+
+
+# --- maps ------------------------------------------------------------------------------------------------------------
+
+
+def test_scale_of_travel_is_centred_on_zero_and_follows_the_values():
+    dataset = study()
+    mesh = meshes(figure(dataset).axes[0])["values"]
+    top = float(np.nanmax(np.abs(dataset["mean_velocity"].where(dataset["settled"]))))
+    assert (mesh.norm.vmin, mesh.norm.vmax) == (-top, top)
+    assert mesh.norm(0.0) == 0.5
+    np.testing.assert_array_equal(mesh.get_array().T.filled(np.nan)[10, 3], 3e-4)
+
+
+def test_colours_are_masked_where_there_is_no_value_and_flat_ones_fill_the_gaps():
+    dataset = study()
+    found = meshes(figure(dataset).axes[0])
+    values, flat = (found[name].get_array().T for name in ("values", "no values"))
+    np.testing.assert_array_equal(values.mask, ~flat.mask)
+    assert set(flat[FAILED].ravel()) == {Cell.FAILED}
+    assert flat[8, 0] == Cell.FAILED
+    assert set(flat[TO_COME].ravel()) == {Cell.NOT_RUN}
+    assert set(flat[9]) == {Cell.NO_TRAVEL}
+    assert not values.mask[10, 3]  # small travel is none of these
+    assert not values.mask[WAITING][1:].any()  # unsettled runs keep their colour below the hatching
+
+
+def test_every_look_is_told_apart_from_every_other_and_from_the_scales():
+    faces = [matplotlib.colors.to_rgb(face) for face, _, _ in LOOKS.values()]
+    for name in ("RdBu_r", "viridis"):
+        colours = matplotlib.colormaps[name](np.linspace(0.0, 1.0, 256))[:, :3]
+        for cell in (Cell.NO_TRAVEL, Cell.FAILED):
+            assert np.abs(colours - faces[list(LOOKS).index(cell)]).sum(axis=1).min() > 0.2, (name, cell)
+    looks = [look[:2] for cell, look in LOOKS.items() if cell not in (Cell.NO_TRAVEL, Cell.INFINITE)]
+    assert len(set(looks)) == len(looks)
+
+
+def test_runs_without_a_value_are_hatched_and_counted_in_the_legend():
+    fig = figure(study())
+    ax = fig.axes[0]
+    assert hatched_cells(ax, LOOKS[Cell.FAILED][1]) == {13}
+    assert hatched_cells(ax, LOOKS[Cell.NOT_RUN][1]) == {6}
+    assert hatched_cells(ax, UNSETTLED) == {20}
+    assert legend_of(fig) == [
+        "no travel, |⟨X′⟩| ≤ 1e-05: 12 (6 %)",
+        "failed: not finite 12, too many events 1",
+        "not run yet: 6 (3 %)",
+        "not settled: 20 (10 %)",
+    ]
+    hatches = [handle.get_hatch() for handle in fig.legends[0].legend_handles]
+    assert hatches == [None, LOOKS[Cell.FAILED][1], LOOKS[Cell.NOT_RUN][1], UNSETTLED]
+
+
+def test_complete_study_has_no_words_about_what_does_not_occur():
+    dataset = study().isel({MASS: slice(10, 14), TORQUE: slice(0, 8)})
+    fig = figure(dataset)
+    assert legend_of(fig) == []
+    assert [patch for patch in fig.axes[0].patches if isinstance(patch, PathPatch)] == []
+
+
+def test_dead_band_comes_from_the_option_the_map_or_the_threshold():
+    assert study_view(study()).dead_band == 10.0 * 1e-6
+    assert study_view(study(dead_band=1e-4)).dead_band == 1e-4
+    assert study_view(study(dead_band=1e-4), dead_band=1e-3).dead_band == 1e-3
+    unasked = study()
+    del unasked.attrs["settle"]
+    assert study_view(unasked).dead_band == 1e-6
+    view = study_view(study(), dead_band=1e-3)
+    assert cells(view, view.panels[0])[10, 3] == Cell.NO_TRAVEL
+
+
+def test_study_that_did_not_ask_for_settling_has_no_unsettled_runs():
+    dataset = study()
+    del dataset.attrs["settle"]
+    assert not any("not settled" in text for text in legend_of(figure(dataset)))
+
+
+def test_plain_measure_has_its_own_scale_and_says_why_values_are_missing():
+    dataset = study()
+    fig = figure(dataset, "stick_fraction")
+    mesh = meshes(fig.axes[0])["values"]
+    settled = dataset["stick_fraction"].where(dataset["settled"])
+    assert (mesh.norm.vmin, mesh.norm.vmax) == (float(settled.min()), float(settled.max()))
+    assert mesh.cmap.name == "viridis"
+    assert any(text.startswith("no value (the law cannot stick): ") for text in legend_of(fig))
+    assert "NaN" not in "".join(text.get_text() for text in fig.texts)
+
+
+def test_cost_of_transport_is_infinite_without_travel_and_logarithmic_over_decades():
+    view = study_view(study(), "cost_of_transport")
+    assert set(cells(view, view.panels[0])[9].tolist()) - {Cell.NOT_RUN} == {Cell.INFINITE}
+    assert limits(view)[4]
+    fig = study_figure(view)
+    assert isinstance(meshes(fig.axes[0])["values"].norm, LogNorm)
+    assert any(text.startswith("infinite: no travel: 12") for text in legend_of(fig))
+
+
+def test_scale_of_costs_ends_five_decades_above_the_least():
+    low, high, _, above, logarithmic = limits(study_view(study(), "cost_of_transport", dead_band=0.0))
+    assert logarithmic
+    assert above
+    assert high == 1e5 * low
+
+
+def test_words_have_colours_by_frequency_and_the_rest_is_grey():
+    view = study_view(study(), "word")
+    groups = categories(view)
+    assert len(groups.values) == 7
+    counts = [int(re.search(r": (\d+)", text)[1]) for text in groups.words]
+    assert counts[:-1] == sorted(counts[:-1], reverse=True)
+    assert groups.words[-1].startswith("2 others: ")
+    assert sum(counts) == int((study()["status"] == 0).sum())
+    fig = study_figure(view)
+    colours = [matplotlib.colors.to_hex(handle.get_facecolor()) for handle in fig.legends[0].legend_handles[:8]]
+    assert len(set(colours)) == 8
+    codes = meshes(fig.axes[0])["values"].get_array().T
+    assert codes[0, 0] == groups.values.index("FB")
+    assert len(fig.axes) == 1  # no scale beside words
+
+
+def test_response_period_and_status_are_named():
+    assert legend_of(figure(study(), "response_period")) == [
+        "1: 144 (75 %)",
+        "2: 9 (5 %)",
+        "failed: not finite 12, too many events 1",
+        "not run yet: 6 (3 %)",
+        "not settled: 20 (10 %)",
+    ]
+    assert legend_of(figure(study(), "status"))[:4] == [
+        "not run yet: 6 (3 %)",
+        "finished: 173 (90 %)",
+        "not finite: 12 (6 %)",
+        "too many events: 1 (<1 %)",
+    ]
+
+
+def test_cells_surround_the_values_and_axes_are_logarithmic_where_these_are():
+    fig = figure(study(x=np.geomspace(0.01, 10.0, 16)))
+    ax = fig.axes[0]
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+    edges = meshes(ax)["values"].get_coordinates()
+    ratio = 1000.0 ** (1 / 15)
+    np.testing.assert_allclose(edges[0, :, 0], 0.01 * ratio ** (np.arange(17) - 0.5), rtol=1e-12)
+    step = 2.8 / 11
+    np.testing.assert_allclose(edges[:, 0, 1], 0.2 + step * (np.arange(13) - 0.5), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(ax.get_xlim(), edges[0, [0, -1], 0])
+
+
+def test_values_that_were_not_given_in_order_are_drawn_in_order():
+    dataset = study()
+    shuffled = dataset.isel({MASS: np.random.default_rng(1).permutation(16)})
+    first, second = (meshes(figure(each).axes[0])["values"].get_array() for each in (dataset, shuffled))
+    np.testing.assert_array_equal(first.filled(9.0), second.filled(9.0))
+
+
+def test_labels_have_symbols_and_the_title_says_the_case():
+    fig = figure(study())
+    ax, bar = fig.axes
+    assert ax.get_xlabel() == "capsule mass over pendulum mass, M/m  λ"
+    assert ax.get_ylabel() == "drive torque  h"
+    assert bar.get_ylabel() == "mean velocity ⟨X′⟩"
+    title, setting = (text.get_text().replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ") for text in fig.texts)
+    assert title == "mean velocity: travel per time"
+    assert setting.startswith(
+        "pendulum-capsule, exponential friction, harmonic drive; ρ = 2, ν = 1, ω = 1, θ(0) = 1.047;"
+    )
+    assert "192 runs of at most 60 periods, settled to 1e-06; all dimensionless" in setting
+
+
+def test_unit_of_a_measure_of_ones_own_stands_in_its_label():
+    dataset = study()
+    dataset["mean_velocity"].attrs["units"] = "mm/s"
+    assert figure(dataset).axes[1].get_ylabel() == "mean velocity ⟨X′⟩ [mm/s]"
+
+
+def test_border_is_drawn_along_the_walls_of_cells():
+    dataset = study(x=np.arange(16.0), y=np.arange(12.0))
+    dataset["word"][:] = "FB"
+    dataset["word"][8:] = "S"
+    ax = figure(dataset, border="word").axes[0]
+    lines = [each for each in ax.collections if isinstance(each, LineCollection)]
+    assert len(lines) == 2  # black with a white rim
+    segments = np.array(lines[0].get_segments())
+    assert set(segments[:, :, 0].ravel()) == {7.5}
+    assert len(segments) == 12
+    assert "border of word" in legend_of(figure(dataset, border="word"))
+    with pytest.raises(ViewError, match="--border: mean_velocity takes real values"):
+        figure(dataset, border="mean_velocity")
+
+
+@pytest.mark.parametrize("measure", ["mean_velocity", "word", "cost_of_transport", "response_period"])
+@pytest.mark.parametrize("laws", [None, ["exponential", "lugre"], ["a", "b", "c"]])
+def test_nothing_is_cut_off_and_no_words_overlap(measure, laws):
+    fig = figure(study(laws=laws), measure)
+    with matplotlib.rc_context(PRINT):
+        fig.canvas.draw()
+    boxes = [legend.get_window_extent() for legend in fig.legends]
+    boxes += [text.get_window_extent() for text in fig.texts]
+    boxes += [ax.get_tightbbox() for ax in fig.axes if laws is None or ax is not fig.axes[-1]]
+    for box in boxes:
+        assert box.x0 >= 0.0
+        assert box.y0 >= 0.0
+        assert box.x1 <= fig.bbox.x1
+        assert box.y1 <= fig.bbox.y1
+    for i, box in enumerate(boxes):
+        assert not any(box.shrunk(0.999, 0.999).overlaps(other) for other in boxes[i + 1 :])
+
+
+# --- panels, lines and dots ------------------------------------------------------------------------------------------
+
+
+def test_laws_stand_side_by_side_in_one_scale():
+    dataset = study(laws=["exponential", "lugre"])
+    dataset["mean_velocity"][1] *= 3.0
+    fig = figure(dataset)
+    first, second, _ = fig.axes
+    assert [ax.get_title("left") for ax in (first, second)] == ["exponential", "lugre"]
+    a, b = (meshes(ax)["values"] for ax in (first, second))
+    assert (a.norm.vmin, a.norm.vmax) == (b.norm.vmin, b.norm.vmax)
+    assert legend_of(fig)[1] == "failed: not finite 24, too many events 2"
+    assert "exponential friction" not in fig.texts[1].get_text()
+
+
+def test_further_axes_are_fixed_at_the_nearest_value():
+    dataset = study(laws=["exponential", "lugre"])
+    view = study_view(dataset, at={TORQUE: "1.5", LAW: "lugre"})
+    assert [axis.path for axis in view.axes] == [MASS]
+    assert len(view.panels) == 1
+    np.testing.assert_array_equal(view.panels[0].values, dataset["mean_velocity"][1, :, 5])
+    setting = view.setting.replace("\N{NO-BREAK SPACE}", " ")
+    assert "lugre friction" in setting
+    assert "h = 1.473" in setting
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({"measure": "mean_velocty"}, "--measure: the study has no 'mean_velocty'; did you mean 'mean_velocity'?"),
+        (
+            {"at": {"drive.amplitud": "1"}},
+            "--at drive.amplitud: is no axis of the study; did you mean 'drive.amplitude'?",
+        ),
+        ({"at": {TORQUE: "7"}}, "--at drive.amplitude: should be a number from 0.2 to 3, got '7'"),
+        ({"at": {TORQUE: "many"}}, "--at drive.amplitude: should be a number from 0.2 to 3, got 'many'"),
+        ({"at": {TORQUE: "nan"}}, "--at drive.amplitude: should be a number from 0.2 to 3, got 'nan'"),
+        ({"at": {LAW: "lugr"}}, "--at friction.law: has no 'lugr'; did you mean 'lugre'?"),
+        ({"at": {TORQUE: "1", MASS: "1"}}, "--at: leaves no axis of numbers"),
+    ],
+)
+def test_view_that_a_study_does_not_offer(options, expected):
+    with pytest.raises(ViewError, match=re.escape(expected)):
+        study_view(study(laws=["exponential", "lugre"]), **options)
+
+
+def test_too_many_axes_are_asked_to_be_fixed():
+    dataset = xarray.concat([study()] * 9, xarray.Variable("machine.damping", np.arange(9.0)))
+    with pytest.raises(
+        ViewError, match=r"machine\.damping: 9 values from 0 to 8; .*--at|--at.*machine\.damping: 9 values"
+    ):
+        study_view(dataset)
+    few = study_view(dataset.isel({"machine.damping": [0, 4]}))
+    assert [panel.title for panel in few.panels] == ["damping 0", "damping 4"]
+
+
+def test_one_axis_gives_lines_with_open_marks_where_unsettled():
+    dataset = study(laws=["exponential", "lugre"]).isel({TORQUE: 3})
+    ax = figure(dataset).axes[0]
+    lines = {line.get_label(): line for line in ax.lines}
+    np.testing.assert_array_equal(lines["lugre"].get_ydata(), dataset["mean_velocity"][1])
+    assert len(lines["exponential not settled"].get_xdata()) == 4
+    assert lines["exponential not settled"].get_markerfacecolor() == "white"
+    assert lines["exponential settled"].get_markerfacecolor() != "white"
+    words = legend_of(figure(study().isel({TORQUE: 6})))
+    assert any(text.startswith("failed: not finite 3") for text in words)
+    assert any(text.startswith("no travel, |⟨X′⟩| ≤ 1e-05") for text in words)
+
+
+def test_one_axis_with_words_names_them_upright():
+    ax = figure(study().isel({TORQUE: 0}), "word").axes[0]
+    assert {label.get_text() for label in ax.get_yticklabels()} == set(
+        np.unique(study()["word"].values[:, 0][study()["status"].values[:, 0] == 0])
+    )
+
+
+def test_design_is_drawn_as_dots():
+    flat = study().stack(run=(MASS, TORQUE)).reset_index("run")
+    fig = figure(flat)
+    dots = {each.get_label(): each for each in fig.axes[0].collections}
+    assert len(dots["failed"].get_offsets()) == 13
+    assert len(dots["not settled"].get_offsets()) == 20
+    assert len(dots["values"].get_offsets()) == 192 - 13 - 6 - 12
+    assert legend_of(fig)[1] == "failed: not finite 12, too many events 1"
+
+
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_picture_is_the_same_each_time(kind, tmp_path):
+    paths = [plot_study(study(), tmp_path / f"{number}.{kind}") for number in range(2)]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_picture_is_a_column_wide_and_fine_enough_for_print(tmp_path):
+    with pytest.importorskip("PIL.Image").open(plot_study(study(), tmp_path / "map.png")) as picture:
+        assert picture.width == round(3.54 * 300)

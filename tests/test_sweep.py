@@ -1,0 +1,189 @@
+"""Sweeps: the dataset that comes back, and that its numbers are those of single ensembles."""
+
+import importlib
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import cheap_ensemble
+from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
+from vibrocap.case import CaseError
+from vibrocap.studies.dataset import stored_study
+from vibrocap.studies.designs import Design
+from vibrocap.studies.sweep import run_study, size_in_words, sweep
+from vibrocap.trajectory import Status
+
+SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))
+ALWAYS = ["status", "settled", "response_period", "window_start", "window_periods"]
+
+
+@pytest.fixture
+def cheap(monkeypatch):
+    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", cheap_ensemble.ensemble)
+
+
+def test_the_dataset_is_labelled(cheap):
+    found = sweep(
+        SYSTEM,
+        over={"machine.mass_ratio": "1:3:5", "drive.amplitude": [1.0, 2.0], "initial.angle": [0.0, 0.1, 0.2]},
+        measures=["mean_velocity", "word", "response_period"],
+        settle=1e-6,
+        window=7,
+    )
+    assert list(found) == [*ALWAYS, "mean_velocity", "word"]
+    assert dict(found.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
+    assert found["machine.mass_ratio"].attrs["symbol"] == "lambda"
+    assert found["machine.mass_ratio"].attrs["units"] == "1"
+    assert found["initial.angle"].attrs["long_name"] == "initial angle of the pendulum from upright"
+    assert all(found[name].attrs["long_name"] for name in found.variables)
+    flags = found.status.attrs
+    names = dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))
+    assert names == {-1: "not_run"} | {i: status.value.replace(" ", "_") for i, status in enumerate(Status)}
+    assert (found.attrs["window"], found.attrs["settle"], found.attrs["periods"]) == (7, 1e-6, 60)
+    assert found["word"].sel({"machine.mass_ratio": 3.0, "drive.amplitude": 2.0}).shape == (3,)
+
+
+def alone(case, **settings):
+    """One run by itself."""
+    system = System(*(case.pop(part, getattr(SYSTEM, part)) for part in ("machine", "friction", "drive")))
+    over = {path: [value] for path, value in case.items()} or {"initial.angle": [0.0]}
+    return cheap_ensemble.ensemble(system, over, **settings)["mean_velocity"][0]
+
+
+def test_laws_side_by_side(cheap):
+    """Parameters keep the values of the case for its own law; another law has its defaults."""
+    system = System(PendulumCapsule(), Exponential(decay_rate=20.0), Harmonic(amplitude=1.8))
+    found = sweep(system, over={"friction.law": ["exponential", "lugre"], "machine.mass_ratio": [1.0, 2.0]})
+    for law in (Exponential(decay_rate=20.0), LuGre()):
+        for mass_ratio in (1.0, 2.0):
+            value = found.mean_velocity.sel({"friction.law": law.name, "machine.mass_ratio": mass_ratio})
+            expected = alone({"friction": law, "machine.mass_ratio": mass_ratio})
+            np.testing.assert_array_equal(value, expected)
+
+
+def test_kinds_alone(cheap):
+    found = sweep(SYSTEM, over={"friction.law": ["lugre"], "drive.waveform": ["harmonic", "biharmonic"]})
+    assert found.mean_velocity.shape == (1, 2)
+    drives = {"harmonic": SYSTEM.drive, "biharmonic": Biharmonic()}
+    for name, drive in drives.items():
+        expected = alone({"friction": LuGre(), "drive": drive})
+        np.testing.assert_array_equal(found.mean_velocity.sel({"drive.waveform": name})[0], expected)
+
+
+def test_an_initial_state_that_a_law_does_not_have_is_left_out(cheap):
+    system = System(PendulumCapsule(), LuGre(), Harmonic(amplitude=1.8))
+    found = sweep(system, over={"friction.law": ["exponential", "lugre"]}, initial={"bristle": 0.001, "angle": 0.5})
+    for law, initial in ((Exponential(), {"angle": 0.5}), (LuGre(), {"bristle": 0.001, "angle": 0.5})):
+        value = found.mean_velocity.sel({"friction.law": law.name})
+        np.testing.assert_array_equal(value, alone({"friction": law, "initial.angle": 0.5}, initial=initial))
+
+
+def test_cases_with_values_of_their_own(cheap):
+    cases = [
+        {"friction.law": "lugre", "friction.bristle_stiffness": 50},
+        {"friction.decay_rate": 5, "initial.angle": 0.25},
+        {"machine.normal_load": "weight"},
+        {"friction.law": "lugre"},
+    ]
+    found = sweep(SYSTEM, cases=cases, initial={"angle": 0.125})
+    assert found.mean_velocity.dims == ("case",)
+    assert list(found.coords["friction.law"].values) == ["lugre", "exponential", "exponential", "lugre"]
+    np.testing.assert_array_equal(found.coords["friction.bristle_stiffness"], [50, np.nan, np.nan, 100])
+    np.testing.assert_array_equal(found.coords["friction.decay_rate"], [np.nan, 5, 10, np.nan])
+    np.testing.assert_array_equal(found.coords["initial.angle"], [0.125, 0.25, 0.125, 0.125])
+    assert list(found.coords["machine.normal_load"].values) == ["1.0", "1.0", "weight", "1.0"]
+    lugre = {"friction": LuGre()}
+    start = {"initial": {"angle": 0.125}}
+    expected = [
+        alone(lugre | {"friction.bristle_stiffness": 50.0}, **start),
+        alone({"friction.decay_rate": 5.0, "initial.angle": 0.25}),
+        alone({"machine.normal_load": "weight"}, **start),
+        alone(lugre | {"initial.angle": 0.125}),
+    ]
+    np.testing.assert_array_equal(found.mean_velocity, expected)
+
+
+def test_a_design_lies_along_its_runs(cheap, tmp_path):
+    ranges = {"machine.mass_ratio": "log:0.1:8", "machine.stiffness": (1, 3)}
+    found = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2))
+    assert found.mean_velocity.dims == ("run",)
+    assert 0.1 <= found["machine.mass_ratio"].min() < 0.2
+    row = found.isel(run=17)
+    expected = alone({path: row[path].item() for path in ranges})
+    np.testing.assert_array_equal(row.mean_velocity, expected)
+    stored = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2), out=tmp_path / "a", tile_runs=9)
+    xr.testing.assert_identical(found, stored.load())
+
+
+def test_a_run_that_is_refused_on_the_way_stops_the_study(cheap, monkeypatch):
+    """What the checks before any work cannot know, the ensemble refuses; the message names the run."""
+
+    def refuse(*_, **__):
+        raise ValueError("something is wrong")
+
+    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", refuse)
+    with pytest.raises(CaseError, match=r"tile 0 cannot be run:\n  something is wrong"):
+        sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]})
+
+
+def test_more_runs_than_stated(cheap):
+    over = {"machine.mass_ratio": "1:3:100000", "machine.stiffness": "1:3:100000"}
+    with pytest.raises(CaseError, match=r"10,000,000,000 runs, 200 GB of results, roughly \d+ days on 4 threads"):
+        sweep(SYSTEM, over=over, threads=4)
+    over = {"machine.mass_ratio": "1:3:11"}
+    with pytest.raises(CaseError, match="11 runs"):
+        sweep(SYSTEM, over=over, max_runs=10)
+    assert sweep(SYSTEM, over=over, max_runs=10, yes=True).sizes["machine.mass_ratio"] == 11
+
+
+def test_progress_goes_from_nothing_to_all(cheap):
+    shares = []
+    sweep(SYSTEM, over={"machine.mass_ratio": "1:3:50"}, tile_runs=7, progress=shares.append)
+    assert shares == sorted(shares)
+    assert 0 < shares[0] < 0.2
+    assert shares[-1] == 1.0
+
+
+def test_size_in_words():
+    class Anything:
+        pass
+
+    plain = Anything()
+    plain.case, plain.plan, plain.measures = Anything(), Anything(), ("mean_velocity",)
+    plain.plan.count, plain.plan.gridded, plain.case.periods, plain.case.system = 10**6, True, 60, SYSTEM
+    assert re.fullmatch(r"1,000,000 runs, 0\.02 GB of results, roughly \d+ \w+ on 2 threads", size_in_words(plain, 2))
+
+
+# With the engine: the standard forms of the tests.
+
+
+def test_the_engine_gives_what_single_ensembles_give(tmp_path):
+    from vibrocap import ensemble
+
+    settings = {"measures": ("mean_velocity", "stick_fraction", "word"), "periods": 30, "settle": 1e-5}
+    over = {"friction.law": ["exponential", "lugre"], "machine.mass_ratio": "1:4:3", "initial.angle": [0.0, 0.5]}
+    found = sweep(SYSTEM, over=over, tile_runs=4, out=tmp_path / "a", **settings)
+    for law in (Exponential(), LuGre()):
+        system = System(SYSTEM.machine, law, SYSTEM.drive)
+        rows = {"machine.mass_ratio": np.repeat(np.linspace(1, 4, 3), 2), "initial.angle": np.tile([0.0, 0.5], 3)}
+        expected = ensemble(system, rows, **settings)
+        here = found.sel({"friction.law": law.name})
+        for name in (*ALWAYS, *settings["measures"]):
+            np.testing.assert_array_equal(here[name].values.ravel(), expected[name])
+    assert found.settled.any()
+    assert (np.abs(found.mean_velocity) > 1e-3).all()
+    xr.testing.assert_identical(found.load(), sweep(SYSTEM, over=over, threads=1, **settings))
+
+
+def test_the_engine_takes_a_measure_of_ones_own(tmp_path):
+    speed = Measure.derived("speed", "travel per time, whichever way", np.abs, of=("mean_velocity",))
+    over = {"machine.mass_ratio": "1:4:3"}
+    found = sweep(SYSTEM, over=over, measures=[speed, "mean_velocity"], periods=20, out=tmp_path / "a")
+    np.testing.assert_array_equal(found.speed, np.abs(found.mean_velocity))
+    assert found.speed.attrs["long_name"] == "travel per time, whichever way"
+    again = stored_study(tmp_path / "a", measures=[speed])
+    xr.testing.assert_identical(run_study(again), found.load())
+    with pytest.raises(CaseError, match="'speed' is a measure of one's own"):
+        stored_study(tmp_path / "a")
