@@ -83,9 +83,11 @@ def assert_lane_is_the_run_alone(law: str, seeds: range):
         assert row[0] == single.status == DONE
         final = row[head + states : head + 2 * states]
         allowed = 1e-12 + 10.0 * np.max(np.abs(single.final - shifted.final))
+        if single.implicit_steps > 0:  # their length follows from the difference of two nearly equal results
+            allowed += BUDGET.tolerance
         assert np.max(np.abs(final - single.final)) <= allowed, (law, seed)
         assert allowed < 100 * BUDGET.tolerance, (law, seed)
-        sensitive += allowed > 1e-10
+        sensitive += allowed > 1e-10 and single.implicit_steps == 0
         assert word == spelled_from_pieces(single), (law, seed)
     assert sensitive <= 0.1 * len(seeds)  # so few motions hang on a decision that a thousand ulps can turn
 

@@ -91,7 +91,7 @@ def deadly(tmp_path, monkeypatch):
     monkeypatch.setenv("CHEAP_WORKER_DEATHS", str(orders))
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, preload=["cheap_worker"]
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0", preload=["cheap_worker"]
     ) as made:
         yield made, orders
 

@@ -113,7 +113,12 @@ def _client(workers: int | None, scheduler: str | None) -> "Iterator[Client]":
             yield client
     else:
         with (
-            LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,  # type: ignore[arg-type]
+            LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",  # any free port; by default two clusters fight for one
+            ) as cluster,
             Client(cluster, set_as_default=False) as client,
         ):
             yield client
