@@ -1,4 +1,4 @@
-"""The command line: `vibrocap reproduce`, `simulate` and `limits`.
+"""The command line: `vibrocap reproduce`, `simulate`, `limits`, and `sweep`, `measures`, `plot` from their modules.
 
 Exit codes: 0 done; 2 wrong input, each bad field named on stderr before any work; 3 a run that could not be completed,
 with its status and what was computed until then; 130 interrupted.
@@ -15,12 +15,12 @@ from pathlib import Path
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case import CaseError
+from vibrocap.faces.cli_plot import PICTURES, plot
+from vibrocap.faces.cli_sweep import measures, sweep
+from vibrocap.faces.exits import BROKEN_PIPE, INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, complain
 from vibrocap.faces.terminal import Refusal, needs, needs_film, progress, writable_file, writable_folder
 
-OK, WRONG_INPUT, INCOMPLETE, INTERRUPTED, BROKEN_PIPE = 0, 2, 3, 130, 141
-
 EXPORTS = (".nc", ".csv")
-PICTURES = (".png", ".svg", ".pdf")
 ANIMATIONS = (".mp4", ".gif")
 
 EXAMPLES = """Examples:
@@ -29,6 +29,8 @@ EXAMPLES = """Examples:
   vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
   vibrocap simulate examples/bristles-lugre.toml --json --out run.nc
   vibrocap limits examples/bristles-lugre.toml
+  vibrocap sweep examples/travels-by-stick-slip.toml --over drive.amplitude=1:3:40 --out map
+  vibrocap plot map --measure mean_velocity --out map.png
 
 `vibrocap COMMAND --help` explains a command. Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
@@ -41,7 +43,13 @@ app = App(
     version=lambda: version("vibrocap"),
     result_action="return_value",
     default_parameter=Parameter(negative=()),
+    suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
+
+
+app.command(sweep)
+app.command(measures)
+app.command(plot)
 
 
 @app.command
@@ -144,7 +152,7 @@ def simulate(
         print_motion(motion, record, str(case))
     if motion.status.ok:
         return OK
-    _complain(
+    complain(
         f"The run could not be completed ({motion.status.value}): it stopped at time {motion.end:.10g} of "
         f"{motion.periods * motion.period:.10g}.\n{motion.status.text}"
         + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
@@ -204,10 +212,6 @@ def _refused_destinations(out: Path | None, plot: Path | None, animate: Path | N
     return refused
 
 
-def _complain(message: str) -> None:
-    print(message, file=sys.stderr)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
     for stream in (sys.stdout, sys.stderr):  # a terminal without Greek letters still gets the numbers
@@ -216,16 +220,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(app(arguments, exit_on_error=False, print_error=False) or OK)
     except CaseError as error:
-        _complain(str(error))
+        complain(str(error))
     except Refusal as error:
-        _complain(str(error))
+        complain(str(error))
     except CycloptsError as error:
-        _complain(f"{error}\nvibrocap --help shows the commands with an example each.")
+        complain(f"{error}\nvibrocap --help shows the commands with an example each.")
     except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
-    except KeyboardInterrupt:
-        _complain("Interrupted.")
+    except KeyboardInterrupt as interruption:
+        complain(str(interruption) or "Interrupted.")
         return INTERRUPTED
     return WRONG_INPUT
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Evaluator = Callable[[np.ndarray, np.ndarray], Mapping[str, Any]]
 
-DEAD_BAND = 1e-4  # of the mean velocity: ten times the threshold to which runs settle by default
+DEAD_BAND = 1e-4  # of the mean velocity: a hundred times the threshold to which runs settle by default
 UNKNOWN = -128  # travel of a run that failed
 TILE = 65_536  # runs per call of the evaluator
 WAYS = {-1: "back", 0: "none", 1: "forward", UNKNOWN: "unknown"}

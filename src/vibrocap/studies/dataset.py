@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrocap.case import CaseError
 from vibrocap.measures.measure import Measure
 from vibrocap.studies.store import RESULTS, read_record
 from vibrocap.studies.study import Study
@@ -16,19 +17,35 @@ if TYPE_CHECKING:
 
 
 def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
-    """The results of a stored study, read as they are needed.
+    """The results of a stored study, read as they are needed; or those that `write_study` put into a NetCDF file.
 
     Of a study that is not finished, the runs to come have the status "not run" (-1).
     chunks: None reads when asked; {} or "auto" gives Dask arrays, for studies that do not fit into memory.
-    Raises CaseError where a folder holds no study.
+    Raises CaseError where a folder holds no study, or a file no results.
     """
     import xarray
 
     path = Path(path)
+    if path.suffix.lower() == ".nc" and not path.is_dir():
+        return _exported(path, chunks)
     measures = read_record(path)["study"]["measures"]
     found = xarray.open_zarr(path / RESULTS, consolidated=False, chunks=chunks)
     names = (measure if isinstance(measure, str) else measure["name"] for measure in measures)
     return found[list(dict.fromkeys((*ALWAYS, *names)))]
+
+
+def _exported(path: Path, chunks: Any) -> "xarray.Dataset":
+    import xarray
+
+    try:
+        found = xarray.open_dataset(path, engine="h5netcdf", chunks=chunks)
+    except FileNotFoundError:
+        raise CaseError(["no such file"], str(path)) from None
+    except (OSError, ValueError) as error:
+        raise CaseError([f"cannot be read as NetCDF: {error}"], str(path)) from None
+    if "status" not in found:
+        raise CaseError(["is no study: it has no variable status"], str(path))
+    return found
 
 
 def stored_study(path: str | Path, measures: Iterable[Measure] = ()) -> Study:

@@ -1,0 +1,415 @@
+"""The commands sweep, measures and plot: exit codes, what they refuse, what they print and write."""
+
+import errno
+import importlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import cheap_ensemble
+from vibrocap.case import read_case
+from vibrocap.faces import cli
+from vibrocap.faces.cli import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, main
+from vibrocap.faces.sweep_request import read_cases
+from vibrocap.faces.time_left import TimeLeft, duration
+from vibrocap.measures.during_run import measure_table
+from vibrocap.studies.dataset import open_study
+from vibrocap.studies.sweep import sweep
+
+CASE = """\
+[machine]
+kind = "pendulum-capsule"
+[friction]
+law = "exponential"
+[drive]
+waveform = "harmonic"
+[initial]
+angle = 1.0471975511965976
+[run]
+periods = 12
+tolerance = 1e-10
+"""
+MASS, TORQUE = "machine.mass_ratio=1:3:3", "drive.amplitude=1:2:4"
+
+
+@pytest.fixture
+def case(tmp_path, monkeypatch):
+    """A case file in an empty folder, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    return path
+
+
+@pytest.fixture
+def cheap(monkeypatch):
+    """A cheap ensemble in place of the engine: numbers of no meaning, some failed, some unsettled."""
+    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    monkeypatch.setattr(os, "fsync", lambda handle: None)
+
+
+def command(*arguments) -> int:
+    return main([str(argument) for argument in arguments])
+
+
+def refused(capsys, *arguments, code=WRONG_INPUT) -> str:
+    """What stands on stderr of a command that was refused."""
+    assert command(*arguments) == code
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert "Traceback" not in output.err
+    return output.err
+
+
+# --- a sweep, with the engine ----------------------------------------------------------------------------------------
+
+
+def test_sweep_stores_what_python_returns(case, capsys):
+    options = ("--measure", "mean_velocity,word", "--periods", "20", "--settle", "1e-5", "--window", "4")
+    assert command("sweep", case, "--over", MASS, "--over", TORQUE, *options, "--out", "map") == OK
+    setup = read_case(case)
+    over = {"machine.mass_ratio": [1.0, 2.0, 3.0], "drive.amplitude": np.linspace(1.0, 2.0, 4)}
+    expected = sweep(
+        setup.system, over, initial=setup.initial, measures=["mean_velocity", "word"],
+        periods=20, window=4, settle=1e-5, tolerance=1e-10,
+    )  # fmt: skip
+    found = open_study("map")
+    xr.testing.assert_identical(found.load(), expected)
+    text = capsys.readouterr().out
+    assert "12 runs (machine.mass_ratio 3, drive.amplitude 4)" in text
+    assert "finished   12" in text
+    assert f"settled    {float(expected['settled'].mean()):.1%}" in text
+    assert "stored in  map" in text
+    assert "Next: vibrocap plot map" in text
+    assert command("plot", "map", "--border", "word") == OK
+    assert capsys.readouterr().out == "Picture: map-mean_velocity.png\n"
+    assert Path("map-mean_velocity.png").stat().st_size > 10_000
+
+
+def test_adaptive_map_goes_to_a_file(case, capsys):
+    over = ("--over", "machine.mass_ratio=0.5:4:24", "--over", "drive.amplitude=0.3:2.6:24")
+    assert command("sweep", case, *over, "--adaptive", "--export", "map.nc") == OK
+    with xr.open_dataset("map.nc", engine="h5netcdf") as found:
+        assert found.sizes == {"machine.mass_ratio": 24, "drive.amplitude": 24}
+        made = int(found["computed"].sum())
+        assert 0 < made < 576
+        assert found.attrs["periods"] == 12
+    assert f"made       {made:,} ({made / 576:.1%})" in capsys.readouterr().out
+
+
+# --- settings --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ((), {"periods": 12, "window": 10, "settle": 1e-6, "tolerance": 1e-10}),
+        (("--tolerance", "1e-7"), {"settle": 1000.0 * 1e-7, "tolerance": 1e-7}),
+        (("--periods", "8"), {"periods": 8, "window": 8}),
+        (("--periods", "30", "--window", "3"), {"periods": 30, "window": 3}),
+        (("--settle", "0"), {"settle": None}),
+        (("--settle", "1e-4"), {"settle": 1e-4}),
+    ],
+)
+def test_case_gives_the_settings_unless_options_do(options, expected, case, cheap):
+    assert command("sweep", case, "--over", TORQUE, "--out", "map", *options) == OK
+    found = open_study("map").attrs
+    assert {name: found.get(name) for name in expected} == expected
+
+
+def test_failed_runs_are_results_and_counted(case, cheap, capsys):
+    assert command("sweep", case, "--over", "machine.mass_ratio=1:3:100", "--out", "map") == OK
+    found = open_study("map")
+    failed = int((found["status"] != 0).sum())
+    assert failed > 0
+    text = capsys.readouterr().out
+    assert f"finished   {100 - failed}" in text
+    assert f"failed     {failed}: too many events" in text
+    settled = int((found["settled"] & (found["status"] == 0)).sum())
+    unsettled = 100 - failed - settled
+    assert f"settled    {settled / (100 - failed):.1%} of these; {unsettled} did not, and may with more" in text
+
+
+def test_resumed_study_goes_on_and_a_complete_one_is_left_as_it_is(case, cheap, capsys):
+    arguments = ("sweep", case, "--over", MASS, "--out", "map", "--resume")
+    assert command(*arguments) == OK
+    before = {path: path.read_bytes() for path in Path("map").rglob("*") if path.is_file()}
+    assert command(*arguments) == OK
+    assert {path: path.read_bytes() for path in Path("map").rglob("*") if path.is_file()} == before
+
+
+def test_export_beside_or_instead_of_a_folder(case, cheap):
+    for options in (("--out", "map", "--export", "map.csv"), ("--export", "files/map.csv")):
+        assert command("sweep", case, "--over", MASS, *options) == OK
+    assert Path("map.csv").read_bytes() == Path("files/map.csv").read_bytes()
+    assert len([row for row in Path("map.csv").read_text().splitlines() if row[0] != "#"]) == 4
+    assert command("sweep", case, "--over", MASS, "--export", "map.nc") == OK
+    with xr.open_dataset("map.nc", engine="h5netcdf") as found:
+        assert found.sizes == {"machine.mass_ratio": 3}
+
+
+def test_design_and_cases(case, cheap):
+    options = ("--over", "machine.mass_ratio=1:3", "--over", "drive.amplitude=log:0.1:3", "--design", "sobol")
+    assert command("sweep", case, *options, "--runs", "16", "--seed", "3", "--out", "design") == OK
+    assert open_study("design").sizes == {"run": 16}
+    Path("cases.csv").write_text("# my cases\nmachine.mass_ratio, friction.law\n1,lugre\n\n,exponential\n")
+    assert command("sweep", case, "--cases", "cases.csv", "--out", "cases", "--measure", "drift") == OK
+    found = open_study("cases")
+    np.testing.assert_array_equal(found["machine.mass_ratio"], [1.0, 2.5])
+    assert found["friction.law"].values.tolist() == ["lugre", "exponential"]
+
+
+def test_table_of_cases_that_is_not_there():
+    assert read_cases(Path("nowhere.csv")) == ([], [], ["--cases: nowhere.csv: No such file or directory"])
+
+
+# --- wrong input -----------------------------------------------------------------------------------------------------
+
+
+WRONG = {
+    "--over machine.mas_ratio=1:3:3": "machine.mas_ratio: there is no such quantity here; did you mean",
+    "--over machine.mass_ratio=2:2:5": "--over machine.mass_ratio: the range '2:2:5' is empty",
+    "--over machine.mass_ratio=3:1:5": "--over machine.mass_ratio: the range '3:1:5' is reversed",
+    "--over machine.mass_ratio=1,nan,3": "--over machine.mass_ratio: should hold finite numbers, got nan (value 2)",
+    "--over machine.mass_ratio=-1:3:5": "--over machine.mass_ratio: should be greater than 0, got -1.0",
+    "--over machine.mass_ratio=1:3": "should be LOW:HIGH:COUNT",
+    "--over machine.mass_ratio": "--over machine.mass_ratio: should be PATH=VALUES",
+    "--over machine.mass_ratio=1:3:3 --over machine.mass_ratio=1,2": "--over machine.mass_ratio: is given twice",
+    "--over friction.law=exponential,lugr": "there is no 'lugr'; did you mean 'lugre'?",
+    "": "--over: is missing",
+    "--over machine.mass_ratio=1:3:3 --measure mean_velocty": "--measure: there is no measure 'mean_velocty'; did",
+    "--over machine.mass_ratio=1:3:3 --periods 2.5": "--periods: a study runs whole drive periods, got 2.5",
+    "--over machine.mass_ratio=1:3:3 --periods nan": "--periods: should be a positive number, got nan",
+    "--over machine.mass_ratio=1:3:3 --window 13": "--window: should be a whole number of drive periods from 1 to",
+    "--over machine.mass_ratio=1:3:3 --settle -1": "--settle: should be 0, for never, or a positive threshold",
+    "--over machine.mass_ratio=1:3:3 --tolerance 1": "--tolerance: should be a number from 1e-14 to 0.01, got 1",
+    "--over machine.mass_ratio=1:3:3 --threads 0": "--threads: should be a whole number >= 1, got 0",
+    "--over machine.mass_ratio=1:3:3 --workers 2 --scheduler tcp://a:1": "--workers: are of a cluster on this machine",
+    "--over machine.mass_ratio=1:3:3 --device gpu": "--device: should be cpu or cuda, got 'gpu'",
+    "--over machine.mass_ratio=1:3 --design sobl --runs 4": "--design: there is no 'sobl'; did you mean 'sobol'?",
+    "--over machine.mass_ratio=1:3 --design sobol": "--runs: is missing",
+    "--over machine.mass_ratio=1:3 --design sobol --runs 0": "--runs: should be a whole number from 1",
+    "--over machine.mass_ratio=1:3:3 --seed 1": "--seed: belongs to --design",
+    "--over machine.mass_ratio=1:3:3 --cases x.csv": "--over: does not go with --cases",
+    "--cases x.csv": "--cases: x.csv: No such file",
+    "--over machine.mass_ratio=1:3:3 --adaptive": "--out: an adaptive map is made in one go",
+}
+
+
+@pytest.mark.parametrize(("options", "expected"), WRONG.items())
+def test_wrong_options_are_refused_before_any_work(options, expected, case, capsys, monkeypatch):
+    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", lambda *_, **__: pytest.fail("ran"))
+    assert expected in refused(capsys, "sweep", case, *options.split(), "--out", "map")
+    assert list(case.parent.iterdir()) == [case]
+
+
+def test_every_complaint_is_made_at_once(case, capsys):
+    over = ("--over", "machine.mas_ratio=1:3:3", "--over", "drive.amplitude=3:1:4", "--over", "x")
+    rest = ("--measure", "drft,word", "--periods", "0.5", "--threads", "-1", "--export", "a.xls", "--device", "tpu")
+    message = refused(capsys, "sweep", case, *over, *rest)
+    for start in ("machine.mas_ratio:", "drive.amplitude:", "x:"):
+        assert f"  --over {start}" in message
+    for start in ("measure", "periods", "threads", "export", "device"):
+        assert len(re.findall(rf"^  --{start}:", message, re.MULTILINE)) == 1
+
+
+def test_wrong_case_is_refused_with_the_options(case, capsys):
+    case.write_text(CASE.replace("[friction]", "mass_ratio = -1\n[friction]"))
+    message = refused(capsys, "sweep", case, "--over", "x", "--out", "map", "--measure", "drft")
+    assert str(case) in message
+    for text in ("machine.mass_ratio: should be greater than 0", "--over x: should be", "--measure: there is no"):
+        assert text in message
+
+
+def test_case_whose_periods_are_not_whole_asks_for_the_option(case, capsys):
+    case.write_text(CASE.replace("periods = 12", "periods = 12.5"))
+    message = refused(capsys, "sweep", case, "--over", MASS, "--out", "map")
+    assert f"run.periods of {case}: a study runs whole drive periods, got 12.5; give --periods" in message
+    case.write_text(CASE.replace("periods = 12", "periods = 12.0"))
+    assert "periods" not in refused(capsys, "sweep", case, "--over", "x", "--out", "map")
+
+
+def test_wrong_cases_are_named_by_their_line(case, capsys):
+    rows = ["machine.mass_ratio,friction.law", "# good", "2,exponential", "3,exponentia", "nan,lugre"]
+    Path("cases.csv").write_text("\n".join(rows))
+    message = refused(capsys, "sweep", case, "--cases", "cases.csv", "--out", "map")
+    assert "--cases cases.csv, line 4: friction.law: there is no 'exponentia'; did you mean 'exponential'?" in message
+    assert "--cases cases.csv, line 5: machine.mass_ratio: should be a finite number, got nan" in message
+    Path("cases.csv").write_text("machine.mass_ratio,machine.mass_ratio\n1,2\n3\n,\n")
+    message = refused(capsys, "sweep", case, "--cases", "cases.csv", "--out", "map")
+    assert "machine.mass_ratio heads two columns" in message
+    assert "line 3: has 1 values under 2 paths" in message
+    assert "line 4: gives no value" in message
+    Path("cases.csv").write_text("machine.mass_ratio\n")
+    assert "a row for each case" in refused(capsys, "sweep", case, "--cases", "cases.csv", "--out", "map")
+
+
+def test_large_study_says_how_large_and_asks_for_yes(case, capsys):
+    over = ("--over", "machine.mass_ratio=1:3:4000", "--over", "drive.amplitude=1:3:4000")
+    message = refused(capsys, "sweep", case, *over, "--out", "map")
+    assert re.search(r"16,000,000 runs, .* GB of results, roughly .* Say --yes", message)
+    assert not Path("map").exists()
+
+
+def test_study_in_the_way(case, cheap, capsys):
+    assert command("sweep", case, "--over", MASS, "--out", "map") == OK
+    capsys.readouterr()
+    again = refused(capsys, "sweep", case, "--over", MASS, "--out", "map")
+    assert "--out: map holds a study already; go on with --resume, or name another folder" in again
+    other = refused(capsys, "sweep", case, "--over", TORQUE, "--out", "map", "--periods", "13", "--resume")
+    assert "--out: map holds another study: periods: stored 12, asked 13" in other
+    assert "machine.mass_ratio" in other
+    Path("mine").mkdir()
+    Path("mine/letter.txt").write_text("dear")
+    assert "holds letter.txt" in refused(capsys, "sweep", case, "--over", MASS, "--out", "mine")
+    assert "is a file; give a folder" in refused(capsys, "sweep", case, "--over", MASS, "--out", case)
+
+
+def test_folder_that_cannot_be_written_is_refused(case, capsys, monkeypatch):
+    def forbidden(**_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", forbidden)
+    message = refused(capsys, "sweep", case, "--over", MASS, "--out", "map", "--export", "map.csv")
+    for option in ("--out", "--export"):
+        assert f"{option}: cannot write into" in message
+
+
+@pytest.mark.parametrize("command_name", ["sweep", "plot"])
+def test_missing_extra_is_named(command_name, case, capsys, monkeypatch):
+    found = cli.needs.__globals__["importlib"].util.find_spec
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "zarr" else found(name))
+    assert "pip install 'vibrocap[sweep]'" in refused(capsys, command_name, case)
+
+
+# --- what may come between -------------------------------------------------------------------------------------------
+
+
+def test_full_disk_ends_with_a_sentence_and_the_study_goes_on(case, cheap, capsys, monkeypatch):
+    written, real = [], os.write
+
+    def full(handle, data):
+        written.append(len(data))
+        if len(written) > 15:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return real(handle, data)
+
+    arguments = ("sweep", case, "--over", "machine.mass_ratio=1:3:9000", "--out", "map", "--resume")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", full)
+        message = refused(capsys, *arguments, code=INCOMPLETE)
+    assert message.startswith("The study could not be completed: map: cannot be written: No space left on device.")
+    assert "--resume" in message
+    assert command(*arguments) == OK
+
+
+def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(importlib.import_module("vibrocap.studies.export"), "write_study", full)
+    message = refused(capsys, "sweep", case, "--over", MASS, "--out", "map", "--export", "m.csv", code=INCOMPLETE)
+    assert "m.csv: No space left on device. The results are whole in map" in message
+
+
+def test_interrupted_sweep_says_how_it_goes_on(case):
+    arguments = ["--over", "machine.mass_ratio=0.1:8:1000", "--over", "drive.amplitude=0.2:3:1000", "--settle", "0"]
+    program = [sys.executable, "-m", "vibrocap", "sweep", str(case), *arguments, "--out", "map"]
+    run = subprocess.Popen(program, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    limit = time.monotonic() + 120
+    while not (done := Path("map/done")).exists() or not any(done.iterdir()):
+        assert run.poll() is None
+        assert time.monotonic() < limit
+        time.sleep(0.1)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=60)
+    assert run.returncode == INTERRUPTED
+    assert out == ""
+    found = re.fullmatch(
+        r"Stopped: (\d+) of (\d+) tiles are stored in map\. The same command with --resume goes on\.\n", err
+    )
+    assert found
+    assert 0 < int(found[1]) < int(found[2])
+
+
+# --- measures, plot, help --------------------------------------------------------------------------------------------
+
+
+def test_measures_are_listed_with_their_meaning(capsys):
+    assert command("measures") == OK
+    text = " ".join(capsys.readouterr().out.split())
+    for name, measure in measure_table().items():
+        assert f"{name} " in text
+        assert measure.meaning.split(",")[0].split(" (")[0] in text
+
+
+@pytest.mark.parametrize("name", ["sweep", "plot", "measures"])
+def test_help_shows_an_example(name, capsys):
+    assert command(name, "--help") == OK
+    assert f"Example: vibrocap {name}" in capsys.readouterr().out
+
+
+def test_plot_names_what_it_cannot_draw(case, cheap, capsys):
+    assert command("sweep", case, "--over", MASS, "--over", TORQUE, "--out", "map") == OK
+    capsys.readouterr()
+    message = refused(
+        capsys, "plot", "map", "--measure", "drft", "--at", "drive.amplitude", "--at", "x=1", "--out", "a.doc",
+        "--dead-band", "-1",
+    )  # fmt: skip
+    for text in (
+        "--measure: the study has no 'drft'",
+        "--at drive.amplitude: should be PATH=VALUE",
+        "--at x: is no axis of the study; it has machine.mass_ratio, drive.amplitude",
+        "--out: should end in .png or .svg or .pdf",
+        "--dead-band: should be a number >= 0",
+    ):
+        assert text in message
+    assert "--border: the map has no variable 'wrd'" in refused(capsys, "plot", "map", "--border", "wrd")
+    assert "nowhere: no such folder" in refused(capsys, "plot", "nowhere")
+    assert "holds no study" in refused(capsys, "plot", ".")
+    assert command("plot", "map/", "--at", "drive.amplitude=1.4", "--out", "pictures/line.svg") == OK
+    assert Path("pictures/line.svg").stat().st_size > 1000
+
+
+def test_exported_study_is_drawn(case, cheap):
+    assert command("sweep", case, "--over", MASS, "--over", TORQUE, "--export", "map.nc") == OK
+    assert command("plot", "map.nc") == OK
+    assert Path("map-mean_velocity.png").exists()
+
+
+# --- the time left ---------------------------------------------------------------------------------------------------
+
+
+def test_time_left_counts_from_where_the_work_was_resumed():
+    now = [100.0]
+    left = TimeLeft(lambda: now[0])
+    assert left.words(0.5) == ""
+    now[0] = 100.5
+    assert left.words(0.6) == ""  # too early to tell
+    now[0] = 110.0
+    assert left.words(0.6) == "about 40 s left"
+    assert left.words(0.5) == ""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.04, "0.0 s"),
+        (9.4, "9.4 s"),
+        (9.6, "10 s"),
+        (99.0, "99 s"),
+        (100.0, "2 min"),
+        (7200.0, "2 h"),
+        (1e6, "11.6 days"),
+    ],
+)
+def test_durations_in_words(seconds, words):
+    assert duration(seconds) == words
