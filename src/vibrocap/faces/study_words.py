@@ -39,7 +39,10 @@ def status_word(code: int) -> str:
 def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
     """What varies, with its symbol and unit."""
     unit = attributes.get("units", "1")
-    words = [str(attributes.get("long_name", path)).replace(" [rad]", ""), printed(str(attributes.get("symbol", "")))]
+    meaning = str(attributes.get("long_name", path)).replace(" [rad]", "")
+    for plain, nice in (("^2", "²"), ("omega_n", "ωₙ")):
+        meaning = meaning.replace(plain, nice)
+    words = [meaning, printed(str(attributes.get("symbol", "")))]
     unit = "rad" if "[rad]" in str(attributes.get("long_name", "")) else unit
     return "  ".join(word for word in (*words, "" if unit == "1" else f"[{unit}]") if word)
 

@@ -12,6 +12,7 @@ from vibrocap.trajectory import Trajectory
 # of the extent of the stroboscopic states, and by this factor smaller than over the quarter before.
 NEAR_RECURRENCE = 0.1
 STILL_FALLING = 0.9
+MIRRORED = 10.0  # thresholds of settling within which a mirrored state is the same
 ENOUGH_PERIODS = 4 * LONGEST_PERIOD  # fewer cannot tell a slow transient from a motion that settles to nothing
 
 
@@ -41,12 +42,12 @@ def response_class(motion: Trajectory, *, threshold: float | None = None) -> Res
 
     The half-period symmetry S maps a steady motion to a steady motion: to itself (symmetric) or to a mirror twin. It is
     its own image if, at any one instant t, some later state y(t + T/2 + mT) is the mirrored y(t): the rest of both
-    motions follows from that state. Compared at the settled end of the motion, to twice `Settling.threshold` (either
-    side may be a threshold away).
+    motions follows from that state. Compared at the settled end of the motion, to ten times
+    `Settling.threshold`: either side may be that far away at a period mark, and some times as far half a period later.
     """
     found = settling(motion, threshold=threshold)
     if found.settled and found.period is not None:
-        symmetric = _asymmetry(motion, found.period) <= 2.0 * found.threshold if motion.system.drive.odd else None
+        symmetric = _asymmetry(motion, found.period) <= MIRRORED * found.threshold if motion.system.drive.odd else None
         return ResponseClass(f"period-{found.period}", found.period, found.residual, symmetric)
     kind = "other" if _settles_to_nothing(motion) else "not settled"
     return ResponseClass(kind, None, found.residual, None)

@@ -8,6 +8,7 @@ import numpy as np
 from vibrocap.catalogue import laws, machines
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
+from vibrocap.measures.response import MIRRORED
 from vibrocap.numerics.lanes import (
     ASK_EXTREMES,
     ASK_INTEGRALS,
@@ -75,7 +76,7 @@ STICKING = (
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:
-    mirrored = runs.entry("ASYMMETRY") <= 2.0 * runs.threshold
+    mirrored = runs.entry("ASYMMETRY") <= MIRRORED * runs.threshold
     return np.where(runs.settled & runs.odd, mirrored, np.nan)
 
 
