@@ -8,6 +8,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.case import case_from_text, case_text, read_case
+from vibrocap.faces import cli
 from vibrocap.measures.response import response_class
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -126,3 +127,23 @@ def test_slow_drive_mostly_sticks_and_weight_sticks_a_third(motions):
     assert vc.stick_fraction(motions["slow-drive-mostly-sticks"]) == pytest.approx(0.76, abs=0.01)
     assert vc.stick_fraction(motions["weight-as-load"]) == pytest.approx(1 / 3, abs=0.03)
     assert vc.word(motions["weight-as-load"]).count("S") == 4
+
+
+def test_the_study_of_the_readme_finds_travel_and_none(tmp_path, monkeypatch):
+    """The commands of examples/README.md on a coarser grid: the paper's machine (rho = 4) goes nowhere."""
+    text = (EXAMPLES / "README.md").read_text("utf-8")
+    sweep, plot = re.findall(r"^    vibrocap ((?:.*\\\n)*.*)$", text.partition("## A study")[2], re.MULTILINE)
+    (tmp_path / "examples").symlink_to(EXAMPLES)
+    monkeypatch.chdir(tmp_path)
+    words = sweep.replace("\\\n", " ").replace(":400", ":4").split()
+    assert cli.main(words) == 0
+    assert cli.main(plot.split()) == 0
+    assert (tmp_path / "steady-travel.png").stat().st_size > 10_000
+    study = vc.open_study("steady-travel").load()
+    stiff = study.sel({"machine.stiffness": 4.0}, method="nearest")
+    assert float(stiff["machine.stiffness"]) > 3.0
+    assert bool((abs(stiff.mean_velocity) < 1e-5).all())
+    assert bool((stiff.symmetric == 1.0).all())
+    soft = study.isel({"machine.mass_ratio": 0, "machine.stiffness": 1})
+    assert bool((abs(soft.mean_velocity) > 0.05).all())
+    assert bool((soft.symmetric == 0.0).all())

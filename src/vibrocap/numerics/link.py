@@ -16,6 +16,7 @@ import pathlib
 import platform
 import sys
 import tempfile
+import threading
 from types import ModuleType
 from typing import Any
 
@@ -88,8 +89,16 @@ def plain_kernel(text: str) -> dict[str, Any]:
     return names
 
 
+LINKING = threading.Lock()  # Python 3.11 parses syntax trees in one thread at a time
+
+
 def compiled_kernel(linked: str) -> Any:
     """The entry of a linked kernel, compiled by Numba on first use and kept on disk for the next process."""
+    with LINKING:
+        return _compiled_kernel(linked)
+
+
+def _compiled_kernel(linked: str) -> Any:
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
     text = "import numba\n" + _decorated(linked, entry)
     if PLAIN_VECTORS in text:  # their code is part of what is compiled
