@@ -17,6 +17,7 @@ import platform
 import sys
 import tempfile
 import threading
+from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
@@ -89,6 +90,7 @@ def plain_kernel(text: str) -> dict[str, Any]:
     return names
 
 
+SIGNATURE = "(float64[::1], int64[::1], float64[::1], int64)"
 LINKING = threading.Lock()  # Python 3.11 parses syntax trees in one thread at a time
 
 
@@ -107,7 +109,24 @@ def _compiled_kernel(linked: str) -> Any:
         text = text.replace(PLAIN_VECTORS, VECTORS) + f"\n# {code}\n"
     version = f"{platform.python_version()} {importlib.metadata.version('numba')}"
     name = hashlib.sha256(f"{version}\n{text}".encode()).hexdigest()[:24]
-    return loaded(name, text, entry)
+    compiled = loaded(name, text, entry)
+    with _one_process_at_a_time(name):
+        compiled.compile(SIGNATURE)
+    return compiled
+
+
+@contextlib.contextmanager
+def _one_process_at_a_time(name: str) -> Iterator[None]:
+    """Processes that want the same kernel wait for the first to compile it (where the system can lock files)."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    with open(_cache_folder() / f"kernel_{name}.lock", "w") as file:
+        with contextlib.suppress(OSError):  # a folder on a network that has no locks
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 @functools.lru_cache(maxsize=128)
