@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 
 import cheap_ensemble
+import interrupts
 from vibrocap.case import read_case
 from vibrocap.faces import cli
 from vibrocap.faces.cli import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, main
@@ -323,7 +324,8 @@ def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):
 def test_interrupted_sweep_says_how_it_goes_on(case):
     arguments = ["--over", "machine.mass_ratio=0.1:8:1000", "--over", "drive.amplitude=0.2:3:1000", "--settle", "0"]
     program = [sys.executable, "-m", "vibrocap", "sweep", str(case), *arguments, "--out", "map"]
-    run = subprocess.Popen(program, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    with interrupts.heard():
+        run = subprocess.Popen(program, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     limit = time.monotonic() + 120
     while not (done := Path("map/done")).exists() or not any(done.iterdir()):
         assert run.poll() is None

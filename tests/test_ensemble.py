@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import math
 
 import numpy as np
 import pytest
@@ -9,24 +10,23 @@ import pytest
 import vibrocap as vc
 from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.gathered import Gathered
-from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics import elementary_abreast
+from vibrocap.numerics import ensemble as ensemble_module
+from vibrocap.numerics.ensemble import LANES, Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.lanes import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.motion import recorded_run
 
 ORDER = 10
 BUDGET = Budget(periods=6, window=2, threshold=0.0, tolerance=1e-8, max_events_per_period=10_000, max_steps=10**6)
+LIMITS = BUDGET.periods, BUDGET.tolerance, BUDGET.max_events_per_period, BUDGET.max_steps
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
 
 
 def drawn(law: str, seed: int):
     """(system, initial state): a capsule drawn at random around the paper's, any amplitude and load."""
     draw = np.random.default_rng([7, seed])
-    machine = vc.PendulumCapsule(
-        mass_ratio=10 ** draw.uniform(-1, 1),
-        stiffness=draw.uniform(0.5, 5),
-        damping=draw.uniform(0.3, 2),
-        normal_load=10 ** draw.uniform(-0.5, 0.5),
-    )
+    ratio, stiffness, damping = 10 ** draw.uniform(-1, 1), draw.uniform(0.5, 5), draw.uniform(0.3, 2)
+    machine = vc.PendulumCapsule(ratio, stiffness, damping, normal_load=10 ** draw.uniform(-0.5, 0.5))
     static = draw.uniform(0.2, 0.6)
     levels = {"static_coefficient": static, "coulomb_coefficient": static * draw.uniform(0.3, 1.0)}
     if law == "exponential":
@@ -41,30 +41,24 @@ def drawn(law: str, seed: int):
     return system, start
 
 
+def drawn_runs(law: str, seeds: range):
+    """(equations, parameters [runs, parameters], initial states [runs, states]) of the drawn systems."""
+    systems, starts = zip(*(drawn(law, seed) for seed in seeds), strict=True)
+    return equations(systems[0]), np.array([parameter_values(system) for system in systems]), np.array(starts)
+
+
 @functools.cache
 def together(law: str, seeds: range, threads: int = 1):
     """(layout, results) of the drawn systems in one ensemble, words asked for."""
-    systems, starts = zip(*(drawn(law, seed) for seed in seeds), strict=True)
-    parameters = np.array([parameter_values(system) for system in systems])
     budget = dataclasses.replace(BUDGET, asked=ASK_WORD)
-    return ensemble_run(equations(systems[0]), parameters, np.array(starts), budget, threads, order=ORDER)
+    return ensemble_run(*drawn_runs(law, seeds), budget, threads, order=ORDER)
 
 
 def alone(law: str, seed: int, shift: float = 0.0):
     """The drawn motion by the recording kernel, from a start shifted by so much."""
     system, start = drawn(law, seed)
-    start = start + shift * (start != 0.0)
-    return recorded_run(
-        equations(system),
-        parameter_values(system),
-        list(start),
-        system.drive.period,
-        BUDGET.periods,
-        BUDGET.tolerance,
-        BUDGET.max_events_per_period,
-        BUDGET.max_steps,
-        order=ORDER,
-    )
+    shifted, values = list(start + shift * (start != 0.0)), parameter_values(system)
+    return recorded_run(equations(system), values, shifted, system.drive.period, *LIMITS, order=ORDER)
 
 
 def assert_lane_is_the_run_alone(law: str, seeds: range):
@@ -98,11 +92,8 @@ def spelled_from_pieces(single) -> str:
     sides = last[:, 3]
     starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
     lengths = np.add.reduceat(last[:, 2], starts)
-    letters = [
-        {1.0: "F", -1.0: "B", 0.0: "S"}[sides[i]]
-        for i, n in zip(starts, lengths, strict=True)
-        if n > 1e-12 * sum(lengths)
-    ]
+    long = lengths > 1e-12 * sum(lengths)
+    letters = [{1.0: "F", -1.0: "B", 0.0: "S"}[side] for side in sides[starts][long]]
     while len(letters) > 1 and letters[-1] == letters[0]:
         letters.pop()
     return "".join(letters)
@@ -133,10 +124,7 @@ def test_the_same_bits_in_any_order_and_company(law):
 @pytest.mark.parametrize("law", LAWS)
 def test_plain_python_is_the_compiled_kernel(law):
     """The vectors as NumPy arrays take the same steps; within a period rounding has not grown to 1e-11."""
-    systems, starts = zip(*(drawn(law, seed) for seed in range(8)), strict=True)
-    parameters = np.array([parameter_values(system) for system in systems])
-    budget = dataclasses.replace(BUDGET, periods=1, window=1)
-    arguments = (equations(systems[0]), parameters, np.array(starts), budget, 1)
+    arguments = (*drawn_runs(law, range(8)), dataclasses.replace(BUDGET, periods=1, window=1), 1)
     layout, compiled = ensemble_run(*arguments, order=ORDER)
     with np.errstate(all="ignore"):  # free lanes and lanes that take the other branch are computed along
         _, plain = ensemble_run(*arguments, order=ORDER, plain=True)
@@ -148,9 +136,7 @@ def test_plain_python_is_the_compiled_kernel(law):
 
 def test_a_run_that_fails_fails_alone():
     """One lane gets too few events, another too few steps: they stop there, exactly, and the others are not touched."""
-    systems, starts = zip(*(drawn("exponential", seed) for seed in range(20)), strict=True)
-    parameters = np.array([parameter_values(system) for system in systems])
-    arguments = (equations(systems[0]), parameters, np.array(starts))
+    arguments = drawn_runs("exponential", range(20))
     steps = RESULT_HEAD.index("taylor_steps")
     _, whole = ensemble_run(*arguments, BUDGET, 1, order=ORDER)
     limit = int(np.median(whole[:, steps]))
@@ -175,3 +161,138 @@ def test_a_motion_that_runs_away_says_so():
     assert results[0, 0] == results[2, 0] == DONE
     assert results[1, 0] != DONE
     assert np.array_equal(results[0], results[2])
+
+
+def sliding_lanes(law: str, **budget):
+    """(functions and places by name, real, whole, tape) of the kernel as plain Python, the first runs in its lanes."""
+    system, parameters, starts = drawn_runs(law, range(LANES))
+    layout, entry = ensemble_kernel(system, ORDER, LANES, True, None)
+    kernel, (real, whole) = entry.__globals__, prepared_lanes(layout, dataclasses.replace(BUDGET, **budget), LANES)
+    starts[:, kernel["CONTACT_STATE"]] = 0.1
+    tape = np.zeros((LANES, layout.run_size))
+    write_runs(tape, system, parameters, starts)
+    for lane in range(LANES):
+        kernel["begin_run"](real, whole, tape.ravel(), lane, lane)
+    kernel["jet"](real)
+    return kernel, real, whole, tape.ravel()
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("limit", ["max_steps", "max_events_per_period"])
+def test_a_run_that_fails_leaves_nothing_to_the_next(law, limit):
+    """Cut off in any state, at rest, leaving, just turned: the run that gets the lane next is the same as alone."""
+    system, parameters, starts = drawn_runs(law, range(24))
+    for most in (*range(1, 12), 25, 50, 100):
+        budget = dataclasses.replace(BUDGET, **{limit: most})
+        layout, results = ensemble_run(system, parameters, starts, budget, 1, order=ORDER)
+        head, states = len(RESULT_HEAD), layout.states
+        written = np.r_[:head, head + states : head + 2 * states]
+        for i, row in enumerate(results):
+            single = ensemble_run(system, parameters[i : i + 1], starts[i : i + 1], budget, 1, order=ORDER)[1][0]
+            if row[RESULT_HEAD.index("window_start")] < 0:  # nothing was measured: what stands there means nothing
+                row, single = row[written], single[written]
+            assert np.array_equal(row, single), (most, i)
+
+
+def test_the_same_bits_from_many_small_blocks(monkeypatch):
+    """A thread that has used up its block comes back for the next; no run is left out."""
+    results = together("exponential", range(40))[1]
+    monkeypatch.setattr(ensemble_module, "BLOCK", 3)
+    monkeypatch.setattr(np, "empty", np.zeros)  # so that what nobody writes is not by chance what was there before
+    for threads in (1, 2):
+        assert np.array_equal(together.__wrapped__("exponential", range(40), threads)[1], results)
+
+
+def test_a_side_that_is_not_looked_at_does_not_give_way():
+    """Where a stuck contact is looked at towards one side only, its force stays within the limit on the other."""
+    kernel, real, _, _ = sliding_lanes("exponential")
+    draw = np.random.default_rng(5)
+    every = np.ones(LANES, bool)
+    real[kernel["LIMIT"] :][:LANES] = 1.0
+    counts = np.zeros(3)
+    for _ in range(200):
+        series = draw.normal(size=(ORDER, LANES)) * 10 ** draw.uniform(-1.0, 1.5, LANES)
+        series[0] = draw.uniform(-1.0, 1.0, LANES)
+        real[kernel["HOLD"] :][: series.size] = series.ravel()
+        h = draw.uniform(0.1, 1.0, LANES)
+        push, sure = kernel["hold_abreast"](real, every, ~every, h, h)
+        times = np.linspace(0.0, 1.0, 101)[:, None] * h
+        force = sum(c * times**k for k, c in enumerate(series))
+        kept = np.all(-push * force <= 1.0, axis=0)
+        assert np.all(kept[sure])
+        counts += [np.sum(sure), np.sum(~kept), np.sum(sure & np.any(push * force > 1.0, axis=0))]
+    assert min(counts) > 20  # all three cases occur: plain, in doubt, and giving way where it is looked
+
+
+@pytest.mark.parametrize(("law", "least"), [("exponential", 0.99), ("lugre", 0.98)])
+def test_most_steps_are_taken_abreast(law, least, monkeypatch):
+    """Of the standard forms 1 step in 100 is one that a lane takes alone; that is where the speed comes from."""
+    kernel, *_ = sliding_lanes(law)
+    abreast, steps = kernel["step_abreast"], []
+
+    def counted(real, whole, tape, running):
+        steps.append((kernel["bits"](running), abreast(real, whole, tape, running)))
+        return steps[-1][1]
+
+    monkeypatch.setitem(kernel, "step_abreast", counted)
+    with np.errstate(all="ignore"):
+        ensemble_run(*drawn_runs(law, range(8)), dataclasses.replace(BUDGET, periods=2), 1, order=ORDER, plain=True)
+    running, plain = (sum(bits.bit_count() for bits in column) for column in zip(*steps, strict=True))
+    assert plain >= least * running
+
+
+def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
+    """After a drop from static to kinetic friction the velocity has one vanishing coefficient, not two."""
+    kernel, real, _, _ = sliding_lanes("exponential")
+    every = np.ones(LANES, bool)
+    real[kernel["VELOCITY"] + 2 * LANES :][:LANES] = 1.0
+    acceleration = np.array([0.0, 1e-12, -1e-12, 1e-3, -1e-3, 1.0, -1.0, 1e3])
+    real[kernel["VELOCITY"] + LANES :][:LANES] = acceleration
+    assert np.array_equal(kernel["hold_abreast"](real, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
+
+
+def test_a_plain_step_ends_the_decisions():
+    """Decisions without advance are counted up to a dozen; after any step they are forgotten."""
+    kernel, real, whole, tape = sliding_lanes("exponential")
+    whole[kernel["IDLE"] :][:LANES] = 5
+    plain = kernel["step_abreast"](real, whole, tape, np.ones(LANES, bool))
+    assert plain > 0
+    assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(whole[kernel["IDLE"] :][:LANES])
+
+
+def test_a_motion_below_the_tolerance_keeps_its_signs():
+    """Bristles under a drive too weak for the tolerance: as many steps as the run alone, and the same motion."""
+    for amplitude in (1e-9, 1e-8, 1e-7, 1e-6):
+        system = drawn("lugre", 0)[0].with_parameters({"drive.amplitude": amplitude})
+        parameters, start = parameter_values(system), np.zeros((1, len(system.state_names)))
+        layout, (row,) = ensemble_run(equations(system), np.array([parameters]), start, BUDGET, 1, order=ORDER)
+        single = recorded_run(equations(system), parameters, list(start[0]), system.drive.period, *LIMITS, order=ORDER)
+        assert row[RESULT_HEAD.index("taylor_steps")] == len(single.pieces)
+        assert row[len(RESULT_HEAD) + layout.states :][: layout.states] == pytest.approx(
+            single.final, rel=0.0, abs=1e-12 * amplitude
+        )
+
+
+def test_a_contact_that_comes_to_rest_as_the_period_ends():
+    """First it comes to rest, then the period turns: the event belongs to the old one, the window starts at rest."""
+    kernel, real, whole, tape = sliding_lanes("exponential", periods=2, window=1)
+    real[kernel["STEP"]] = 0.01
+    kernel["move_to"](real, whole, 0, 0.01)
+    kernel["finish_abreast"](real, whole, tape, 1, 1)
+    assert (whole[kernel["PERIOD_COUNT"]], whole[kernel["EVENTS"]]) == (1, 0)
+    assert abs(real[kernel["START_STATE"] + kernel["CONTACT_STATE"] * LANES]) < 1e-15
+
+
+def test_elementary_functions_abreast_are_right_to_ulps():
+    """Of all quadrants and ranges; the library's own are right to one ulp."""
+    draw = np.random.default_rng(3)
+    angles, powers = draw.uniform(-1, 1, (2, 5000)) * [[200], [700]]
+    ratios = np.concatenate((10 ** draw.uniform(-300, 300, 5000), draw.uniform(0.5, 2.0, 5000)))
+    for found, exact, points in (
+        (elementary_abreast.sine_cosine(angles)[0], math.sin, angles),
+        (elementary_abreast.sine_cosine(angles)[1], math.cos, angles),
+        (elementary_abreast.exponential(powers), math.exp, powers),
+        (elementary_abreast.logarithm(ratios), math.log, ratios),
+    ):
+        expected = np.array([exact(x) for x in points])
+        assert np.all(np.abs(found - expected) <= 3 * np.spacing(np.abs(expected))), exact

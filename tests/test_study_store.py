@@ -16,6 +16,7 @@ import pytest
 import xarray as xr
 
 import cheap_ensemble
+import interrupts
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case import CaseError
 from vibrocap.studies import store as stores
@@ -163,7 +164,8 @@ def test_an_interrupted_study_says_how_it_goes_on(tmp_path):
         if share > 0.4:
             signal.raise_signal(signal.SIGINT)
 
-    with pytest.raises(Stopped, match=r"Stopped: 2 of 6 tiles are stored in .*a; go on with --resume"):
+    refused = pytest.raises(Stopped, match=r"Stopped: 2 of 6 tiles are stored in .*a; go on with --resume")
+    with interrupts.heard(), refused:
         stored(tmp_path / "a", progress=stop)
     shares = []
     stored(tmp_path / "a", resume=True, progress=shares.append)
