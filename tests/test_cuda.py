@@ -55,7 +55,7 @@ def ensemble_of(law: str, runs: int):
 # --- what runs in processes of their own -----------------------------------------------------------------------------
 
 SIMULATED = {  # law, runs, budget
-    "exponential": ("exponential", 7, Budget(2, 1, 0.0, 1e-6, 1000, 120, EVERYTHING)),
+    "exponential": ("exponential", 7, Budget(2, 1, 0.0, 1e-6, 1000, 75, EVERYTHING)),
     "settling": ("exponential", 3, Budget(14, 2, 0.1, 1e-4, 1000, 10**6, EVERYTHING)),
     "stiff": ("stiff", 2, Budget(1, 1, 0.0, 1e-4, 1000, 10**6, EVERYTHING)),
 }
