@@ -27,6 +27,7 @@ from vibrocap.parameters import parameter_table
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+SLOW_PAGES = ("clusters.md", "sweeps.md")  # their snippets run studies, and compile kernels that no other test needs
 SLOW = ("vibrocap reproduce",)  # commands that begin so take more than a few seconds
 
 
@@ -128,8 +129,11 @@ def test_picture_is_small_enough_to_load_with_the_page():
 
 @pytest.mark.parametrize(
     "page",
-    [page for page in PAGES if any(fence.words == ("python",) for fence in fences(page))],
-    ids=lambda page: str(page.relative_to(ROOT)),
+    [
+        pytest.param(page, id=str(page.relative_to(ROOT)), marks=[pytest.mark.slow] if page.name in SLOW_PAGES else [])
+        for page in PAGES
+        if any(fence.words == ("python",) for fence in fences(page))
+    ],
 )
 def test_snippets_run_and_print_what_they_are_said_to(page, workplace):
     names: dict = {}
