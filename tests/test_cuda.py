@@ -174,7 +174,7 @@ def test_short_launches_change_nothing(simulated):
     """All that a thread carries outlives a launch, wherever in a run that ends."""
     assert np.array_equal(simulated["exponential 7"], simulated["exponential 10000"])
     short, long = simulated["exponential 7 begun"], simulated["exponential 10000 begun"]
-    assert len(short) > 20 > len(long)
+    assert len(short) > 5 * len(long)  # ended many times within runs
     assert short[-1] == long[-1] == 7  # all runs begun
     assert np.all(np.diff(short) >= 0)
 
