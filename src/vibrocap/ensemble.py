@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from vibrocap.equations import equations, parameter_values
+from vibrocap.friction.law import Law
 from vibrocap.measures.during_run import asked_groups, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
@@ -151,7 +152,7 @@ def _measured(
     status = STATUS_CODES[results[:, 0].astype(np.int64)]
     finished = status == FINISHED
     gathered = Gathered(
-        one, layout, results[finished], period[finished], _odd(one, columns)[finished], budget.threshold
+        one, layout, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold
     )
     everything = Gathered(one, layout, results, period, np.zeros(runs, bool), budget.threshold)
     begun = everything.head("window_start") >= 0
@@ -273,20 +274,23 @@ def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Ite
             yield members[first : first + size]
 
 
-def _odd(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Whether the drive of each run is odd under half a period."""
+def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Whether each run has the half-period symmetry (`System.mirrored`)."""
     runs = len(next(iter(columns.values())))
     paths = [path for path in columns if path.startswith("drive.")]
+    if type(system.friction).symmetric is not Law.symmetric:
+        paths += [path for path in columns if path.startswith("friction.")]
     if not paths:
-        return np.full(runs, system.drive.odd)
+        return np.full(runs, system.mirrored)
     rows, which = np.unique(np.column_stack([columns[path] for path in paths]), axis=0, return_inverse=True)
-    drive = copy.copy(system.drive)
-    odd = np.empty(len(rows), dtype=bool)
+    varied = System(system.machine, copy.copy(system.friction), copy.copy(system.drive))
+    mirrored = np.empty(len(rows), dtype=bool)
     for k, row in enumerate(rows):
         for path, value in zip(paths, row, strict=True):
-            object.__setattr__(drive, path.removeprefix("drive."), float(value))  # checked before
-        odd[k] = drive.odd
-    return odd[which.ravel()]
+            part, name = path.split(".", 1)
+            object.__setattr__(getattr(varied, part), name, float(value))  # checked before
+        mirrored[k] = varied.mirrored
+    return mirrored[which.ravel()]
 
 
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:

@@ -21,7 +21,11 @@ class Flow:
     contact_velocity: Any
     friction: Any  # friction force R
     holding_force: Any  # R that would keep a resting contact at rest
-    holding_limit: Any  # largest force at rest; None where the law is not set-valued
+    holding_middle: Any  # of the forces that the contact can hold at rest
+    holding_limit: Any  # how far they reach from their middle; None where the law is not set-valued
+    switches: tuple  # guards of the pieces of the law, positive within the present one
+    after_switch: tuple  # internal states after each switch
+    after_reversal: tuple  # internal states after the contact has turned to the side
     powers: tuple  # one per channel, positive into the system
     energy: Any  # of the machine
     contact_energy: Any  # stored in the contact
@@ -60,7 +64,13 @@ class System:
     @property
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
-        return self.machine.symmetry + (-1,) * len(self.friction.internal)
+        internal = self.friction.internal_symmetry
+        return self.machine.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the half-period symmetry holds: the mirror image of a motion, half a period later, is a motion."""
+        return self.drive.odd and self.machine.symmetric and self.friction.symmetric
 
     def flow(self, t, y, side) -> Flow:
         """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
@@ -77,13 +87,20 @@ class System:
             force = hold + slipping * (force - hold)
             sliding_loss = slipping * sliding_loss
             limit = self.friction.holding_limit(load)
+        switches = self.friction.switches(velocity, internal, side, load)
         return Flow(
             rates=(*self.machine.rates(t, mechanical, drive, force), *internal_rates),
             drive=drive,
             contact_velocity=velocity,
             friction=force,
             holding_force=hold,
+            holding_middle=self.friction.holding_middle(load),
             holding_limit=limit,
+            switches=switches,
+            after_switch=tuple(
+                self.friction.after_switch(which, velocity, internal, side, load) for which in range(len(switches))
+            ),
+            after_reversal=self.friction.after_reversal(internal, side, load),
             powers=(*self.machine.powers(t, mechanical, drive), -sliding_loss, -bristle_loss),
             energy=self.machine.energy(t, mechanical),
             contact_energy=self.friction.stored_energy(internal),

@@ -25,13 +25,21 @@ class Law:
           "kinked": a force for every velocity, with a kink in it or in its rates at v = 0 (most dynamic laws);
           "smooth": neither.
     internal: names of the internal states, whose rates `force` returns.
+    switched: those of the internal states that are whole numbers: they say which piece of the law holds, have the rate
+        0.0 and change at reversals and where a guard of `switches` falls to zero. A run starts with all of them at 0.
+    internal_symmetry: sign of each internal state when the motion is mirrored; -1 for all unless given.
     shape_parameters: parameters that choose the formula when they are whole numbers (an exponent, for instance).
+    source: where the law was published. creeps: whether it drifts under an oscillating force below breakaway.
     """
 
     name: ClassVar[str]
     kind: ClassVar[Literal["set-valued", "kinked", "smooth"]]
     internal: ClassVar[tuple[str, ...]] = ()
+    switched: ClassVar[tuple[str, ...]] = ()
+    internal_symmetry: ClassVar[tuple[int, ...] | None] = None
     shape_parameters: ClassVar[tuple[str, ...]] = ()
+    source: ClassVar[str] = ""
+    creeps: ClassVar[bool] = False
 
     def force(self, velocity, internal, side, load):
         """Friction force R and the rates of the internal states: (R, (z', ...))."""
@@ -44,6 +52,26 @@ class Law:
     def holding_limit(self, load):
         """Largest force that the contact can hold at rest (set-valued laws); not less than that at vanishing speed."""
         raise NotImplementedError
+
+    def holding_middle(self, load):
+        """Middle of the forces that the contact can hold at rest, which lie within `holding_limit` of it."""
+        return 0.0
+
+    def switches(self, velocity, internal, side, load) -> tuple:
+        """Guards of the pieces of a kinked law, each positive while its piece lasts.
+
+        Where one falls to zero the internal states become those of `after_switch`. A guard should be clearly positive
+        after its own switch (let the new piece last a little beyond the border), or the law would chatter.
+        """
+        return ()
+
+    def after_switch(self, which, velocity, internal, side, load) -> tuple:
+        """The internal states after guard number `which` of `switches` has fallen to zero."""
+        raise NotImplementedError
+
+    def after_reversal(self, internal, side, load) -> tuple:
+        """The internal states of a kinked law after the contact has turned to `side`."""
+        return internal
 
     def internal_scales(self, load) -> tuple:
         """Natural size of each internal state, over which its error is measured."""
@@ -64,6 +92,11 @@ class Law:
     def stored_energy(self, internal):
         """Energy stored in the contact."""
         return 0.0
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether friction is the same in both directions, with these parameters."""
+        return True
 
     @property
     def passive(self) -> bool:

@@ -14,18 +14,24 @@ __all__ = ["Machine", "NonNegative", "Number", "Positive", "cos", "parameter", "
 class Machine:
     """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
 
-    states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel).
+    states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
+    for a machine that is held to its place.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
     half-period symmetry.
     """
 
     name: ClassVar[str]
     states: ClassVar[tuple[str, ...]]
-    cyclic: ClassVar[str]
+    cyclic: ClassVar[str | None]
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
     channels: ClassVar[tuple[str, ...]]
     normal_load: float | Literal["weight"]
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the machine's equations are their own mirror image, with these parameters."""
+        return True
 
     def scales(self):
         """Natural size of each state, over which its error is measured."""

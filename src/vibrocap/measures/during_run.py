@@ -60,8 +60,8 @@ def measured(
         asked_groups(needed),
         own_integrands(needed, recording),
     )
-    odd = np.array([motion.system.drive.odd])
-    runs = Gathered(motion.system, layout, result[None], np.array([motion.period]), odd, float(settle or 0.0))
+    mirrored = np.array([motion.system.mirrored])
+    runs = Gathered(motion.system, layout, result[None], np.array([motion.period]), mirrored, float(settle or 0.0))
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
 

@@ -15,7 +15,7 @@ class Gathered:
     """Results of runs of systems of one form; every quantity is an array [runs].
 
     system: one of them, for names and kinds; results: [runs, layout.result_size], see `numerics.lanes.RESULT_HEAD`
-    period: drive period of each run; odd: whether its drive is odd under half a period
+    period: drive period of each run; mirrored: whether it has the half-period symmetry
     threshold: of settling; 0 where it was not looked for
     """
 
@@ -23,7 +23,7 @@ class Gathered:
     layout: Layout
     results: np.ndarray
     period: np.ndarray
-    odd: np.ndarray
+    mirrored: np.ndarray
     threshold: float
 
     def head(self, name: str) -> np.ndarray:

@@ -47,7 +47,7 @@ def response_class(motion: Trajectory, *, threshold: float | None = None) -> Res
     """
     found = settling(motion, threshold=threshold)
     if found.settled and found.period is not None:
-        symmetric = _asymmetry(motion, found.period) <= MIRRORED * found.threshold if motion.system.drive.odd else None
+        symmetric = _asymmetry(motion, found.period) <= MIRRORED * found.threshold if motion.system.mirrored else None
         return ResponseClass(f"period-{found.period}", found.period, found.residual, symmetric)
     kind = "other" if _settles_to_nothing(motion) else "not settled"
     return ResponseClass(kind, None, found.residual, None)

@@ -77,7 +77,7 @@ STICKING = (
 
 def _symmetric(runs: Gathered) -> np.ndarray:
     mirrored = runs.entry("ASYMMETRY") <= MIRRORED * runs.threshold
-    return np.where(runs.settled & runs.odd, mirrored, np.nan)
+    return np.where(runs.settled & runs.mirrored, mirrored, np.nan)
 
 
 RESPONSE = (
