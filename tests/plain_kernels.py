@@ -55,8 +55,9 @@ def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel
     """The kernel of a system, with the parameters of the system in every lane."""
     recorded = equations(system)
     states = len(recorded.rates)
-    layout = Layout(lanes, states, states, order, len(recorded.parameter_paths))
-    text = linked_source(generated_source(recorded, layout), maybe_stiff=recorded.hold is None)
+    switches = len(recorded.switches)
+    layout = Layout(lanes, states, states, order, len(recorded.parameter_paths), switches=switches)
+    text = linked_source(generated_source(recorded, layout), recorded.hold is None, switches > 0)
     kernel = PlainKernel(plain_kernel(text), layout, recorded, text, *layout.allocated())
     for lane in range(lanes):
         set_lane(kernel, system, lane)

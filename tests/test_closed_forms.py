@@ -46,7 +46,7 @@ class Carriage(Machine):
     def momentum(self, t, y):
         return 0.0 * y[0]
 
-    def powers(self, t, y, drive):
+    def powers(self, t, y, drive, force):
         return ()
 
 

@@ -264,7 +264,7 @@ def test_code_holding_force_stops_the_capsule():
 def test_code_energy_powers_and_momentum():
     assert zero(MACHINE.energy(TIME, WRAPPED_STATE).expression - ENERGY)
     assert zero(MACHINE.momentum(TIME, WRAPPED_STATE).expression - MOMENTUM)
-    for found, derived in zip(MACHINE.powers(TIME, WRAPPED_STATE, DRIVE), (D * rate, -nu * rate**2), strict=True):
+    for found, derived in zip(MACHINE.powers(TIME, WRAPPED_STATE, DRIVE, 0.0), (D * rate, -nu * rate**2), strict=True):
         assert zero(found.expression - derived)
 
 

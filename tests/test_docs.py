@@ -27,8 +27,10 @@ from vibrocap.parameters import parameter_table
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-SLOW_PAGES = ("clusters.md", "sweeps.md")  # their snippets run studies, and compile kernels that no other test needs
-SLOW = ("vibrocap reproduce",)  # commands that begin so take more than a few seconds
+# Their snippets run studies or fits, and compile kernels that no other fast test needs.
+SLOW_PAGES = ("clusters.md", "friction.md", "identification.md", "index.md", "orbits.md", "sweeps.md")
+# Commands that begin so take more than a few seconds.
+SLOW = tuple(f"vibrocap {name}" for name in ("reproduce", "orbit", "crossing", "branch", "basins", "friction", "fit"))
 
 
 @dataclasses.dataclass(frozen=True)

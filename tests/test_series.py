@@ -16,7 +16,7 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import PlainKernel, kernel_of
-from vibrocap.elementary import cos, exp, log, power, sin, sqrt
+from vibrocap.elementary import atan, cos, exp, log, power, sin, sqrt, tanh
 from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics.graph import Graph, evaluate
 from vibrocap.numerics.jets import JetWriter
@@ -156,6 +156,10 @@ EXPRESSIONS = {
     "exp of a square": lambda x, t: exp(-(x / 0.7) * (x / 0.7)),
     "log": lambda x, t: log(x * x + 0.3),
     "sqrt": lambda x, t: sqrt(1.0 + x * x),
+    "tanh": lambda x, t: tanh(1.4 * x - 0.5 * t),
+    "tanh of a square": lambda x, t: tanh(x * x),
+    "atan": lambda x, t: atan(2.0 * x - t),
+    "atan of a square": lambda x, t: atan(x * x),
     "power 1.7": lambda x, t: power(x / 0.9, 1.7),
     "power 3": lambda x, t: power(x / 0.9, 3.0),
     "quotient": lambda x, t: (1.0 + t) / (2.0 + cos(x)),
@@ -217,6 +221,12 @@ class Real:
 
     def sqrt(self):
         return Real(mp.sqrt(self.value))
+
+    def tanh(self):
+        return Real(mp.tanh(self.value))
+
+    def atan(self):
+        return Real(mp.atan(self.value))
 
 
 @pytest.mark.parametrize("name", EXPRESSIONS)

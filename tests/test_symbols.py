@@ -1,6 +1,7 @@
 """docs/symbols.md: every symbol, name and meaning, both ways complete."""
 
 import dataclasses
+import itertools
 import re
 from pathlib import Path
 
@@ -8,7 +9,8 @@ import pytest
 
 import vibrocap as vc
 from vibrocap import symbols
-from vibrocap.catalogue import drives, laws, machines
+from vibrocap.catalogue import drives, laws, machines, wrappers
+from vibrocap.equations import equations
 from vibrocap.parameters import parameter_table
 
 SYMBOLS_PAGE = Path(__file__).resolve().parents[1] / "docs" / "symbols.md"
@@ -32,15 +34,26 @@ def test_every_parameter_is_on_the_page_of_symbols(part):
 
 
 def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
-    states = {name for m in machines().values() for name in m.states} | {
-        n for law in laws().values() for n in law.internal
-    }
+    friction = [*(law() for law in laws().values()), vc.anisotropic(vc.LuGre)(), vc.backlash(vc.LuGre)()]
+    states = {name for m in machines().values() for name in m.states} | {n for law in friction for n in law.internal}
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
-    names = {"time"}
-    for law in laws().values():
-        names |= set(vc.simulate(vc.System(vc.PendulumCapsule(), law(), vc.Harmonic()), periods=0.1).names)
-    assert {name for _, name, _ in page_rows("What else")} == names - states
+    names = {"time", "side", "impulse"}
+    for machine, law in itertools.product(machines().values(), friction):
+        system = vc.System(machine(), law, vc.Harmonic())
+        names |= {*equations(system).observables, *(f"{channel}_work" for channel in system.channels)}
+    assert {name for _, name, _ in page_rows("What else")} == names
+    motion = vc.simulate(vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), periods=0.1)
+    assert set(motion.names) <= names | states
     assert all(printed for printed, _, _ in page_rows(""))
+
+
+@pytest.mark.parametrize("name", wrappers())
+def test_what_a_wrapper_adds_is_on_the_page_of_symbols(name):
+    law = vc.Exponential if name == "smoothed" else vc.LuGre
+    added = parameter_table(wrappers()[name](law))[len(parameter_table(law)) :]
+    assert added
+    expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in added]
+    assert page_rows(f"Around a friction law: `{name}-") == expected
 
 
 def test_the_page_of_symbols_is_the_one_that_is_written():
@@ -75,6 +88,6 @@ def test_the_page_agrees_with_the_specification():
 
 def test_defaults_are_the_papers():
     law = vc.LuGre()
-    assert dataclasses.astuple(law) == (100.0, 10.0, 0.0, 0.15, 0.45, 0.1, 2.0)
+    assert dataclasses.astuple(law) == (100.0, 10.0, 0.0, 0.15, 0.45, 0.1, 2.0, None)
     assert dataclasses.astuple(vc.Exponential()) == (0.15, 0.45, 10.0)
     assert dataclasses.astuple(vc.PendulumCapsule()) == (2.5, 2.0, 1.0, 1.0)

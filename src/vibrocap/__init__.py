@@ -3,10 +3,37 @@
 from importlib.metadata import version as _version
 
 from vibrocap.drives.biharmonic import Biharmonic
+from vibrocap.drives.constant import Constant
 from vibrocap.drives.harmonic import Harmonic
+from vibrocap.drives.loading import Loading
+from vibrocap.drives.ramp import Ramp
 from vibrocap.ensemble import ensemble
+from vibrocap.friction.anisotropic import anisotropic
+from vibrocap.friction.backlash import backlash
+from vibrocap.friction.bouc_wen import BoucWen
+from vibrocap.friction.coulomb import Coulomb
+from vibrocap.friction.dahl import Dahl
+from vibrocap.friction.elasto_plastic import ElastoPlastic
 from vibrocap.friction.exponential import Exponential
+from vibrocap.friction.hyperbolic_stribeck import HyperbolicStribeck
 from vibrocap.friction.lugre import LuGre
+from vibrocap.friction.maxwell_slip import MaxwellSlip
+from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
+from vibrocap.friction.rate_and_state_slip import RateAndStateSlip
+from vibrocap.friction.smoothed_arctan import SmoothedArctan
+from vibrocap.friction.smoothed_tanh import SmoothedTanh
+from vibrocap.friction.stribeck import Stribeck
+from vibrocap.laboratory.break_away import BreakAway, break_away
+from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
+from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
+from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
+from vibrocap.laboratory.passivity import Passivity, passivity
+from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
+from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded, regularisation_error, width_for
+from vibrocap.laboratory.stick_slip_test import stick_slip_test
+from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
+from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
+from vibrocap.machines.oscillator import Oscillator
 from vibrocap.machines.pendulum_capsule import PendulumCapsule
 from vibrocap.measures.during_run import measure_table, measured
 from vibrocap.measures.energy import EnergyBalance, energy_balance
@@ -24,6 +51,17 @@ from vibrocap.measures.response import ResponseClass, response_class
 from vibrocap.measures.settling import Settling, settling
 from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
 from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
+from vibrocap.orbits.orbit import Orbit, OrbitStatus
+from vibrocap.orbits.shooting import shoot
+from vibrocap.orbits.steady import orbit
+from vibrocap.records.checks import RecordError, RecordWarning
+from vibrocap.records.preparation import prepared
+from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
+from vibrocap.records.readers import read_records
+from vibrocap.records.record import Record
+from vibrocap.records.regimes import regime_diagram
+from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
 from vibrocap.scaling import (
     BiharmonicInSI,
     ExponentialInSI,
@@ -90,6 +128,50 @@ __all__ = [
     "offset_points",
     "steady_friction",
     "steady_slope",
+    "driven_force",
+    "driven_forces",
+    "Driven",
+    "DrivenSet",
+    "presliding_loop",
+    "PreslidingLoop",
+    "frictional_lag",
+    "FrictionalLag",
+    "break_away",
+    "BreakAway",
+    "stick_slip_test",
+    "creep",
+    "Creep",
+    "test_sheet",
+    "TestSheet",
+    "passivity",
+    "Passivity",
+    "stiffness_report",
+    "StiffnessReport",
+    "regularisation_error",
+    "Regularisation",
+    "width_for",
+    "WidthNeeded",
+    "orbit",
+    "Orbit",
+    "OrbitStatus",
+    "shoot",
+    "crossing",
+    "Crossing",
+    "CrossingKind",
+    "Crossings",
+    "Record",
+    "RecordError",
+    "RecordWarning",
+    "read_records",
+    "prepared",
+    "stick_slip",
+    "stick_slip_of",
+    "StickSlip",
+    "regime_diagram",
+    "rotary_damper",
+    "paper_stick_slip",
+    "basalt_velocity_step",
+    "emps",
     "Scales",
     "SystemInSI",
     "PendulumCapsuleInSI",
@@ -97,4 +179,23 @@ __all__ = [
     "LuGreInSI",
     "HarmonicInSI",
     "BiharmonicInSI",
+    "Oscillator",
+    "Constant",
+    "Ramp",
+    "Loading",
+    "BoucWen",
+    "Coulomb",
+    "Dahl",
+    "ElastoPlastic",
+    "HyperbolicStribeck",
+    "MaxwellSlip",
+    "RateAndStateAgeing",
+    "RateAndStateSlip",
+    "SmoothedArctan",
+    "SmoothedTanh",
+    "Stribeck",
+    "anisotropic",
+    "backlash",
+    "contact_sizes",
+    "ContactSizes",
 ]

@@ -131,7 +131,8 @@ def case_text(case: Case) -> str:
     for section, (key, _) in CHOICES.items():
         part = getattr(case.system, "friction" if section == "friction" else section)
         lines += [f"[{section}]", f"{key} = {_toml(part.name)}"]
-        lines += [f"{info.name} = {_toml(getattr(part, info.name))}" for info in parameter_table(part)] + [""]
+        values = {info.name: getattr(part, info.name) for info in parameter_table(part)}
+        lines += [f"{name} = {_toml(value)}" for name, value in values.items() if value is not None] + [""]
     lines += ["[initial]", *(f"{name} = {_toml(value)}" for name, value in case.initial.items()), ""]
     lines += ["[run]", *(f"{name} = {_toml(value)}" for name, value in case.run.items())]
     return "\n".join(lines) + "\n"

@@ -36,6 +36,16 @@ def sqrt(x):
     return math.sqrt(x) if isinstance(x, (int, float)) else x.sqrt()
 
 
+def tanh(x):
+    """Hyperbolic tangent of x."""
+    return math.tanh(x) if isinstance(x, (int, float)) else x.tanh()
+
+
+def atan(x):
+    """Arc tangent of x [rad]."""
+    return math.atan(x) if isinstance(x, (int, float)) else x.atan()
+
+
 def power(x, exponent):
     """x**exponent for x >= 0, with a Taylor series at x = 0 as well.
 

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 
 from vibrocap.equations import equations, parameter_values
 from vibrocap.friction.law import Law
-from vibrocap.measures.during_run import asked_groups, resolved, values
+from vibrocap.machines.machine import Machine
+from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.numerics import ensemble as numerics
@@ -70,17 +71,16 @@ def ensemble(
     measures, NaN (for "word" an empty text) where the run failed.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
-    those of a graphics card agree with them to rounding.
-    Raises ValueError, naming the field, before any work.
+    those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
     """
     start = initial_state(system, initial)
     asked, needed = resolved(measures)
+    check_travel(needed, system)
     columns = _columns(system, over)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     _check_whole("periods", periods, 1, MOST_PERIODS)
     _check_whole("window", window, 1, int(periods))
-    if threads is not None:
-        _check_whole("threads", threads, 1, 2**16)
+    _check_whole("threads", 1 if threads is None else threads, 1, 2**16)
     if device not in DEVICES:
         raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
     if device == "cuda":
@@ -278,12 +278,13 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """Whether each run has the half-period symmetry (`System.mirrored`)."""
     runs = len(next(iter(columns.values())))
     paths = [path for path in columns if path.startswith("drive.")]
-    if type(system.friction).symmetric is not Law.symmetric:
-        paths += [path for path in columns if path.startswith("friction.")]
+    for part, contract in (("friction", Law), ("machine", Machine)):
+        if type(getattr(system, part)).symmetric is not contract.symmetric:
+            paths += [path for path in columns if path.startswith(f"{part}.")]
     if not paths:
         return np.full(runs, system.mirrored)
     rows, which = np.unique(np.column_stack([columns[path] for path in paths]), axis=0, return_inverse=True)
-    varied = System(system.machine, copy.copy(system.friction), copy.copy(system.drive))
+    varied = System(*(copy.copy(getattr(system, part)) for part in PARTS))
     mirrored = np.empty(len(rows), dtype=bool)
     for k, row in enumerate(rows):
         for path, value in zip(paths, row, strict=True):

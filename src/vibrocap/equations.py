@@ -4,6 +4,7 @@ import dataclasses
 import functools
 from typing import Any
 
+from vibrocap.machines.machine import Machine
 from vibrocap.numerics.graph import Expression, Graph
 from vibrocap.parameters import parameter_table
 from vibrocap.system import PARTS, System
@@ -27,13 +28,18 @@ class Equations:
     visible_speed: Expression
     contact_velocity: Expression
     contact_state: int
-    cyclic_state: int
+    cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
-    hold: Expression | None
+    hold: Expression | None  # over the middle of what the contact can hold
     limit: Expression | None
+    switches: tuple[Expression, ...]  # guards of the pieces of the law
+    after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
+    after_reversal: tuple[Expression, ...]  # states
     kinked: bool
     observables: dict[str, Expression]
+    base: int  # states of the motion itself; tangents may follow them
+    guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
 
 
 def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
@@ -105,9 +111,9 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
     flow = recorded.flow(graph.node("time"), y, graph.node("side"))
     expression = graph.expression
-    load = recorded.machine.load()
-    scales = (*recorded.machine.scales(), *recorded.friction.internal_scales(load))
+    scales = recorded.scales()
     internal_rates = dict(zip(system.friction.internal, flow.rates[len(system.machine.states) :], strict=True))
+    mechanical = y[: len(system.machine.states)]
     observables = {
         "friction": flow.friction,
         "holding_force": flow.holding_force,
@@ -115,9 +121,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         "drive": flow.drive,
         "energy": flow.energy,
         "contact_energy": flow.contact_energy,
-        "momentum": recorded.machine.momentum(graph.node("time"), y[: len(system.machine.states)]),
+        "momentum": recorded.machine.momentum(graph.node("time"), mechanical),
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
+    if type(system.machine).outer_force is not Machine.outer_force:
+        observables["outer_force"] = recorded.machine.outer_force(graph.node("time"), mechanical, flow.drive)
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -129,13 +137,17 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         visible_speed=expression(recorded.friction.visible_speed()),
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
-        cyclic_state=system.state_names.index(system.machine.cyclic),
+        cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
-        hold=None if flow.holding_limit is None else expression(flow.holding_force),
+        hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
+        switches=tuple(expression(guard) for guard in flow.switches),
+        after_switch=tuple(tuple(map(expression, (*mechanical, *states))) for states in flow.after_switch),
+        after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked",
         observables={name: expression(value) for name, value in observables.items()},
+        base=len(flow.rates),
     )
 
 

@@ -142,6 +142,7 @@ MOTION_UNITS = {
     "angle_rate": "rad/s",
     "position": "m",
     "velocity": "m/s",
+    "sliding_velocity": "m/s",
     "bristle": "m",
     "bristle_rate": "m/s",
     "contact_velocity": "m/s",
@@ -151,9 +152,11 @@ MOTION_UNITS = {
     "energy": "J",
     "contact_energy": "J",
     "momentum": "N s",
+    "outer_force": "N",
     "impulse": "N s",
     "drive_work": "J",
     "damper_work": "J",
+    "belt_work": "J",
     "contact_sliding_work": "J",
     "bristle_loss_work": "J",
 }
@@ -171,8 +174,8 @@ _SCALE_OF_UNIT = {
 
 
 def _scaled(value: Any, factor: float) -> Any:
-    """The value times the factor; a word ("weight") says the same in both."""
-    return value if isinstance(value, str) else value * factor
+    """The value times the factor; a word ("weight") or none says the same in both."""
+    return value if value is None or isinstance(value, str) else value * factor
 
 
 def _named(records: Any) -> str:
@@ -194,7 +197,7 @@ class PartInSI:
         values: dict[str, Any] = {}
         for name, (to, scale) in self.quantities.items():
             value, factor = getattr(self, name), getattr(scales, scale)
-            values[to] = value if isinstance(value, str) else value / factor
+            values[to] = value if value is None or isinstance(value, str) else value / factor
         return self.dimensionless_part(**values)
 
 
@@ -299,6 +302,9 @@ class LuGreInSI(PartInSI):
         ..., "V_s", "speed over which friction drops from static to Coulomb level [m/s]"
     )
     stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
+    damping_velocity_m_s: Positive | None = parameter(
+        None, "V_d", "speed over which the damping of the bristles fades [m/s]; none: it stays"
+    )
 
     dimensionless_part: ClassVar = LuGre
     quantities: ClassVar = {
@@ -309,6 +315,7 @@ class LuGreInSI(PartInSI):
         "static_coefficient": ("static_coefficient", "one"),
         "stribeck_velocity_m_s": ("stribeck_velocity", "velocity_m_s"),
         "stribeck_exponent": ("stribeck_exponent", "one"),
+        "damping_velocity_m_s": ("damping_velocity", "velocity_m_s"),
     }
 
     _levels = levels_in_order

@@ -14,7 +14,8 @@ from vibrocap.numerics.motion import Recorded, recorded_run
 from vibrocap.system import System
 from vibrocap.trajectory import Certificate, Status, Trajectory
 
-EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze"])  # by the numbers of `lanes.py`
+# By the numbers of `lanes.py`.
+EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
 STATUSES = {
     memory.DONE: Status.FINISHED,
     memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
@@ -56,6 +57,26 @@ def simulate(
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     recorded = _run(system, start, periods, tolerance, max_events_per_period, max_steps, progress=progress)
     return _trajectory(system, start, periods, tolerance, max_events_per_period, max_steps, samples, recorded)
+
+
+def period_marks(
+    system: System,
+    *,
+    periods: int,
+    initial: Mapping[str, float] | None = None,
+    tolerance: float = 1e-9,
+    max_events_per_period: int = 10_000,
+    max_steps: int = 50_000_000,
+) -> tuple[Status, np.ndarray]:
+    """(status, states at the start of every period and at the end [periods + 1, states]) of a long motion.
+
+    Nothing else of it is kept, so that a hundred thousand periods cost little memory. The arguments are those of
+    `simulate`; where the motion could not be completed there are fewer marks.
+    """
+    start = initial_state(system, initial)
+    check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
+    found = _run(system, start, periods, tolerance, max_events_per_period, max_steps, keep_pieces=False)
+    return STATUSES[found.status], found.sections
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
@@ -157,12 +178,16 @@ def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales
     marks = motion.piece_marks  # integrals at the start of every piece and at the end
     stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
-    impulse = _at_marks(momentum) - momentum[0] + marks[-1]
+    if motion.system.friction.switched:  # energy that was stored in the contact is lost where a piece begins unloaded
+        before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
+        balance[1:] -= np.cumsum(np.append(after - before, 0.0))
+    impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
     stuck = side == 0
     ratio = None
     if motion.system.friction.kind == "set-valued":
-        limit = float(motion.system.friction.holding_limit(motion.system.machine.load()))
-        largest = float(np.max(np.abs(friction[stuck]), initial=0.0))
+        load = motion.system.machine.load()
+        limit = float(motion.system.friction.holding_limit(load))
+        largest = float(np.max(np.abs(friction[stuck] - motion.system.friction.holding_middle(load)), initial=0.0))
         ratio = largest / limit if limit > 0.0 else (0.0 if largest == 0.0 else math.inf)
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
     return Certificate(
@@ -176,6 +201,14 @@ def _certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, scales
         taylor_steps=recorded.taylor_steps,
         implicit_steps=recorded.implicit_steps,
     )
+
+
+def _outer_impulse(motion: Trajectory) -> Any:
+    """Integral of the force from outside, at the start of every piece and at the end; 0.0 where there is none."""
+    if "outer_force" not in motion.observable_names:
+        return 0.0
+    whole = motion.piece_integrals(np.arange(len(motion.piece_start)), motion.piece_length, ("outer_force",))
+    return np.append(0.0, np.cumsum(whole[0]))
 
 
 def _estimated_error(recorded: Recorded, loose: Recorded, scales: np.ndarray) -> float | None:

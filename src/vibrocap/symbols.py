@@ -4,21 +4,29 @@
 themselves, so a new law, machine or drive brings its own rows.
 """
 
+import contextlib
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
-from vibrocap.catalogue import drives, laws, machines
-from vibrocap.parameters import parameter_table
+from vibrocap.catalogue import drives, laws, machines, wrappers
+from vibrocap.friction.law import Law
+from vibrocap.parameters import ParameterInfo, parameter_table
 from vibrocap.scaling import MOTION_UNITS, PARTS_IN_SI, Scales
 
 GREEK = {
     "alpha": "α",
+    "beta": "β",
     "delta": "δ",
+    "epsilon": "ε",
     "eta": "η",
+    "gamma": "γ",
+    "kappa": "κ",
     "lambda": "λ",
+    "mu": "μ",
     "nu": "ν",
-    "omega": "ω",
     "Omega": "Ω",
+    "omega": "ω",
+    "phi": "φ",
     "psi": "ψ",
     "rho": "ρ",
     "sigma": "σ",
@@ -34,7 +42,23 @@ STATES = {
     "angle_rate": ("theta'", "its rate"),
     "position": ("X", "position of the capsule; nothing depends on it"),
     "velocity": ("X'", "velocity of the capsule"),
-    "bristle": ("xi", "mean deflection of the bristles (LuGre)"),
+    "sliding_velocity": ("v", "velocity of a block over the belt under it"),
+    "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
+    "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
+    "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
+    "flowing": ("p_2", "1 where all bristles slip (elasto-plastic)"),
+    **{
+        name: (symbol.format(i), meaning.format(i))
+        for name_of, symbol, meaning in (
+            ("element_force_{}", "F_{}", "force of element {} (Maxwell-slip)"),
+            ("slipping_{}", "q_{}", "1 where element {} slips (Maxwell-slip)"),
+        )
+        for i in range(1, 5)
+        for name in (name_of.format(i),)
+    },
+    "log_age": ("phi", "logarithm of the state of the contact, ln(theta v0/D_c) (rate-and-state)"),
+    "gap_position": ("u", "position of the joint in its gap (backlash)"),
+    "engaged": ("e", "side on which the joint pushes, +1 or -1; 0 in the gap (backlash)"),
 }
 QUANTITIES = {
     "time": ("tau", "time"),
@@ -45,10 +69,16 @@ QUANTITIES = {
     "drive": ("h cos(omega tau)", "force or torque of the drive"),
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
-    "momentum": ("p", "momentum along the line of sliding, p' = -R"),
-    "bristle_rate": ("xi'", "rate of the bristles' deflection (LuGre)"),
+    "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
+    "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator)"),
+    **{
+        f"{name}_rate": (f"{symbol}'", f"rate of {name}")
+        for name, (symbol, _) in STATES.items()
+        if name not in ("angle", "angle_rate", "position", "velocity", "sliding_velocity")
+    },
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
+    "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
     "contact_sliding_work": ("W_slide", "work lost by sliding since the start"),
     "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
     "impulse": ("J", "integral of the friction force since the start"),
@@ -75,6 +105,8 @@ def page() -> str:
     for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())):
         for name, part in parts.items():
             lines += [f"## {title} `{name}`: `{part.__name__}`", "", *_parameters(part), ""]
+        if title == "Friction law":
+            lines += _wrapped()
     lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
     lines += ["## What else a motion can be asked for", "", *_quantities(QUANTITIES), ""]
     lines += ["## In SI", "", "`Scales` and the records whose fields carry units.", ""]
@@ -83,13 +115,33 @@ def page() -> str:
     return "\n".join(lines)
 
 
+def _wrapped() -> list[str]:
+    """What each wrapper adds to the parameters of a law."""
+    lines = []
+    for name, wrapper in wrappers().items():
+        lines += [f"## Around a friction law: `{name}-...`, `{name}(...)`", "", *_rows(added_parameters(wrapper)), ""]
+    return lines
+
+
+def added_parameters(wrapper: Callable[[type[Law]], type[Law]]) -> tuple[ParameterInfo, ...]:
+    """The parameters that a wrapper adds to those of a law, of the first law that it fits."""
+    for law in laws().values():
+        with contextlib.suppress(ValueError):
+            return parameter_table(wrapper(law))[len(parameter_table(law)) :]
+    raise ValueError(f"{wrapper} fits no law")
+
+
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
     found = [head, tuple("---" for _ in head), *rows]
     return ["| " + " | ".join(row) + " |" for row in found]
 
 
 def _parameters(part: type) -> list[str]:
-    rows = [(printed(info.symbol), f"`{info.name}`", info.meaning) for info in parameter_table(part)]
+    return _rows(parameter_table(part))
+
+
+def _rows(parameters: Iterable[ParameterInfo]) -> list[str]:
+    rows = [(printed(info.symbol), f"`{info.name}`", info.meaning) for info in parameters]
     return _table(("symbol", "name in code", "meaning"), rows)
 
 

@@ -67,6 +67,10 @@ class System:
         internal = self.friction.internal_symmetry
         return self.machine.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
 
+    def scales(self) -> tuple:
+        """Natural size of each state, over which its error is measured."""
+        return (*self.machine.scales(self.drive.period), *self.friction.internal_scales(self.machine.load()))
+
     @property
     def mirrored(self) -> bool:
         """Whether the half-period symmetry holds: the mirror image of a motion, half a period later, is a motion."""
@@ -101,7 +105,7 @@ class System:
                 self.friction.after_switch(which, velocity, internal, side, load) for which in range(len(switches))
             ),
             after_reversal=self.friction.after_reversal(internal, side, load),
-            powers=(*self.machine.powers(t, mechanical, drive), -sliding_loss, -bristle_loss),
+            powers=(*self.machine.powers(t, mechanical, drive, force), -sliding_loss, -bristle_loss),
             energy=self.machine.energy(t, mechanical),
             contact_energy=self.friction.stored_energy(internal),
         )

@@ -61,7 +61,8 @@ class Event:
     """A change of the contact, located to rounding level.
 
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
-    sign), "graze" (velocity or holding force touches its limit without crossing).
+    sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
+    another of its pieces).
     """
 
     time: float
@@ -224,11 +225,11 @@ class Trajectory:
         whole = self.piece_integrals(np.arange(len(self.piece_start)), self.piece_length)
         return np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
 
-    def piece_integrals(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Integrals over the first s of each of the pieces: array [integrals, n]."""
+    def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
+        """Integrals over the first s of each of the pieces, or those of the observables named: array [integrals, n]."""
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
         points = 0.5 * s[:, None] * (1.0 + nodes)
-        powers = self.piece_observables(self.integral_names, np.repeat(index, GAUSS_NODES), points.ravel())
+        powers = self.piece_observables(names or self.integral_names, np.repeat(index, GAUSS_NODES), points.ravel())
         return (powers.reshape(-1, *points.shape) @ weights) * 0.5 * s
 
     def values(self, t: Any) -> np.ndarray:

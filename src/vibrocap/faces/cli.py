@@ -15,7 +15,11 @@ from pathlib import Path
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case import CaseError
+from vibrocap.faces.cli_friction import friction
+from vibrocap.faces.cli_orbit import crossing, orbit
 from vibrocap.faces.cli_plot import PICTURES, plot
+from vibrocap.faces.cli_records import datasets
+from vibrocap.faces.cli_stick_slip import stick_slip
 from vibrocap.faces.cli_sweep import measures, sweep
 from vibrocap.faces.exits import BROKEN_PIPE, INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, complain
 from vibrocap.faces.terminal import Refusal, needs, needs_film, progress, writable_file, writable_folder
@@ -31,6 +35,8 @@ EXAMPLES = """Examples:
   vibrocap limits examples/bristles-lugre.toml
   vibrocap sweep examples/travels-by-stick-slip.toml --over drive.amplitude=1:3:40 --out map
   vibrocap plot map --measure mean_velocity --out map.png
+  vibrocap orbit examples/travels-by-stick-slip.toml
+  vibrocap friction test lugre --plot tests.png
 
 `vibrocap COMMAND --help` explains a command. Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
@@ -50,6 +56,11 @@ app = App(
 app.command(sweep)
 app.command(measures)
 app.command(plot)
+app.command(orbit)
+app.command(crossing)
+app.command(friction)
+app.command(stick_slip)
+app.command(datasets)
 
 
 @app.command

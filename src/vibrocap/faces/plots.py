@@ -24,6 +24,7 @@ LM_STYLE: dict[str, Any] = {"color": "#C8102E", "linestyle": "-", "linewidth": 1
 EM_STYLE: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 2)), "linewidth": 1.4}
 
 STICK_SHADE: dict[str, Any] = {"color": "#B8B8B8", "alpha": 0.45, "linewidth": 0, "zorder": 0}
+ANY_UNITS = "All quantities in the units of the parameters."
 DIMENSIONLESS = r"All quantities dimensionless: lengths in $l$, time in $\sqrt{l/g}$, forces in $m\,g$."
 
 LABELS = {
@@ -34,6 +35,7 @@ LABELS = {
     "position": r"capsule position $X$",
     "velocity": r"capsule velocity $X'$",
     "contact_velocity": r"sliding velocity $X'$",
+    "sliding_velocity": "sliding velocity $v$",
     "bristle": r"bristle deflection $\xi$",
     "bristle_rate": r"bristle rate $\xi'$",
     "friction": r"friction force $R$",
@@ -131,7 +133,7 @@ def plot_motion(motion: Trajectory, path: str | Path) -> Path:
         _phase_planes(right.subplots(3, 1), motion)
         right.align_ylabels()
         fig.suptitle(_title(motion.system), fontsize=9.5, x=0.01, ha="left")
-        footnote(fig)
+        footnote(fig, DIMENSIONLESS if motion.system.machine.cyclic else ANY_UNITS)
     return save(fig, path)
 
 
@@ -173,21 +175,22 @@ def _time_histories(axes: Any, motion: Trajectory) -> None:
     start = max(0.0, end - DETAIL_PERIODS * period)
     whole = sample_times(motion, 0.0, end)
     axes[0].plot(whole / period, motion.at(whole, "position"), **LAST)
-    axes[0].set(title="Travel over the whole run", ylabel=LABELS["position"], xlabel=LABELS["periods"])
+    axes[0].set(title=_travel_name(motion), ylabel=_place_label(motion), xlabel=LABELS["periods"])
     if start > 0.0:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
         _legend_above(axes[0])
     t = sample_times(motion, start, end)
-    names = (motion.state_names[0], "velocity", "friction")
-    for ax, name, title in zip(axes[1:], names, (_inner_name(motion), "Capsule", "Contact"), strict=True):
+    moving = motion.system.machine.contact_state
+    names = (motion.state_names[0], moving, "friction")
+    for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
         shaded = shade_stick(ax, motion, start, end, period)
         ax.plot(t / period, motion.at(t, name), **LAST)
         ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        ax.set(title=title, ylabel=_label(name))
+        ax.set(title=title, ylabel=_place_label(motion) if name == "position" else _label(name))
         ax.set_xlim(start / period, end / period)
         if name != "friction":
             ax.tick_params(labelbottom=False)
-        if shaded and name == "velocity":
+        if shaded and name == moving:
             _legend_above(ax)
     axes[-1].set_xlabel(LABELS["periods"])
 
@@ -200,7 +203,8 @@ def _phase_planes(axes: Any, motion: Trajectory) -> None:
     shown = [(t, LAST, "last period")]
     if last > 0.0:
         shown.insert(0, (sample_times(motion, 0.0, min(last, FIRST_PERIODS * period)), FAINT, "first periods"))
-    whole = end >= period
+    whole = end >= period and motion.system.machine.cyclic is not None
+    moving = motion.system.machine.contact_state
     speed = (motion.at(end, "position")[0] - motion.at(last, "position")[0]) / period if whole else 0.0
 
     def relative(times: np.ndarray) -> np.ndarray:
@@ -210,13 +214,14 @@ def _phase_planes(axes: Any, motion: Trajectory) -> None:
     inner, rate = motion.state_names[:2]
     for times, style, label in shown:
         axes[0].plot(motion.at(times, inner), motion.at(times, rate), **style, label=label)
-        axes[1].plot(relative(times) - origin, motion.at(times, "velocity"), **style)
+        axes[1].plot(relative(times) - origin, motion.at(times, moving), **style)
     axes[0].plot(motion.at(t[-1:], inner), motion.at(t[-1:], rate), **END, label="end")
-    axes[1].plot(relative(t[-1:]) - origin, motion.at(t[-1:], "velocity"), **END)
-    axes[0].set(title=_inner_name(motion), xlabel=_label(inner), ylabel=_label(rate))
+    axes[1].plot(relative(t[-1:]) - origin, motion.at(t[-1:], moving), **END)
+    label = _place_label(motion) if inner == "position" else _label(inner)
+    axes[0].set(title=_inner_name(motion), xlabel=label, ylabel=_label(rate))
     _legend_above(axes[0])
     steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
-    axes[1].set(title="Capsule", xlabel=steady if whole else LABELS["position"], ylabel=LABELS["velocity"])
+    axes[1].set(title=_body_name(motion), xlabel=steady if whole else _place_label(motion), ylabel=_label(moving))
 
     velocity, friction = motion.at(t, "contact_velocity"), motion.at(t, "friction")
     stuck = np.zeros_like(t, bool)
@@ -236,8 +241,23 @@ def _phase_planes(axes: Any, motion: Trajectory) -> None:
         ax.locator_params(axis="x", nbins=7)
 
 
+def _body_name(motion: Trajectory) -> str:
+    """What slides."""
+    return "Block" if motion.system.machine.cyclic is None else "Capsule"
+
+
+def _travel_name(motion: Trajectory) -> str:
+    return ("Place" if motion.system.machine.cyclic is None else "Travel") + " over the whole run"
+
+
+def _place_label(motion: Trajectory) -> str:
+    return "position $x$" if motion.system.machine.cyclic is None else LABELS["position"]
+
+
 def _inner_name(motion: Trajectory) -> str:
-    """What moves within the capsule."""
+    """What moves within the capsule, or the block."""
+    if motion.system.machine.cyclic is None:
+        return "Block"
     return "Pendulum" if motion.state_names[0] == "angle" else "Inner motion"
 
 

@@ -12,7 +12,7 @@ from vibrocap.measures.travel import drift, mean_velocity
 from vibrocap.trajectory import Trajectory
 
 VELOCITY_PERIODS = 10  # the mean velocity is taken over the last so many whole periods, or all where there are fewer
-EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze")
+EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch")
 
 
 def whole_periods(motion: Trajectory) -> int:
@@ -21,18 +21,19 @@ def whole_periods(motion: Trajectory) -> int:
 
 
 def motion_record(motion: Trajectory) -> dict[str, Any]:
-    """The measures of a motion by name; None where there is none (no whole period yet, a law that cannot stick)."""
+    """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
     whole = whole_periods(motion)
     started = len(motion.piece_start) > 0
     velocity: dict[str, Any] = {"value": None, "window": None, "settled": False}
-    if whole:
+    travels = whole > 0 and motion.system.machine.cyclic is not None
+    if travels:
         velocity = dataclasses.asdict(mean_velocity(motion, min(VELOCITY_PERIODS, whole)))
     counts = collections.Counter(motion.event_kinds)
     return plain(
         {
             "state": motion.state,
             "time": motion.end,
-            "drift": drift(motion) if whole else None,
+            "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
             "events": {kind: counts[kind] for kind in EVENT_KINDS},
             "stick_fraction": stick_fraction(motion) if started else None,

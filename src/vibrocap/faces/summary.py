@@ -21,6 +21,7 @@ EVENT_WORDS = {
     "slip_back": "leaves stick backward",
     "reversal": "reverses without sticking",
     "graze": "touches its limit and stays",
+    "switch": "goes over to another piece of its law",
 }
 
 
@@ -35,7 +36,10 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
         console.print(_energy_table(record["energy"]))
     if record["certificate"]:
         console.print(_certificate_table(record["certificate"], motion))
-    console.print(Text("All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg.", style="dim"))
+    units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
+    if motion.system.machine.cyclic is None:
+        units = "All quantities are in the units of the parameters."
+    console.print(Text(units, style="dim"))
 
 
 def system_lines(system: Any) -> list[str]:
@@ -103,12 +107,15 @@ def _energy_table(energy: dict[str, Any]) -> Table:
     meaning = {
         "drive": "work of the drive",
         "damper": "work of the damper",
+        "belt": "work of the belt under the block",
         "contact_sliding": "work of sliding friction",
         "bristle_loss": "loss in the bristles",
         "stored": "gained by machine and contact",
         "residual": "stored less all works: should vanish",
     }
     for name, text in meaning.items():
+        if name == "belt" and energy[name] == 0.0:
+            continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         table.add_row(name.replace("_", " "), number, text)
     return table

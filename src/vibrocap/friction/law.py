@@ -8,14 +8,40 @@ case files, in the command line, in the contract tests and, compiled, in every r
 side, and when, is the business of the integrator.
 """
 
-from typing import ClassVar, Literal
+import dataclasses
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from vibrocap.elementary import exp, power
+from vibrocap.elementary import exp, log, power, sqrt
 from vibrocap.parameters import NonNegative, Number, Positive, parameter, parameters
 
-__all__ = ["Law", "NonNegative", "Number", "Positive", "exp", "levels_in_order", "parameter", "parameters", "power"]
+__all__ = [
+    "ANY_SPEED",
+    "AtLeastOne",
+    "Law",
+    "NonNegative",
+    "Number",
+    "Positive",
+    "Share",
+    "exp",
+    "inner_law",
+    "levels_in_order",
+    "log",
+    "parameter",
+    "parameters",
+    "power",
+    "rate_and_state_force",
+    "resolved_at_rest",
+    "stribeck_level",
+    "stribeck_visible_speed",
+    "wrapped_class",
+]
+
+AtLeastOne = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)]
+Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]
+ANY_SPEED = 1e300  # as `visible_speed`: a series notices from however far that friction changes near rest
 
 
 class Law:
@@ -30,6 +56,7 @@ class Law:
     internal_symmetry: sign of each internal state when the motion is mirrored; -1 for all unless given.
     shape_parameters: parameters that choose the formula when they are whole numbers (an exponent, for instance).
     source: where the law was published. creeps: whether it drifts under an oscillating force below breakaway.
+    wrappers, wrapped: of the class of a wrapped law, the wrappers from the inside out, and the plain law in them.
     """
 
     name: ClassVar[str]
@@ -40,13 +67,15 @@ class Law:
     shape_parameters: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
     creeps: ClassVar[bool] = False
+    wrappers: ClassVar[tuple[Callable, ...]] = ()
+    wrapped: ClassVar[Any] = None
 
     def force(self, velocity, internal, side, load):
         """Friction force R and the rates of the internal states: (R, (z', ...))."""
         raise NotImplementedError
 
     def steady_force(self, speed, load):
-        """Friction force at a constant speed > 0."""
+        """Friction force at a constant speed > 0 (forward, where the directions differ)."""
         raise NotImplementedError
 
     def holding_limit(self, load):
@@ -104,6 +133,40 @@ class Law:
         raise NotImplementedError
 
 
+def wrapped_class(wrapper: Callable, cls: type[Law], law: type[Law]) -> type[Law]:
+    """Finish the class of a wrapped law: its name, its documentation, its fields, and how it is pickled.
+
+    wrapper: the function that makes it   cls: the class, whose base is the law   law: the law that is wrapped
+    """
+    cls.__name__ = cls.__qualname__ = f"{wrapper.__name__.title()}{law.__name__}"
+    cls.__doc__ = (
+        f"{law.__name__}, {wrapper.__name__}: see `vibrocap.friction.{wrapper.__name__}`.\n\n    {law.__doc__}"
+    )
+    cls.name = f"{wrapper.__name__}-{law.name}"
+    cls.wrappers, cls.wrapped = (*law.wrappers, wrapper), law.wrapped or law
+    cls.__reduce__ = _pickled  # type: ignore[method-assign,assignment]
+    return parameters(cls)
+
+
+def inner_law(law: type[Law], outer: Any) -> Law:
+    """The law inside a wrapped one, with its parameters; what the wrapper says anew it does not see."""
+    inner = object.__new__(law)
+    vars(inner).update(vars(outer))
+    return inner
+
+
+def _pickled(law) -> tuple:
+    """How to make a wrapped law again; its class can be found in no module."""
+    values = {field.name: getattr(law, field.name) for field in dataclasses.fields(law)}
+    return _unpickled, (law.wrapped, law.wrappers, values)
+
+
+def _unpickled(law, wrappers, values):
+    for wrapper in wrappers:
+        law = wrapper(law)
+    return law(**values)
+
+
 @model_validator(mode="after")
 def levels_in_order(law):
     """Refuse a static coefficient below the Coulomb coefficient; laws with both levels name this validator."""
@@ -111,5 +174,41 @@ def levels_in_order(law):
         raise ValueError(
             f"static_coefficient should be at least coulomb_coefficient ({law.coulomb_coefficient}), "
             f"got {law.static_coefficient}"
+        )
+    return law
+
+
+def stribeck_level(law, speed, load):
+    """N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)], of a law that has these four parameters."""
+    drop = law.static_coefficient - law.coulomb_coefficient
+    shape = exp(-power(speed / law.stribeck_velocity, law.stribeck_exponent))
+    return load * (law.coulomb_coefficient + drop * shape)
+
+
+def stribeck_visible_speed(law):
+    """Where |v/v_s|^alpha = 25; beyond, the terms of a series for its exponential fall below rounding, and fast."""
+    return law.stribeck_velocity * power(25.0, 1.0 / law.stribeck_exponent)
+
+
+def rate_and_state_force(law, velocity, state, side, load):
+    """N a asinh{(v/2 v0) exp[(mu0 + b phi)/a]}, of a rate-and-state law, phi = ln(theta v0/Dc)."""
+    strength = (law.reference_coefficient + law.evolution_effect * state) / law.direct_effect
+    jumps = side * velocity * (0.5 / law.reference_velocity) * exp(strength)
+    return side * load * law.direct_effect * log(jumps + sqrt(1.0 + jumps * jumps))
+
+
+MOST_STRENGTH = (
+    300.0  # of the exponent mu0/a of rate-and-state laws, whose square must stay within the range of numbers
+)
+
+
+@model_validator(mode="after")
+def resolved_at_rest(law):
+    """Refuse a direct effect so small that friction at rest leaves the range of numbers."""
+    least = law.reference_coefficient / MOST_STRENGTH
+    if law.direct_effect < least:
+        raise ValueError(
+            f"direct_effect should be at least reference_coefficient/{MOST_STRENGTH:g} = {least:g}, "
+            f"got {law.direct_effect}"
         )
     return law

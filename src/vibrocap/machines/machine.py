@@ -3,7 +3,7 @@
 Mechanical states come first in the state vector, the internal states of the friction law after them.
 """
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar
 
 from vibrocap.elementary import cos, sin
 from vibrocap.parameters import NonNegative, Number, Positive, parameter, parameters
@@ -17,7 +17,7 @@ class Machine:
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
     for a machine that is held to its place.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
-    half-period symmetry.
+    half-period symmetry. place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     """
 
     name: ClassVar[str]
@@ -26,16 +26,21 @@ class Machine:
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
     channels: ClassVar[tuple[str, ...]]
-    normal_load: float | Literal["weight"]
+    place: ClassVar[str | None] = None
+    normal_load: Any  # a number, or a word that the machine knows
 
     @property
     def symmetric(self) -> bool:
         """Whether the machine's equations are their own mirror image, with these parameters."""
         return True
 
-    def scales(self):
-        """Natural size of each state, over which its error is measured."""
+    def scales(self, time=1.0):
+        """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
         return (1.0,) * len(self.states)
+
+    def ground_speed(self):
+        """Speed at which the ground moves under the contact."""
+        return 0.0
 
     def load(self):
         """Normal load of the contact."""
@@ -59,9 +64,13 @@ class Machine:
         raise NotImplementedError
 
     def momentum(self, t, y):
-        """Momentum along the line of sliding, whose rate is minus the friction force."""
+        """Momentum along the line of sliding, whose rate is `outer_force` minus the friction force."""
         raise NotImplementedError
 
-    def powers(self, t, y, drive):
-        """Power taken in or given off through each of `channels` (positive: into the machine)."""
+    def outer_force(self, t, y, drive):
+        """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""
+        return 0.0
+
+    def powers(self, t, y, drive, force):
+        """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v."""
         raise NotImplementedError

@@ -14,10 +14,12 @@ import numpy as np
 from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
-from vibrocap.measures.standard import standard_measures
+from vibrocap.measures.standard import TRAVEL, standard_measures
+from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import whole_periods
 from vibrocap.numerics.lanes import ASK_INTEGRALS, ASK_PEAK
 from vibrocap.numerics.replay import replayed
+from vibrocap.system import System
 from vibrocap.trajectory import Trajectory
 
 
@@ -43,6 +45,7 @@ def measured(
     Returns numbers (for "word" a text) by name. Raises ValueError for a motion that did not go to its end.
     """
     asked, needed = resolved(measures)
+    check_travel(needed, motion.system)
     done = whole_periods(motion)
     if not motion.status.ok:
         raise ValueError(f"the motion did not go to its end: {motion.status.text}")
@@ -98,6 +101,16 @@ def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[M
 
     asked = [need(measure.name if isinstance(measure, Measure) else measure, ()) for measure in given]
     return tuple(dict.fromkeys(asked)), tuple(needed.values())
+
+
+def check_travel(needed: Sequence[Measure], system: System) -> None:
+    """ValueError for measures of travel of a machine that is held to its place."""
+    for measure in needed:
+        if measure in TRAVEL:
+            try:
+                travelling(system.machine)
+            except ValueError as error:
+                raise ValueError(f"measures: {measure.name}: {error}") from None
 
 
 def asked_groups(needed: Sequence[Measure]) -> int:

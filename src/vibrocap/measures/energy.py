@@ -10,7 +10,8 @@ from vibrocap.trajectory import Trajectory
 class EnergyBalance:
     """Work over a window, positive into the system, and the change of the stored energy.
 
-    drive, damper: work of the machine's channels; contact_sliding, bristle_loss: of friction, split at the bristles
+    drive, damper, belt: work of the machine's channels (0 for a channel that it does not have)
+    contact_sliding, bristle_loss: work of friction, split at the bristles
     stored: change of the energy of machine and contact (bristles); 0 over a period of a steady motion
     residual: stored - (drive + damper + contact_sliding + bristle_loss), 0 but for the error of the motion
     window: (start, end) in time; periods: its length in drive periods
@@ -24,6 +25,7 @@ class EnergyBalance:
     residual: float
     window: tuple[float, float]
     periods: float
+    belt: float = 0.0
 
     @property
     def per_period(self) -> "EnergyBalance":

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.measures.branches import Branches, Excursion, branches
-from vibrocap.measures.stretch import Stretch, stretches
+from vibrocap.measures.stretch import Stretch, contact_place, stretches
 from vibrocap.measures.windows import period_times
 from vibrocap.trajectory import BACK, FORWARD, STUCK, Trajectory
 
@@ -98,7 +98,7 @@ def friction_loop(motion: Trajectory, period: int = -1, *, boundary: float | Non
     if boundary is not None and not 0.0 <= boundary < np.inf:
         raise ValueError(f"boundary should be a speed >= 0, got {boundary!r}")
     parts = stretches(motion, start, end)
-    origin = float(motion.at(start, motion.system.machine.cyclic)[0])
+    origin = float(contact_place(motion, np.array([start]))[0])
     peak = _peak(parts, origin)
     least = max(NO_DIFFERENCE, NO_DIFFERENCE_TOLERANCES * motion.tolerance) * abs(peak.friction)
     excursions = {side: _widest_excursion(motion, parts, start, end, side) for side in (FORWARD, BACK)}
@@ -133,7 +133,7 @@ def friction_loop(motion: Trajectory, period: int = -1, *, boundary: float | Non
 def friction_curve(motion: Trajectory, period: int = -1) -> FrictionCurve:
     """Friction, velocity and displacement along one whole period, for drawing its loops."""
     start, end = period_times(motion, period)
-    origin = motion.at(start, motion.system.machine.cyclic)[0]
+    origin = contact_place(motion, np.array([start]))[0]
     share = np.linspace(0.0, 1.0, CURVE_POINTS)
     rows = []
     for part in stretches(motion, start, end):

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.measures.travel import travelling
 from vibrocap.numerics.lanes import LETTERS_PER_PLACE, RESULT_HEAD, Layout
 from vibrocap.system import System
 
@@ -48,7 +49,7 @@ class Gathered:
     @property
     def displacement(self) -> np.ndarray:
         """Change of the cyclic coordinate over the window."""
-        first = len(RESULT_HEAD) + self.system.state_names.index(self.system.machine.cyclic)
+        first = len(RESULT_HEAD) + self.system.state_names.index(travelling(self.system.machine))
         return self.results[:, first + self.layout.states] - self.results[:, first]
 
     def entry(self, name: str, i: int = 0) -> np.ndarray:

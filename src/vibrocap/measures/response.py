@@ -56,7 +56,7 @@ def response_class(motion: Trajectory, *, threshold: float | None = None) -> Res
 def _asymmetry(motion: Trajectory, n: int) -> float:
     """Distance, over natural sizes, of the mirrored state from the nearest one an odd number of half periods later."""
     system = motion.system
-    scales = np.array([*system.machine.scales(), *system.friction.internal_scales(system.machine.load())], dtype=float)
+    scales = np.array(system.scales(), dtype=float)
     start = whole_periods(motion) - n
     later = (start + 0.5 + np.arange(n)) * motion.period
     kept = [i for i, name in enumerate(motion.state_names) if name != system.machine.cyclic]

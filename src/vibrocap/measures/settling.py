@@ -1,4 +1,4 @@
-"""Whether a motion has settled: convergence of its stroboscopic state, modulo the cyclic coordinate."""
+"""Whether a motion has settled: convergence of its stroboscopic state, modulo the cyclic coordinate if there is one."""
 
 import dataclasses
 
@@ -81,8 +81,8 @@ def settling(motion: Trajectory, *, threshold: float | None = None) -> Settling:
 
 
 def stroboscopic_states(motion: Trajectory) -> np.ndarray:
-    """States at the period marks over their natural sizes, without the cyclic coordinate: [marks, states - 1]."""
+    """States at the period marks over their natural sizes, all but the cyclic coordinate: [marks, states kept]."""
     system = motion.system
-    scales = np.array([*system.machine.scales(), *system.friction.internal_scales(system.machine.load())], dtype=float)
+    scales = np.array(system.scales(), dtype=float)
     kept = [i for i, name in enumerate(motion.state_names) if name != system.machine.cyclic]
     return motion.sections[:, kept] / scales[kept]

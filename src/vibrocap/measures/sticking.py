@@ -52,7 +52,11 @@ def word(motion: Trajectory, period: int = -1) -> str:
     """
     if motion.system.friction.kind == "smooth":
         raise ValueError(f"the {motion.system.friction.name} law is smooth: changes of its side are not recorded")
-    start, end = period_times(motion, period)
+    return spelled(motion, *period_times(motion, period))
+
+
+def spelled(motion: Trajectory, start: float, end: float) -> str:
+    """The word of the phases from start to end, read as a cycle (`word`)."""
     letters = [LETTERS[phase.side] for phase in _phases(motion, start, end)]
     while len(letters) > 1 and letters[-1] == letters[0]:
         letters.pop()

@@ -74,8 +74,8 @@ class Stretch:
         return (8.0 * (ahead - back) - (ahead2 - back2)) / (12.0 * h)
 
     def position(self, t: np.ndarray) -> np.ndarray:
-        """Cyclic coordinate of the machine."""
-        return self._states(t, self._piece_at(t))[self.motion.state_names.index(self.motion.system.machine.cyclic)]
+        """Place of the contact on its ground."""
+        return contact_place(self.motion, t, self._piece_at(t))
 
     def roots(self, function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Times at which a function of time changes its sign, to rounding."""
@@ -113,6 +113,14 @@ class Stretch:
     def _observed(self, name: str, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
         side = np.full(len(t), float(self.side))
         return self.motion.observe((name,), t, self._states(t, piece), side)[0]
+
+
+def contact_place(motion: Trajectory, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:
+    """Place of the contact on its ground, whose rate is the contact velocity, at times t (on given pieces)."""
+    machine = motion.system.machine
+    piece = motion.piece_at(t) if piece is None else piece
+    row = motion.state_names.index(machine.place or machine.cyclic)
+    return motion.piece_states(piece, t - motion.piece_start[piece])[row] - machine.ground_speed() * t
 
 
 def stretches(motion: Trajectory, start: float, end: float) -> list[Stretch]:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+from vibrocap.machines.machine import Machine
 from vibrocap.measures.settling import settling
 from vibrocap.measures.windows import period_index, whole_periods, window_times
 from vibrocap.trajectory import Trajectory
@@ -52,4 +53,14 @@ def mean_velocity(motion: Trajectory, periods: int = 10, *, threshold: float | N
 
 
 def _cyclic(motion: Trajectory) -> int:
-    return motion.state_names.index(motion.system.machine.cyclic)
+    return motion.state_names.index(travelling(motion.system.machine))
+
+
+def travelling(machine: Machine) -> str:
+    """The cyclic coordinate of a machine; ValueError for one that is held to its place."""
+    if machine.cyclic is None:
+        raise ValueError(
+            f"the {machine.name} is held to its place: it has no travel, drift or mean velocity; measure its states "
+            "instead, such as largest_position"
+        )
+    return machine.cyclic

@@ -29,6 +29,8 @@ from vibrocap.numerics.generated import (
     STEP,
     STEP_LIMIT,
     STIFF,
+    SWITCH,
+    SWITCHES,
     TAYLOR_STEPS,
     TIME,
     TOLERANCE,
@@ -58,6 +60,7 @@ from vibrocap.numerics.plain_vectors import (
     whole_set,
 )
 from vibrocap.numerics.roots import EPSILON
+from vibrocap.numerics.tangents import tangents_wait
 from vibrocap.numerics.taylor import SAFETY, series_value
 from vibrocap.numerics.window import on_piece
 
@@ -98,6 +101,9 @@ def step_abreast(real, whole, tape, running):
     if KINKED:
         change = abs(load(real, VELOCITY + LANES)) * longest
         plain = plain & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
+    plain = tangents_wait(whole, plain)
+    for i in range(SWITCHES):
+        plain = plain & within_piece(real, SWITCH + i * (ORDER + 1) * LANES, h)
     event = plain & ~plain
     if KINKED or SET_VALUED:
         one = whole_equal(whole, ZEROS, 1)
@@ -121,6 +127,14 @@ def step_abreast(real, whole, tape, running):
     move_abreast(real, whole, tape, plain, h)
     finish_abreast(real, whole, tape, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
     return bits(plain)
+
+
+def within_piece(real, row, h):
+    """Where the first term of a guard of the law's pieces outweighs all others, so that its piece lasts the step."""
+    others = 0.0 * h
+    for k in range(ORDER - 1, 0, -1):
+        others = (others + abs(load(real, row + k * LANES))) * h
+    return load(real, row) > others
 
 
 def hold_abreast(real, stuck, two, longest, h):

@@ -27,9 +27,11 @@ from vibrocap.numerics.generated import (
     VELOCITY,
     ZEROS,
 )
-from vibrocap.numerics.lanes import GRAZE, REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK, TOO_MANY_EVENTS
+from vibrocap.numerics.lanes import FIRST_SWITCH, GRAZE, REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK, TOO_MANY_EVENTS
+from vibrocap.numerics.pieces import begin_piece, turned
 from vibrocap.numerics.record import on_event
 from vibrocap.numerics.roots import EPSILON
+from vibrocap.numerics.tangents import leave_piece
 from vibrocap.numerics.taylor import series_value, taylor_step
 
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
@@ -116,6 +118,7 @@ def leaves(real, whole, lane):
         whole[ARRIVING + lane] = 1
     else:
         real[SIDE + lane] = -side
+        turned(real, lane)
     return False
 
 
@@ -142,6 +145,7 @@ def cross(real, whole, tape, lane, event, h):
     if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:
         whole[STATUS + lane] = TOO_MANY_EVENTS
         return
+    leave_piece(real, whole, lane, event, h)
     if event == 1:
         come_to_rest(real, whole, lane, h)
         if SET_VALUED:
@@ -149,7 +153,11 @@ def cross(real, whole, tape, lane, event, h):
         else:
             real[SIDE + lane] = -real[SIDE + lane]
             whole[ZEROS + lane] = 1
+            turned(real, lane)
             on_event(real, whole, tape, lane, REVERSAL, 0.0)
+    elif event >= FIRST_SWITCH:
+        whole[EVENTS + lane] -= 1  # counted where it happens
+        begin_piece(real, whole, tape, lane, event - FIRST_SWITCH)
     else:
         real[SIDE + lane] = 1.0 if event > 0 else -1.0
         whole[ZEROS + lane] = 2

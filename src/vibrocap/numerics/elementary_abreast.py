@@ -1,7 +1,8 @@
-"""sin, cos, exp and log of all lanes at once.
+"""sin, cos, exp, log, tanh and atan of all lanes at once.
 
 The C library's functions take one number at a time and would keep a kernel from vector registers. These polynomials are
-those of fdlibm (sin, cos), a Taylor polynomial (exp) and the series of artanh (log): right to about an ulp.
+those of fdlibm (sin, cos), Taylor polynomials (exp, tanh), the series of artanh (log) and the rational function of the
+Cephes library (atan; S. L. Moshier, Methods and Programs for Mathematical Functions, 1989): right to about an ulp.
 """
 
 import math
@@ -83,3 +84,50 @@ def logarithm(x):
     p = 2.0 * f + 2.0 * f * z * p
     p = e * 0.6931471803691238 + (e * 1.9082149292705877e-10 + p)
     return where(x > 0.0, p, where(x == 0.0, -math.inf, math.nan))
+
+
+def hyperbolic_tangent(x):
+    """tanh x = m/(m + 2) with m = exp(2x) - 1, which keeps its digits near zero; beyond |x| = 20 it is +-1."""
+    a = abs(x)
+    y = where(a > 20.0, 40.0, 2.0 * a)
+    k = floor(y * 1.4426950408889634 + 0.5)
+    r = y - k * 0.6931471803691238
+    r = r - k * 1.9082149292705877e-10
+    p = 1.1470745597729725e-11 * r + 1.6059043836821613e-10
+    p = p * r + 2.08767569878681e-09
+    p = p * r + 2.505210838544172e-08
+    p = p * r + 2.755731922398589e-07
+    p = p * r + 2.7557319223985893e-06
+    p = p * r + 2.48015873015873e-05
+    p = p * r + 1.984126984126984e-04
+    p = p * r + 1.388888888888889e-03
+    p = p * r + 8.333333333333333e-03
+    p = p * r + 4.1666666666666664e-02
+    p = p * r + 1.6666666666666666e-01
+    p = p * r + 0.5
+    p = p * r * r + r
+    scale = power_of_two(k)
+    m = scale * p + (scale - 1.0)
+    t = m / (m + 2.0)
+    return where(x < 0.0, -t, t)
+
+
+def arc_tangent(x):
+    """atan x, from the arc tangent of x, of -1/x or of (x - 1)/(x + 1), whichever is nearest to zero."""
+    a = abs(x)
+    steep, middle = a > 2.414213562373095, a > 0.66  # tan(3 pi/8)
+    t = where(steep, -1.0 / where(steep, a, 1.0), where(middle, (a - 1.0) / (a + 1.0), a))
+    start = where(steep, 1.5707963267948966, where(middle, 0.7853981633974483, 0.0))
+    rest = where(steep, 6.123233995736766e-17, where(middle, 3.061616997868383e-17, 0.0))  # of pi/2, pi/4
+    z = t * t
+    p = -8.750608600031904122785e-01 * z - 1.615753718733365076637e01
+    p = p * z - 7.500855792314704667340e01
+    p = p * z - 1.228866684490136173410e02
+    p = p * z - 6.485021904942025371773e01
+    q = z + 2.485846490142306297962e01
+    q = q * z + 1.650270098316988542046e02
+    q = q * z + 4.328810604912902668951e02
+    q = q * z + 4.853903996359136964868e02
+    q = q * z + 1.945506571482613964425e02
+    y = start + (t + (t * (z * p / q) + rest))
+    return where(x < 0.0, -y, y)

@@ -68,10 +68,13 @@ def ensemble_source(equations: Any, order: int, lanes: int, integrands: Integran
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
-    layout = Layout(lanes, states, states, order, len(equations.parameter_paths), MARKS, entries)
+    parameters, switches = len(equations.parameter_paths), len(equations.switches)
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches)
     generated = [generated_source(equations, layout, abreast=loop == "abreast"), integrands.text]
     measuring = [kernel_source(name) for name in GATHERING]
-    text = linked_source("\n\n".join([*generated, *measuring]), maybe_stiff=equations.hold is None, loop=loop)
+    tangent = layout.states > equations.base
+    stiff = equations.hold is None and not tangent
+    text = linked_source("\n\n".join([*generated, *measuring]), stiff, layout.switches > 0, loop, tangent)
     return layout, text
 
 
@@ -86,18 +89,23 @@ def ensemble_run(
     lanes: int = LANES,
     plain: bool = False,
     integrands: Integrands | None = None,
+    mark_distance: np.ndarray | None = None,
 ) -> tuple[Layout, np.ndarray]:
     """Run an ensemble to its end.
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called now and then with the runs begun
     integrands: with functions of one's own, see `ensemble_source`
+    mark_distance: [runs] time between two marks where that is not the period of the drive; the drive begins anew at each
     Returns the layout and the results [runs, layout.result_size], see `lanes.RESULT_HEAD`.
     """
     order = ensemble_order(budget.tolerance) if order is None else order
     layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
     count = len(initial)
     tape = np.empty(count * (layout.run_size + layout.result_size))
-    write_runs(tape[: count * layout.run_size].reshape(count, -1), equations, parameters, initial)
+    runs = tape[: count * layout.run_size].reshape(count, -1)
+    write_runs(runs, equations, parameters, initial)
+    if mark_distance is not None:
+        runs[:, -2] = mark_distance
     blocks = itertools.count(0, BLOCK)
     guard, stop = threading.Lock(), threading.Event()
 

@@ -20,6 +20,7 @@ from vibrocap.numerics.generated import (
     PARAMETER,
     PARAMETERS,
     PATIENCE,
+    PENDING,
     PERIOD,
     PERIOD_BUDGET,
     PERIOD_COUNT,
@@ -112,10 +113,15 @@ def begin_run(real, whole, tape, lane, run):
     whole[IMPLICIT_STEPS + lane] = 0
     whole[EVENTS + lane] = 0
     whole[IDLE + lane] = 0
+    whole[PENDING + lane] = 0
     whole[RESPONSE + lane] = 0
     whole[SINCE + lane] = 0
     whole[WHOLE_PERIODS + lane] = whole[PERIOD_BUDGET]
     whole[WINDOW_START + lane] = -1
+    for i in range(STATES):  # of the run before
+        real[START_STATE + i * LANES + lane] = real[STATE + i * LANES + lane]
+    for i in range(MEASURED_COUNT):
+        real[MEASURED + i * LANES + lane] = 0.0
     on_period(real, whole, tape, lane)
 
 

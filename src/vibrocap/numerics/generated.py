@@ -34,7 +34,7 @@ STEP = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
 TIME = PERIOD = TAIL = SIDE = CAME_FROM = TOLERANCE = IMPLICIT_STEP = EXPLICIT_STEP = 0
-CONTACT_RESIDUAL = VISIBLE_SPEED = 0
+CONTACT_RESIDUAL = VISIBLE_SPEED = PENDING = DELAY = 0
 STATE = PARAMETER = SCALE = SERIES = WORK = 0
 
 # What is gathered by an ensemble: functions of the instant, of which the first SUMMED are integrated; FRICTION: the
@@ -43,8 +43,10 @@ INTEGRANDS = SUMMED = FRICTION = 0
 MIRROR = (-1,)
 
 # First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
-# force (both to ORDER - 1), and a work row of the event search.
-VELOCITY = HOLD = LIMIT = GUARD = 0
+# force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
+VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
+SWITCHES = 1  # how many guards there are
+BASE = 2  # states of the motion itself, where tangents follow them
 
 
 def jet(real):
@@ -91,4 +93,27 @@ def integrands(real, t, point, side, lane, out):
     Written to real[out:out + INTEGRANDS]: powers by channel, R, R times contact velocity, R once more, own functions to
     be integrated; then own functions of which the largest value is wanted.
     """
+    raise NotImplementedError
+
+
+def guard_tangents(real, t, point, side, lane, out):
+    """How the guards grow along the tangent: contact velocity, holding force, its limit, then those of the pieces.
+
+    Only of equations with a tangent, see `tangents.py`.
+    """
+    raise NotImplementedError
+
+
+def switches(real, t, point, side, lane, out):
+    """The guards of the law's pieces at the state real[point:point + STATES], written to real[out:out + SWITCHES]."""
+    raise NotImplementedError
+
+
+def after_switch(real, t, point, side, lane, which, out):
+    """The states after guard `which` has fallen to zero, written to real[out:out + STATES]."""
+    raise NotImplementedError
+
+
+def after_reversal(real, t, point, side, lane, out):
+    """The states after the contact has turned to the side, written to real[out:out + STATES]."""
     raise NotImplementedError

@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 
-FUNCTIONS = {"sin": math.sin, "cos": math.cos, "exp": math.exp, "log": math.log, "sqrt": math.sqrt}
+FUNCTIONS = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "exp": math.exp,
+    "log": math.log,
+    "sqrt": math.sqrt,
+    "tanh": math.tanh,
+    "atan": math.atan,
+}
 
 
 class Graph:
@@ -147,6 +155,12 @@ class Expression:
     def sqrt(self):
         return self._function("sqrt")
 
+    def tanh(self):
+        return self._function("tanh")
+
+    def atan(self):
+        return self._function("atan")
+
     __hash__ = object.__hash__
 
     def __eq__(self, other):
@@ -191,6 +205,10 @@ def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequ
         return da / a
     if op == "sqrt":
         return 0.5 * da / f
+    if op == "tanh":
+        return (1.0 - f * f) * da
+    if op == "atan":
+        return da / (1.0 + a * a)
     b, db = args[1], slopes[1]
     if op == "add":
         return da + db
@@ -243,3 +261,9 @@ def _reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
         if op not in ("constant", "time", "side", "state", "parameter"):
             waiting.extend(operands)
     return sorted(seen)
+
+
+def depends_on_time(expressions: Sequence[Expression]) -> bool:
+    """Whether any of the expressions of a graph contains the time itself."""
+    graph = expressions[0].graph
+    return any(graph.nodes[i][0] == "time" for i in _reachable(graph, [e.index for e in expressions]))

@@ -30,6 +30,8 @@ from vibrocap.numerics.generated import (
     jacobian,
     rates,
 )
+from vibrocap.numerics.pieces import interpolated_guards
+from vibrocap.numerics.taylor import through_five
 
 STAGES = 8
 GAMMA = 0.21193756319429014
@@ -188,14 +190,7 @@ def velocity_series(real, whole, lane, h):
     v2 = velocity_at(real, whole, lane, 0.5 * h)
     v3 = velocity_at(real, whole, lane, 0.75 * h)
     v4 = velocity_at(real, whole, lane, h)
-    start = VELOCITY
-    for k in range(5, ORDER + 1):
-        real[start + k * LANES + lane] = 0.0
-    real[start + lane] = v0
-    real[start + 1 * LANES + lane] = (-25.0 * v0 + 48.0 * v1 - 36.0 * v2 + 16.0 * v3 - 3.0 * v4) / (3.0 * h)
-    real[start + 2 * LANES + lane] = (70.0 * v0 - 208.0 * v1 + 228.0 * v2 - 112.0 * v3 + 22.0 * v4) / (3.0 * h**2)
-    real[start + 3 * LANES + lane] = (-80.0 * v0 + 288.0 * v1 - 384.0 * v2 + 224.0 * v3 - 48.0 * v4) / (3.0 * h**3)
-    real[start + 4 * LANES + lane] = 32.0 * (v0 - 4.0 * v1 + 6.0 * v2 - 4.0 * v3 + v4) / (3.0 * h**4)
+    through_five(real, VELOCITY + lane, v0, v1, v2, v3, v4, h)
 
 
 def velocity_at(real, whole, lane, s):
@@ -224,6 +219,7 @@ def implicit_step(real, whole, lane, longest):
                 real[IMPLICIT_STEP + lane] = h * factor
             implicit_series(real, whole, lane, h)
             velocity_series(real, whole, lane, h)
+            interpolated_guards(real, lane, h)
             return h
         h *= factor
     return 0.0

@@ -10,6 +10,13 @@ from collections.abc import Iterable
 from vibrocap.numerics.graph import Expression, Graph
 
 FREE = 10**9  # degree of a node that is no polynomial in time
+ABREAST = {  # functions of all lanes at once
+    "exp": "exponential",
+    "log": "logarithm",
+    "sqrt": "square_root",
+    "tanh": "hyperbolic_tangent",
+    "atan": "arc_tangent",
+}
 
 
 class JetWriter:
@@ -33,7 +40,7 @@ class JetWriter:
             op, *operands = self.graph.nodes[index]
             if op == "time":
                 degree = 1
-            elif self.graph.is_constant_in_time(index):
+            elif self.graph.is_constant_in_time(index) or self._is_switched(op, operands):
                 degree = 0
             elif op in ("add", "sub", "neg"):
                 degree = max(self.degree(i) for i in operands)
@@ -45,6 +52,10 @@ class JetWriter:
                 degree = FREE
             self._degrees[index] = degree
         return self._degrees[index]
+
+    def _is_switched(self, op: str, operands: list) -> bool:
+        """Whether a node is a state that changes at events only."""
+        return op == "state" and self.rates[operands[0]].value == 0.0
 
     def coefficient(self, index: int, k: int) -> str:
         """Name (or literal) of the k-th coefficient of a node; its code is written if it is new."""
@@ -202,7 +213,7 @@ class JetWriter:
         if op in ("sin", "cos"):
             pair = self._named((a, -1000), f"p{a}", f"sine_cosine({x})")
             return f"{pair}[{0 if op == 'sin' else 1}]"
-        return {"exp": "exponential", "log": "logarithm", "sqrt": "square_root"}[op] + f"({x})"
+        return f"{ABREAST[op]}({x})"
 
     def _function(self, index: int, op: str, a: int, k: int) -> str:
         if k == 0:
@@ -213,6 +224,12 @@ class JetWriter:
             return self._slope_series(a, self.graph.node("cos", a).index, k)
         if op == "cos":
             return f"-({self._slope_series(a, self.graph.node('sin', a).index, k)})"
+        if op == "tanh":  # t' = (1 - t^2) a'
+            value = Expression(self.graph, index)
+            return self._slope_series(a, (1.0 - value * value).index, k)
+        if op == "atan":  # a'/(1 + a^2)
+            inner = Expression(self.graph, a)
+            return self._slope_series(a, (1.0 / (1.0 + inner * inner)).index, k)
         value = self.coefficient(a, k)
         if op == "log":
             known = [(self._weighted(index, j), self.coefficient(a, k - j)) for j in range(1, k)]

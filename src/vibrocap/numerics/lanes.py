@@ -26,6 +26,8 @@ SLIP_FORWARD = 1
 SLIP_BACK = 2
 REVERSAL = 3
 GRAZE = 4
+SWITCHED = 5  # the law goes over to another of its pieces
+FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
 
 # Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).
 ASK_INTEGRALS = 1  # works, impulse, areas of the friction loop, own integrals
@@ -51,6 +53,7 @@ WHOLE = (
     "EVENTS",  # in this period
     "EVENT_LIMIT",  # most events allowed in a period
     "IDLE",  # decisions in a row that did not advance time
+    "PENDING",  # 1: the tangent has left a piece and not begun the next one
     "PIECES",  # written to the tape
     "PIECE_LIMIT",
     "RECORDED_EVENTS",  # written to the tape
@@ -88,13 +91,14 @@ REAL = (
     "SCALE",  # [states] natural size of each state
     # of an ensemble only
     "STEP",  # length of the present step
+    "DELAY",  # by which the event comes later, per unit of the tangent
     "INVERSE_SCALE",  # [states] one over SCALE
     "THRESHOLD",  # of settling; 0: the run goes on to its end
     "REMAINING",  # bound of the distance still to go, when the motion was found settled
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
     "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
-    "SERIES",  # [(rows + 4) * (order + 1)] coefficients of the present step
+    "SERIES",  # [(rows + 4 + switches) * (order + 1)] coefficients of the present step
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
 PIECE_HEAD = 5  # a piece on the tape: period, time, length, side, method, then the coefficients of its series
@@ -149,6 +153,7 @@ class Layout:
     parameters: int
     marks: int = 0
     gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries`
+    switches: int = 0  # guards of the pieces of the law
 
     @property
     def measured(self) -> int:
@@ -175,18 +180,19 @@ class Layout:
             "START_STATE": self.states,
             "MEASURED": self.measured,
             "MARKS": self.marks * self.states,
-            "SERIES": (self.rows + 4) * (self.order + 1),
+            "SERIES": (self.rows + 4 + self.switches) * (self.order + 1),
         }
 
     @property
     def event_work_size(self) -> int:
         """Work space of the event search: 38 intervals at most."""
-        return 40 * (self.order + 3)
+        return max(40 * (self.order + 3), self.states + 5 * self.switches)
 
     @property
     def work_size(self) -> int:
         """Work space of the event search, then that of the implicit step (Jacobian, matrix, stages)."""
-        implicit = self.rows * (self.states + 1) + self.states * self.states + 10 * self.rows
+        square = self.states * self.states
+        implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
         gathering = self.states + 8 * (self.measured + 8)  # a point, then values at the nodes of a step
         return max(self.event_work_size + implicit, gathering)
 
@@ -239,6 +245,7 @@ class Layout:
             "PIECE_SIZE": self.piece_size,
             "EVENT_SIZE": self.event_size,
             "EVENT_WORK": self.event_work_size,
+            "SWITCHES": self.switches,
             "PARAMETERS": self.parameters,
             "MARK_COUNT": self.marks,
             "MEASURED_COUNT": self.measured,

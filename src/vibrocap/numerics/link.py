@@ -23,6 +23,8 @@ from typing import Any
 
 # Modules of the kernel, in the order in which they use each other.
 STEPS = {False: ("roots", "taylor", "explicit"), True: ("roots", "taylor", "implicit", "switching")}  # maybe stiff?
+TANGENTS = {False: "no_tangents", True: "tangents"}
+PIECES = {False: "one_piece", True: "pieces"}  # of the law, on each side
 RECORDING, MEASURING = ("record",), ("settle", "window")  # the hooks of one motion, of an ensemble
 # of one motion, of an ensemble one by one, of an ensemble abreast
 LOOPS = {
@@ -35,7 +37,7 @@ VECTOR_NAMES = (
     *("bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
     *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
 )
-ENTRIES = ("advance", "advance_ensemble")  # the last one of a kernel is called from outside
+ENTRIES = ("advance", "advance_ensemble", "follow")  # the last one of a kernel is called from outside
 # Nothing is allocated in a kernel; without its runtime (_nrt), Numba counts no references to the arrays that are passed
 # around, atomic operations that took a third of the time.
 OPTIONS = 'fastmath={"contract"}, error_model="numpy", nogil=True, _nrt=False'
@@ -69,9 +71,10 @@ def _body(module: ModuleType) -> str:
     return "\n\n\n".join(ast.get_source_segment(text, node) or "" for node in kept)
 
 
-def linked_source(generated: str, maybe_stiff: bool, loop: str = "single") -> str:
+def linked_source(generated: str, maybe_stiff: bool, pieces: bool, loop: str = "single", tangent: bool = False) -> str:
     """Text of the kernel module of a system, without decorators: plain Python.
 
+    pieces: whether the law has switched states; tangent: whether the tangents of motions are carried along (abreast)
     loop: "single": the entry is `one_by_one.advance`, which records one motion; "ensemble" or "abreast":
     `feed.advance_ensemble`, which measures many, one by one or all lanes at once (of `generated` abreast).
     """
@@ -79,8 +82,16 @@ def linked_source(generated: str, maybe_stiff: bool, loop: str = "single") -> st
     if loop == "abreast":
         head += f"{PLAIN_VECTORS} import {', '.join(VECTOR_NAMES)}\n"
     hooks = RECORDING if loop == "single" else MEASURING
-    kernel = [kernel_source(name) for name in (*STEPS[maybe_stiff], *hooks, *LOOPS[loop])]
+    kernel = [
+        kernel_source(name) for name in (*STEPS[maybe_stiff], *hooks, PIECES[pieces], TANGENTS[tangent], *LOOPS[loop])
+    ]
     return "\n\n".join([head, _lane_constants(), generated, *kernel]) + "\n"
+
+
+def driven_text(generated: str) -> str:
+    """Text of the kernel module of a law under an imposed motion; the entry is `driven.follow`."""
+    head = "import math\n\nimport numpy as np\n"
+    return "\n\n".join([head, _lane_constants(), generated, kernel_source("driven")]) + "\n"
 
 
 def plain_kernel(text: str) -> dict[str, Any]:

@@ -43,10 +43,12 @@ from vibrocap.numerics.generated import (
     ZEROS,
     rates,
 )
-from vibrocap.numerics.lanes import DONE, GRAZE, NOT_FINITE, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.lanes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.pieces import first_switch, piece_holds
 from vibrocap.numerics.record import on_event, on_period, on_piece
 from vibrocap.numerics.roots import EPSILON, first_root
-from vibrocap.numerics.switching import chosen_step, polished_step
+from vibrocap.numerics.switching import chosen_step, polished_step, repeat_to
+from vibrocap.numerics.tangents import enter_piece, tangent_waits
 from vibrocap.numerics.taylor import move_to, series_value
 
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
@@ -63,6 +65,11 @@ def step(real, whole, tape, lane):
         return
     if (KINKED or SET_VALUED) and not side_holds(real, whole, tape, lane):
         return  # the series must be made anew for the other side
+    if not piece_holds(real, whole, tape, lane):
+        return
+    if tangent_waits(whole, lane):
+        enter_piece(real, whole, lane)
+        return
     remaining = real[PERIOD + lane] - real[TIME + lane]
     if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
         remaining = real[TAIL + lane] - real[TIME + lane]
@@ -85,6 +92,8 @@ def step(real, whole, tape, lane):
         event, h = 0, (1.0 - 0.5 * NEAR) * h
     if event == 1:
         event, h = polished_step(real, whole, lane, h, longest)
+    elif event >= FIRST_SWITCH:
+        repeat_to(real, whole, lane, h)
     on_piece(real, whole, tape, lane, h)
     if whole[STIFF + lane] == 0:
         whole[TAYLOR_STEPS + lane] += 1
@@ -160,14 +169,17 @@ def defect(real, lane, s):
 def first_event(real, whole, lane, h):
     """First event within the step, its time, and where a guard only touched zero (-1: nowhere).
 
-    Events: 0: none, 1: velocity zero, +2 or -2: the hold gives way to that side.
+    Events: 0: none, 1: velocity zero, +2 or -2: the hold gives way to that side, from FIRST_SWITCH on: a guard of the
+    law's pieces.
     """
     if not SET_VALUED and not KINKED:
         return 0, h, -1.0
     side = real[SIDE + lane]
     if side != 0.0:
         root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h)
-        return (0, h, touch) if root < 0.0 else (1, root, touch)
+        event, h = (0, h) if root < 0.0 else (1, root)
+        event, h = first_switch(real, lane, event, h)
+        return event, h, touch
     event = 0
     earliest = -1.0
     growth = 0.0

@@ -23,17 +23,19 @@ def generated_source(equations: Any, layout: Layout, abreast: bool = False) -> s
         **layout.constants(),
         "SET_VALUED": equations.hold is not None,
         "KINKED": equations.kinked,
+        "BASE": equations.base,
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }
-    for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD"), start=layout.rows):
+    for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
         constants[name] = series + i * row_size
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
         jet_source(equations, integrals, layout, abreast),
         rates_source(equations, integrals),
+        pieces_source(equations),
         jacobian_source(equations, integrals),
     ]
     return "\n".join([*lines, "", *functions, ""])
@@ -63,6 +65,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
         if equations.hold is not None and k < order:
             keep(rows + 1, k, writer.coefficient(equations.hold.index, k))
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+        for i, guard in enumerate(equations.switches, start=rows + 4):
+            keep(i, k, writer.coefficient(guard.index, k) if k < order else "0.0")
     body = [*head, *writer.lines]
     if abreast:
         constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
@@ -121,6 +125,30 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     velocity = writer.name(equations.contact_velocity)
     head = "def contact_velocity(real, t, point, lane):"
     return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
+
+
+def pieces_source(equations: Any) -> str:
+    """`guard_tangents` with a tangent; `switches`, `after_switch`, `after_reversal` for a law of several pieces."""
+    found = []
+
+    def function(head: str, outcomes: Sequence[Sequence[Expression]], chosen: str = "") -> None:
+        found.append(f"def {head}:")
+        for number, outcome in enumerate(outcomes):
+            writer = ScalarWriter(equations.graph)
+            body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(outcome)]
+            if chosen:
+                found.append(f"    if {chosen} == {number}:")
+            found.extend(_indented([*writer.lines, *body], 8 if chosen else 4))
+        found.append("")
+
+    if equations.guard_tangents:
+        function("guard_tangents(real, t, point, side, lane, out)", [equations.guard_tangents])
+    if not equations.switches:
+        return "\n".join(found)
+    function("switches(real, t, point, side, lane, out)", [equations.switches])
+    function("after_switch(real, t, point, side, lane, which, out)", equations.after_switch, "which")
+    function("after_reversal(real, t, point, side, lane, out)", [equations.after_reversal])
+    return "\n".join(found)
 
 
 def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:

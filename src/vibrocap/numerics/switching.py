@@ -101,6 +101,13 @@ def polished_step(real, whole, lane, h, longest):
     return 0, h
 
 
+def repeat_to(real, whole, lane, h):
+    """Repeat an implicit step up to an event within it: its dense output is less exact than its end."""
+    if whole[STIFF + lane] == 1:
+        implicit_stages(real, whole, lane, h)
+        implicit_series(real, whole, lane, h)
+
+
 def length_to_rest(real, whole, lane, h, longest):
     """Length within (0, longest] of the implicit step that ends at rest, whose series is written, or 0 without one.
 

@@ -96,6 +96,17 @@ def series_value(real, row, s):
     return result
 
 
+def through_five(real, row, v0, v1, v2, v3, v4, h):
+    """Write the series of degree 4 through five values at even distances along a step."""
+    for k in range(5, ORDER + 1):
+        real[row + k * LANES] = 0.0
+    real[row] = v0
+    real[row + LANES] = (-25.0 * v0 + 48.0 * v1 - 36.0 * v2 + 16.0 * v3 - 3.0 * v4) / (3.0 * h)
+    real[row + 2 * LANES] = (70.0 * v0 - 208.0 * v1 + 228.0 * v2 - 112.0 * v3 + 22.0 * v4) / (3.0 * h**2)
+    real[row + 3 * LANES] = (-80.0 * v0 + 288.0 * v1 - 384.0 * v2 + 224.0 * v3 - 48.0 * v4) / (3.0 * h**3)
+    real[row + 4 * LANES] = 32.0 * (v0 - 4.0 * v1 + 6.0 * v2 - 4.0 * v3 + v4) / (3.0 * h**4)
+
+
 def move_to(real, whole, lane, s):
     """Put the lane at time s of its present series."""
     for i in range(ROWS):

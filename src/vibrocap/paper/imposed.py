@@ -3,8 +3,12 @@
 import numpy as np
 
 from vibrocap.friction.lugre import LuGre
+from vibrocap.laboratory.driven import driven_force
 
-SAMPLES = 4000  # steps per cycle of an imposed velocity, far below the relaxation of the bristles
+SAMPLES = 4000  # per cycle of an imposed velocity, that are returned
+FINER = (
+    16  # samples for each of these that the law follows, so that the straight lines between them are a sine to 1e-10
+)
 CYCLES = 2  # the last of which is kept
 MEAN, AMPLITUDE = 0.1, 0.05  # of the velocity of pure sliding: where steady friction falls most steeply
 
@@ -12,28 +16,13 @@ MEAN, AMPLITUDE = 0.1, 0.05  # of the velocity of pure sliding: where steady fri
 def imposed_cycle(friction: LuGre, mean: float, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
     """Velocity and friction over a cycle of an imposed velocity, X' = mean + amplitude sin(tau), N = 1.
 
-    The bristles follow (7) by the classical Runge-Kutta method; one cycle has passed before.
+    One cycle has passed before, from bristles at rest.
     """
-    step = 2.0 * np.pi / SAMPLES
-    side_of = np.sign
-
-    def rate(t: float, bristle: float) -> float:
-        v = mean + amplitude * np.sin(t)
-        return friction.force(v, (bristle,), side_of(v) or 1.0, 1.0)[1][0]
-
-    bristle, velocities, forces = 0.0, [], []
-    for i in range(CYCLES * SAMPLES + 1):
-        t = i * step
-        if i >= (CYCLES - 1) * SAMPLES:
-            v = mean + amplitude * np.sin(t)
-            velocities.append(v)
-            forces.append(friction.force(v, (bristle,), side_of(v) or 1.0, 1.0)[0])
-        k1 = rate(t, bristle)
-        k2 = rate(t + step / 2, bristle + step / 2 * k1)
-        k3 = rate(t + step / 2, bristle + step / 2 * k2)
-        k4 = rate(t + step, bristle + step * k3)
-        bristle += step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return np.array(velocities), np.array(forces)
+    time = np.linspace(0.0, 2.0 * np.pi * CYCLES, CYCLES * SAMPLES * FINER + 1)
+    velocity = mean + amplitude * np.sin(time)
+    found = driven_force(friction, time, velocity, tolerance=1e-10)
+    last = slice(-SAMPLES * FINER - 1, None, FINER)
+    return velocity[last], found.force[last]
 
 
 def imposed_sliding(damping: float) -> dict[str, np.ndarray]:

@@ -1,0 +1,155 @@
+"""Coordinates of a search: parameters of a law on the scales on which a fit moves them.
+
+Positive parameters move by factors (their logarithm is the coordinate); one that may be zero does so down to a foot and
+linearly below it; a static level is its ratio, at least 1, over the Coulomb level. A box of coordinates then holds only
+laws that can exist, and one step is about as large as another.
+"""
+
+import dataclasses
+from typing import Literal
+
+import numpy as np
+
+Form = Literal["log", "foot", "linear", "above", "below"]
+LARGEST_RATIO = 20.0
+LARGEST_SUM = 0.98  # of shares of one whole
+
+
+@dataclasses.dataclass(frozen=True)
+class Coordinate:
+    """How one parameter p is searched, by a coordinate u.
+
+    log: p = exp(u); foot: p = scale sinh(u), p >= 0; linear: p = scale u;
+    above: p = partner exp(u) with u >= 0; below: p = partner exp(-u) with u >= 0 (partner: another parameter's value).
+    low, high: bounds of p. spread: standard deviation of u among the starts.
+    """
+
+    name: str
+    form: Form
+    low: float
+    high: float
+    scale: float = 1.0
+    partner: str = ""
+    spread: float = 0.5
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Bounds of the coordinate."""
+        if self.form in ("above", "below"):
+            return 0.0, float(np.log(LARGEST_RATIO))
+        return float(self.inverse(self.low)), float(self.inverse(self.high))
+
+    def value(self, u: np.ndarray, partner: np.ndarray | float = 1.0) -> np.ndarray:
+        """The parameter at a coordinate, where its partner has the given value."""
+        if self.form == "log":
+            found = np.exp(u)
+        elif self.form == "foot":
+            found = self.scale * np.sinh(u)
+        elif self.form == "linear":
+            found = self.scale * u
+        else:
+            found = partner * np.exp(u if self.form == "above" else -u)
+        return np.clip(found, self.low, self.high)
+
+    def inverse(self, value: float, partner: float = 1.0) -> float:
+        """The coordinate of a value of the parameter."""
+        if self.form == "log":
+            return float(np.log(max(value, 1e-300)))
+        if self.form == "foot":
+            return float(np.arcsinh(value / self.scale))
+        if self.form == "linear":
+            return value / self.scale
+        ratio = value / partner if self.form == "above" else partner / value
+        return float(np.log(max(ratio, 1.0)))
+
+    def slope(self, value: float, u: float) -> float:
+        """dp/du at fixed partner."""
+        if self.form == "foot":
+            return float(self.scale * np.cosh(u))
+        return {"log": value, "linear": self.scale, "above": value, "below": -value}[self.form]
+
+
+@dataclasses.dataclass(frozen=True)
+class Space:
+    """The coordinates of a search, in an order in which each partner stands before what depends on it.
+
+    constants: values of partners that are not searched. shares: parameters whose sum stays below one; where it would
+    not, the searched ones among them are scaled down.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    constants: dict[str, float] = dataclasses.field(default_factory=dict)
+    shares: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(each.name for each in self.coordinates)
+
+    @property
+    def low(self) -> np.ndarray:
+        """Lower bounds of the coordinates [p]."""
+        return np.array([each.range[0] for each in self.coordinates])
+
+    @property
+    def high(self) -> np.ndarray:
+        """Upper bounds of the coordinates [p]."""
+        return np.array([each.range[1] for each in self.coordinates])
+
+    def values(self, u: np.ndarray) -> np.ndarray:
+        """Parameters [..., p] at coordinates [..., p]."""
+        u = np.asarray(u, float)
+        found = np.empty_like(u)
+        for i, each in enumerate(self.coordinates):
+            found[..., i] = each.value(u[..., i], self._partner(each, found))
+        searched = [i for i, name in enumerate(self.names) if name in self.shares]
+        if searched:
+            room = LARGEST_SUM - sum(self.constants[name] for name in self.shares if name not in self.names)
+            total = found[..., searched].sum(axis=-1, keepdims=True)
+            found[..., searched] *= np.minimum(1.0, room / total)
+        return found
+
+    def of(self, values: dict[str, float]) -> np.ndarray:
+        """Coordinates of parameters, moved into the bounds."""
+        found = []
+        for each in self.coordinates:
+            partner = values.get(each.partner, self.constants.get(each.partner, 1.0))
+            found.append(each.inverse(values[each.name], partner))
+        return np.clip(found, self.low, self.high)
+
+    def slopes(self, u: np.ndarray) -> np.ndarray:
+        """dp/du [p, p]: how parameters change with coordinates."""
+        values = self.values(u)
+        found = np.zeros((len(u), len(u)))
+        for i, each in enumerate(self.coordinates):
+            if each.partner in self.names:
+                j = self.names.index(each.partner)
+                found[i] = found[j] * values[i] / values[j]
+            found[i, i] = each.slope(values[i], u[i])
+        return found
+
+    def with_more(self, coordinates: tuple[Coordinate, ...]) -> "Space":
+        """This space and further coordinates after its own."""
+        return dataclasses.replace(self, coordinates=(*self.coordinates, *coordinates))
+
+    def with_leader(self, name: str) -> "Space":
+        """An equivalent space in which the parameter `name` depends on no other, so that it can be held on a value."""
+        own = self.coordinates[self.names.index(name)]
+        if own.form not in ("above", "below") or own.partner not in self.names:
+            return self
+        other = self.coordinates[self.names.index(own.partner)]
+        low, high = (other.low, other.high * LARGEST_RATIO) if own.form == "above" else (own.low, own.high)
+        leader = dataclasses.replace(own, form="log", partner="", low=low, high=high)
+        form: Form = "below" if own.form == "above" else "above"
+        led = dataclasses.replace(other, form=form, partner=name)
+        swapped = {name: led, own.partner: leader}  # each takes the other's place, so that the leader stands first
+        order = [swapped.get(each.name, each) for each in self.coordinates]
+        # the led one may have followers of its own: they keep their place after it
+        return dataclasses.replace(self, coordinates=tuple(order))
+
+    def _partner(self, coordinate: Coordinate, found: np.ndarray) -> np.ndarray | float:
+        if not coordinate.partner:
+            return 1.0
+        if coordinate.partner in self.names:
+            return found[..., self.names.index(coordinate.partner)]
+        return self.constants[coordinate.partner]

@@ -1,0 +1,183 @@
+"""The report of a finished search: parameters with intervals, errors by record, identifiability."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.coordinates import Coordinate
+from vibrocap.identification.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
+from vibrocap.identification.identifiability import WIDE, Identifiability, Verdict, identifiability
+from vibrocap.identification.prediction import Prediction, is_nuisance
+from vibrocap.identification.profile import Interval
+from vibrocap.identification.roles import unit_of
+from vibrocap.identification.samples import Samples
+from vibrocap.identification.search import Minimum, SearchStatus, Start
+from vibrocap.identification.uncertainty import correlation_time
+from vibrocap.parameters import parameter_table
+
+
+def finished_fit(
+    problem: Problem,
+    profiles: Mapping[str, Interval] | None,
+    held_out: Sequence[Samples],
+    starts: tuple[Start, ...],
+    options: Mapping[str, Any],
+    seconds: Callable[[], float],
+) -> Fit:
+    """The `Fit` at the minimum of a problem."""
+    prediction, best, spread = problem.prediction, problem.best, problem.uncertainty
+    space = prediction.space
+    values = dict(zip(space.names, space.values(best.u).tolist(), strict=True))
+    standard = dict(zip(space.names, np.sqrt(np.diag(spread.covariance)).tolist(), strict=True))
+    thresholds = dict(zip(space.names, spread.threshold.tolist(), strict=True))
+    # quantiles for the standard errors, which carry the inflation already
+    inflation = dict(zip(space.names, np.sqrt(spread.inflation).tolist(), strict=True))
+    found = {
+        name: (profiles or {}).get(name)
+        or _from_covariance(values[name], standard[name], thresholds[name] / inflation[name], each)
+        for name, each in zip(space.names, space.coordinates, strict=True)
+    }
+    report = _identifiability(problem, values, found)
+    law = prediction.law(best.u)
+    known_load = any(np.any(np.asarray(each.load) != 1.0) for each in prediction.records)
+    parameters = []
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            continue
+        unit = unit_of(info.name, known_load)
+        texts = (info.name, info.symbol, info.meaning, unit)
+        if info.name in found:
+            one = found[info.name]
+            ends = (
+                one.low,
+                one.high,
+                standard[info.name],
+                report.verdicts[info.name],
+                one.curve,
+                thresholds[info.name],
+            )
+            parameters.append(FittedParameter(*texts, value, *ends))
+        else:
+            parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
+    results = _results(prediction, best, held_out, law)
+    fitted = [each for each in results if not each.held_out]
+    unseen = [each for each in results if each.held_out]
+    relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
+    return Fit(
+        law=law,
+        law_name=law.name,
+        status=best.status,
+        parameters=tuple(parameters),
+        nuisances=tuple(
+            _nuisance(name, values[name], found[name], standard[name]) for name in found if is_nuisance(name)
+        ),
+        records=tuple(results),
+        relative_rmse=relative,
+        rmse=absolute,
+        held_out_relative_rmse=relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])[0],
+        samples=prediction.size,
+        effective_samples=spread.effective,
+        cost=best.cost,
+        unit=spread.unit,
+        identifiability=report,
+        starts=starts,
+        seconds=seconds(),
+        options=dict(options),
+        problem=problem,
+    )
+
+
+def failed_fit(
+    law_name: str, starts: tuple[Start, ...], samples: int, options: Mapping[str, Any], seconds: float
+) -> Fit:
+    """The `Fit` of which no start could be driven through the records."""
+    nan = math.nan
+    return Fit(
+        law=None,
+        law_name=law_name,
+        status=SearchStatus.FAILED,
+        parameters=(),
+        nuisances=(),
+        records=(),
+        relative_rmse=nan,
+        rmse=nan,
+        held_out_relative_rmse=nan,
+        samples=samples,
+        effective_samples=nan,
+        cost=nan,
+        unit=nan,
+        identifiability=None,
+        starts=starts,
+        seconds=seconds,
+        options=dict(options),
+    )
+
+
+def predicted_force(problem: Problem, record: Samples) -> np.ndarray:
+    """Force [n] that the fitted law predicts for a record that was not fitted, from a relaxed contact."""
+    own = problem.prediction.of([record], [1.0])
+    return own.forces(problem.best.u, 0)[0]
+
+
+def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
+    unseen = prediction.of(held_out, [1.0] * len(held_out))
+    results = []
+    for source, hidden in ((prediction, False), (unseen, True)):
+        for i, record in enumerate(source.records):
+            predicted = source.forces(best.u, i)[0]
+            relative, absolute = relative_rmse([record.force], [predicted])
+            tau = correlation_time(predicted - record.force) if np.isfinite(absolute) else math.nan
+            columns = (record.time, record.velocity, record.force, predicted)
+            results.append(RecordResult(record.name, hidden, *columns, absolute, relative, tau))
+    return results
+
+
+def _identifiability(problem: Problem, values: Mapping[str, float], found: Mapping[str, Interval]) -> Identifiability:
+    """The report, from the slopes by the logarithms of the law's parameters."""
+    prediction, best = problem.prediction, problem.best
+    space, names = prediction.space, prediction.law_names
+    to_parameters = np.linalg.inv(space.slopes(best.u))
+    columns = [space.names.index(name) for name in names]
+    amounts = [_amount(space.coordinates[j], values[space.names[j]]) for j in columns]
+    weighted = np.sqrt(problem.loss.slope(best.errors))[:, None] * best.slopes
+    slopes = weighted @ to_parameters[:, columns] * amounts
+    others = [j for j in range(len(space.names)) if j not in columns]
+    return identifiability(
+        names,
+        [values[name] for name in names],
+        slopes,
+        weighted[:, others],
+        problem.uncertainty.unit,
+        float(np.median(problem.uncertainty.inflation)),
+        {name: found[name] for name in names},
+    )
+
+
+def _amount(coordinate: Any, value: float) -> float:
+    """What counts as one e-fold of a parameter: itself, or the smallest visible amount of one that is zero."""
+    return max(abs(value), coordinate.scale) if coordinate.form in ("foot", "linear") else value
+
+
+def _from_covariance(value: float, error: float, threshold: float, coordinate: Coordinate) -> Interval:
+    """Interval from the covariance: symmetric in the logarithm, or in the parameter where it may be zero."""
+    reach = threshold * error
+    if coordinate.form == "linear":
+        return Interval(value - reach, value + reach, False, False)
+    if coordinate.form == "foot":
+        low, high = value - reach, value + reach
+        return Interval(max(low, 0.0), high if high < coordinate.high else math.inf, low <= 0, high >= coordinate.high)
+    factor = math.exp(min(reach / value, 700.0))
+    low, high = value / factor, value * factor
+    # a factor of the square of WIDE is beyond what a straight line says of a logarithm: the profile knows
+    low_open, high_open = low <= coordinate.low or factor > WIDE**2, high >= coordinate.high or factor > WIDE**2
+    return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
+
+
+def _nuisance(name: str, value: float, interval: Interval, error: float) -> FittedParameter:
+    meaning = {"offset": "constant force of the sensor", "mass": "inertia that the sensor carries"}
+    unit = {"offset": "N", "mass": "kg"}.get(name, "1")
+    text = meaning.get(name, "state of the contact at the first sample, over its natural size")
+    return FittedParameter(name, "", text, unit, value, interval.low, interval.high, error, Verdict.DETERMINED)

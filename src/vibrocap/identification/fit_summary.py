@@ -1,0 +1,56 @@
+"""A fit as text: parameters with intervals, errors by record, what the data do not determine."""
+
+import math
+
+from vibrocap.identification.fit_result import Fit, FittedParameter
+from vibrocap.identification.identifiability import Verdict
+
+
+def summary(fit: Fit) -> str:
+    """The fit as lines of text."""
+    if not fit.ok:
+        return f"{fit.law_name}: {fit.status}"
+    lines = [f"{fit.law_name}: {fit.status}, relative RMSE {_percent(fit.relative_rmse)} ({fit.rmse:.4g} N)"]
+    if not math.isnan(fit.held_out_relative_rmse):
+        lines[0] += f", held out {_percent(fit.held_out_relative_rmse)}"
+    lines += ["", *table([("parameter", "value", "95 % interval", "unit", ""), *(_row(p) for p in fit.parameters)])]
+    if fit.nuisances:
+        lines += [
+            "",
+            *table([("of the measurement", "value", "95 % interval", "unit", ""), *map(_row, fit.nuisances)]),
+        ]
+    rows = [
+        (r.name, f"{len(r.time):,} samples", _percent(r.relative_rmse), "held out" if r.held_out else "fitted")
+        for r in fit.records
+    ]
+    lines += ["", *table([("record", "", "relative RMSE", ""), *rows])]
+    report = fit.identifiability
+    if report is not None and report.sentences:
+        lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+    lines += [
+        "",
+        f"Relative to the standard deviation of the force. {fit.samples:,} samples, {len(fit.starts)} starts, "
+        f"{fit.seconds:.1f} s.",
+    ]
+    return "\n".join(lines)
+
+
+def _row(p: FittedParameter) -> tuple[str, ...]:
+    if p.verdict == Verdict.HELD:
+        return p.name, f"{p.value:.5g}", "held", p.unit, ""
+    note = "" if p.verdict == Verdict.DETERMINED else str(p.verdict)
+    return p.name, f"{p.value:.5g}", f"{_end(p.low)} to {_end(p.high)}", p.unit, note
+
+
+def _end(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else ("open" if value > 0 else "-open")
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def table(rows: list[tuple[str, ...]]) -> list[str]:
+    """Rows of cells as lines, in columns."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return [("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip() for row in rows]

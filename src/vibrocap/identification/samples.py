@@ -1,0 +1,112 @@
+"""Samples: the columns of records as a fit uses them, on their own clock, thinned where a draft is enough."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+MOTION_LOST = 0.01  # share of the velocity (root mean square) that thinning may change
+FEWEST_SAMPLES = 8
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Samples:
+    """One record, ready to be fitted.
+
+    time [n] s from the first sample; velocity [n] m/s; force [n] N; acceleration [n] m/s^2; load N: a number or [n],
+    1 where the normal force is not known, so that friction coefficients are then forces.
+    deviation: standard deviation of the force, over which errors are relative.
+    """
+
+    name: str
+    time: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    acceleration: np.ndarray
+    load: Any
+    deviation: float
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def displacement(self) -> np.ndarray:
+        """Displacement from the first sample, the integral of the velocity (trapezoids)."""
+        steps = 0.5 * (self.velocity[1:] + self.velocity[:-1]) * np.diff(self.time)
+        return np.concatenate(([0.0], np.cumsum(steps)))
+
+    def thinned(self, every: int) -> "Samples":
+        """Means of blocks of `every` samples."""
+        if every <= 1:
+            return self
+        blocks = len(self) // every
+
+        def means(column: Any) -> Any:
+            if np.ndim(column) == 0:
+                return column
+            return np.ascontiguousarray(np.asarray(column)[: blocks * every].reshape(blocks, every).mean(axis=1))
+
+        columns = {name: means(getattr(self, name)) for name in ("time", "velocity", "force", "acceleration", "load")}
+        return dataclasses.replace(self, **columns)
+
+    def between(self, start: int, stop: int) -> "Samples":
+        """The samples from number `start` to before `stop`."""
+        columns = {name: getattr(self, name)[start:stop] for name in ("time", "velocity", "force", "acceleration")}
+        load = self.load if np.ndim(self.load) == 0 else self.load[start:stop]
+        return dataclasses.replace(self, **columns, load=load)
+
+
+def samples(record: Any, load: float | None = None) -> Samples:
+    """The samples of a `Record`; velocity is made from displacement where it was not measured.
+
+    load: normal force in N for a record that does not know its own.
+    """
+    if isinstance(record, Samples):
+        return record
+    if getattr(record, "velocity", None) is None or getattr(record, "acceleration", None) is None:
+        from vibrocap.records.preparation import prepared
+
+        record = prepared(record)
+    time, force = np.asarray(record.time, float), np.asarray(record.force, float)
+    velocity = np.asarray(record.velocity, float)
+    if len(time) < FEWEST_SAMPLES:
+        raise ValueError(f"record {record.name!r}: has {len(time)} samples; at least {FEWEST_SAMPLES} are needed")
+    known = record.normal_force if record.normal_force is not None else (1.0 if load is None else load)
+    acceleration = record.acceleration
+    acceleration = np.gradient(velocity, time) if acceleration is None else np.asarray(acceleration, float)
+    deviation = float(np.std(force))
+    if not (np.isfinite(deviation) and deviation > 0):
+        raise ValueError(f"record {record.name!r}: its force is constant, which determines nothing")
+    if not np.any(velocity):
+        raise ValueError(f"record {record.name!r}: nothing moves in it; friction needs a motion")
+    return Samples(
+        record.name,
+        time=np.ascontiguousarray(time - time[0]),
+        velocity=np.ascontiguousarray(velocity),
+        force=np.ascontiguousarray(force),
+        acceleration=np.ascontiguousarray(acceleration),
+        load=float(known) if np.ndim(known) == 0 else np.ascontiguousarray(known, dtype=float),
+        deviation=deviation,
+    )
+
+
+def drafts(all_samples: Sequence[Samples], target: int) -> list[Samples]:
+    """Thinned samples, about `target` in all, fewer only as long as the motion stays what it is."""
+    total = sum(len(each) for each in all_samples)
+    found = []
+    for each in all_samples:
+        every = max(1, total // target)
+        while every > 1 and _motion_lost(each, every) > MOTION_LOST:
+            every = max(1, every * 2 // 3)
+        found.append(each.thinned(every))
+    return found
+
+
+def _motion_lost(full: Samples, every: int) -> float:
+    """Relative root mean square of the velocity's change when thinned samples are joined by straight lines."""
+    thin = full.thinned(every)
+    if len(thin) < FEWEST_SAMPLES:
+        return np.inf
+    change = np.interp(full.time, thin.time, thin.velocity) - full.velocity
+    return float(np.sqrt(np.mean(change**2) / np.mean(full.velocity**2)))

@@ -1,0 +1,234 @@
+"""Whether a friction law can create energy with given parameters, and a cycle that shows it."""
+
+import dataclasses
+import inspect
+import math
+from typing import Literal
+
+import numpy as np
+
+from vibrocap.friction.law import Law
+from vibrocap.laboratory.chatter import Chatter, Powers, least_speed, powers, worst_chatter
+from vibrocap.laboratory.checks import check_numbers
+from vibrocap.laboratory.cycle import Cycle, closed_cycle
+from vibrocap.laboratory.cycle_search import searched_cycle
+from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law, speed_scale
+from vibrocap.laboratory.visited_states import visited_states
+
+Verdict = Literal["passive, proven", "creates energy: cycle found", "no cycle found, not proven"]
+DECADES = 4.0  # of speed, above and below the law's own, that are searched
+PER_DECADE = 60
+STATES, MANY = 201, 120  # internal states to look at, one or several
+SHOWN = 2.0  # times the least speed that is needed: the bound of the cycle that is shown
+SWING = 0.01  # of the natural size, the first choice for how far an internal state moves during a cycle
+KEPT = 0.9  # share of the chatter's energy that a slower cycle should keep
+COUNTS = 1e-6  # a share of energy of a cycle nearer to zero than this proves nothing
+
+
+@dataclasses.dataclass(frozen=True)
+class LeastLoss:
+    """Where the law loses least power (or gains most) by its own storage function: R v less the rate of stored energy.
+
+    rate: of loss, negative where the stored energy grows by more than is put in
+    velocity, internal: there
+    """
+
+    rate: float
+    velocity: float
+    internal: tuple[float, ...]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Passivity:
+    """Whether a law can create energy.
+
+    verdict: what is known
+    condition: the law's own sufficient condition, in its words, and whether it holds with these parameters
+    cycle: a cycle that gives more energy than it takes, or None
+    speed_needed: the least bound of the speed within which chatter creates energy (to 1 %), None where it does not
+    fastest: speeds up to here were searched
+    least_loss: of the natural storage function, over the internal states visited, at speeds up to that of the cycle
+    searched: what was looked through, in words
+    """
+
+    law: Law
+    load: float
+    verdict: Verdict
+    condition: str
+    cycle: Cycle | None
+    speed_needed: float | None
+    fastest: float
+    least_loss: LeastLoss
+    searched: str
+
+    @property
+    def text(self) -> str:
+        """The report in words."""
+        words = f"{self.law.name}: {self.verdict}. {self.condition}"
+        if self.cycle is not None:
+            words += (
+                f" A cycle of period {self.cycle.period:.3g} with speeds up to {self.cycle.fastest:.3g} gives "
+                f"{-self.cycle.energy:.3g} each time, {-100 * self.cycle.share:.3g} % of the power exchanged."
+            )
+        if self.speed_needed is not None:
+            words += f" Below a speed of {self.speed_needed:.3g} none was found."
+        loss = self.least_loss
+        if loss.rate < 0.0:
+            words += f" The loss by its own stored energy falls to {loss.rate:.3g}, at velocity {loss.velocity:.3g}."
+        return f"{words} Searched: {self.searched}."
+
+
+def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> Passivity:
+    """Whether a law can create energy with these parameters.
+
+    A contact is passive if no cycle that ends as it began (internal states included) gives energy: the integral of R v
+    over it is never negative. Where the law is not proven passive, a cycle that does give energy is sought, first among
+    velocities that switch infinitely fast (`chatter`; with one internal state that decides), then, for laws with
+    several internal states or with pieces, among cycles of a few levels. What is found is made a real cycle of finite
+    period and measured.
+
+    fastest: the largest speed that the contact meets; by default four decades above the law's own speed. The worst
+        cycle within it is returned; by default the one within twice the least speed needed.
+
+    The natural storage function may lose less than nothing locally although no cycle gives energy: `least_loss` says
+    where. Raises ValueError for a load or a speed that is no positive number.
+    """
+    recorded = recorded_law(law, load)
+    if fastest is not None:
+        check_numbers(fastest=fastest)
+    scale = speed_scale(law)
+    top = float(fastest) if fastest is not None else scale * 10.0**DECADES
+    bottom = min(scale, top) * 10.0**-DECADES
+    speeds = np.geomspace(bottom, top, 1 + math.ceil(PER_DECADE * math.log10(top / bottom)))
+    states, sides, sizes = _states(recorded, speeds)
+    found = powers(recorded, states, sides, speeds)
+    continuous = sizes[recorded.continuous]
+    proven = _proven(law)
+    cycle = needed = None
+    if not proven:
+        worst = worst_chatter(found, continuous)
+        if worst is not None:
+            needed = _speed_needed(recorded, found, continuous, worst, sides)
+            bound = top if fastest is not None else SHOWN * needed
+            cycle = _real_cycle(recorded, _brisk(found, bound, continuous) or worst, sizes)
+        if cycle is None and (len(recorded.continuous) > 1 or law.switched):
+            slow = min(10.0 * scale, top) if fastest is None else top
+            cycle = _measured(closed_cycle(recorded, *searched_cycle(recorded, bottom, slow, sizes), sizes))
+            needed = None
+    verdict: Verdict = "no cycle found, not proven"
+    if proven:
+        verdict = "passive, proven"
+    elif cycle is not None:
+        verdict = "creates energy: cycle found"
+    return Passivity(
+        law=law,
+        load=float(load),
+        verdict=verdict,
+        condition=_condition(law),
+        cycle=cycle,
+        speed_needed=needed if cycle is not None else None,
+        fastest=top,
+        least_loss=_least_loss(recorded, states, sides, speeds[speeds <= 1.001 * (cycle.fastest if cycle else top)]),
+        searched=_searched(recorded, bottom, top) if not proven else "nothing, for there is a proof",
+    )
+
+
+def _states(recorded: RecordedLaw, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(states [states, n] to look at, side [n] of each, natural sizes [states])."""
+    count = len(recorded.rates)
+    if count == 0:
+        return np.empty((0, 1)), np.ones(1), np.empty(0)
+    states, sides = visited_states(recorded, speeds)
+    sizes = np.max(np.abs(states), axis=1)
+    sizes[sizes == 0.0] = 1.0
+    if count == 1 and not recorded.law.switched:
+        spread = np.linspace(states.min(), states.max(), STATES)[None]
+        return spread, np.copysign(1.0, spread[0]), sizes
+    chosen = np.random.default_rng(20).choice(states.shape[1], min(MANY, states.shape[1]), replace=False)
+    return states[:, chosen], sides[chosen], sizes
+
+
+def _speed_needed(recorded: RecordedLaw, found: Powers, sizes: np.ndarray, worst: Chatter, sides: np.ndarray) -> float:
+    """The least bound of the speed, first as coarsely as the speeds searched, then to 1 %."""
+    coarse = least_speed(found, sizes, worst)
+    slower = np.unique(np.abs(found.velocities))
+    slower = slower[slower < coarse]
+    between = np.geomspace(slower[-1], coarse, 6)[1:] if len(slower) else np.array([coarse])
+    finer = powers(recorded, found.states, sides, np.concatenate((slower, between)))
+    closer = worst_chatter(finer, sizes)
+    return least_speed(finer, sizes, closer) if closer is not None else coarse
+
+
+def _brisk(found: Powers, fastest: float, sizes: np.ndarray) -> Chatter | None:
+    """The worst chatter within a speed, with no slower levels than it needs to keep most of its share of energy."""
+    worst = worst_chatter(found.within(0.0, fastest), sizes)
+    if worst is None:
+        return None
+    for slowest in fastest * np.geomspace(0.3, 1e-6, 23):
+        brisk = worst_chatter(found.within(slowest, fastest), sizes)
+        if brisk is not None and brisk.share <= KEPT * worst.share:
+            return brisk
+    return worst
+
+
+def _real_cycle(recorded: RecordedLaw, chatter: Chatter, sizes: np.ndarray) -> Cycle | None:
+    """A cycle of finite period near a chatter: the longest, by doublings, that keeps most of its share of energy."""
+    levels, shares = chatter.levels, chatter.shares
+    if len(recorded.rates) == 0:
+        back = np.append(levels, -levels) if recorded.law.symmetric else levels
+        return _measured(closed_cycle(recorded, back, np.ones(len(back)), (), ()))
+    best, swing = None, SWING
+    quickest = 0.0
+    for velocity, share in zip(levels, shares, strict=True):
+        rates = recorded.values(recorded.rates, velocity, chatter.state, math.copysign(1.0, velocity))
+        quickest = max(quickest, share * float(np.max(np.abs(rates) / sizes)))
+    while swing < 10.0:
+        period = swing / quickest if quickest > 0.0 else 1.0
+        cycle = _measured(closed_cycle(recorded, levels, shares * period, chatter.state, sizes))
+        if cycle is None or (best is not None and cycle.share > KEPT * chatter.share):
+            break
+        best = cycle
+        swing *= 2.0
+    return best
+
+
+def _measured(cycle: Cycle | None) -> Cycle | None:
+    """The cycle, if it gives energy for certain."""
+    return cycle if cycle is not None and cycle.share < -COUNTS else None
+
+
+def _least_loss(recorded: RecordedLaw, states: np.ndarray, sides: np.ndarray, speeds: np.ndarray) -> LeastLoss:
+    """The least of R v less the rate of the stored energy."""
+    least = LeastLoss(math.inf, math.nan, ())
+    for side in (-1.0, 1.0):
+        velocity = side * speeds[:, None]
+        settled = recorded.settled_pieces(velocity, recorded.turned(states, sides, side)[:, None, :], side)
+        force, storing = recorded.values((recorded.force, recorded.storing), velocity, settled, side)
+        loss = force * velocity - storing
+        loss[~np.isfinite(loss)] = math.inf
+        i, j = np.unravel_index(int(np.argmin(loss)), loss.shape)
+        if loss[i, j] < least.rate:
+            least = LeastLoss(float(loss[i, j]), float(velocity[i, 0]), tuple(settled[:, i, j].tolist()))
+    return least
+
+
+def _condition(law: Law) -> str:
+    """What the law says of itself."""
+    words = " ".join((inspect.getdoc(type(law).passive) or "").split("\n\n")[0].split())
+    if type(law).passive is Law.passive or not words:
+        return "It states no condition for being passive."
+    return f"Its condition, '{words}', {'holds' if law.passive else 'does not hold'}."
+
+
+def _proven(law: Law) -> bool:
+    """Whether the law says that it is passive; one that says nothing is not proven."""
+    return type(law).passive is not Law.passive and law.passive
+
+
+def _searched(recorded: RecordedLaw, bottom: float, top: float) -> str:
+    states, speeds = len(recorded.continuous), f"speeds from {bottom:.2g} to {top:.2g}"
+    if states == 0:
+        return f"all {speeds}"
+    if states == 1 and not recorded.law.switched:
+        return f"all pairs of {speeds} at {STATES} internal states, which is exhaustive up to the spacing"
+    return f"{speeds} at {MANY} visited internal states, and cycles of four levels; not exhaustive"

@@ -1,0 +1,156 @@
+"""A friction law's formulas, recorded once: evaluated on arrays, with exact derivatives."""
+
+import dataclasses
+import functools
+import types
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.friction.law import Law
+from vibrocap.laboratory.checks import check_numbers
+from vibrocap.numerics.graph import FUNCTIONS, Expression, Graph, derivative
+from vibrocap.numerics.source import ScalarWriter
+from vibrocap.parameters import parameter_table
+
+# What a written formula calls `math`.
+_NUMPY = types.SimpleNamespace(**{name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS})
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RecordedLaw:
+    """Formulas of one law at one normal load, in which velocity and internal states are symbols.
+
+    force: R; rates: z', one per internal state; stored: energy in the contact; switches, after_switch,
+    after_reversal: see `friction.law`. Node ("state", 0) of the graph is the velocity, the internal states follow.
+    """
+
+    law: Law
+    load: float
+    graph: Graph
+    force: Expression
+    rates: tuple[Expression, ...]
+    stored: Expression
+    switches: tuple[Expression, ...]
+    after_switch: tuple[tuple[Expression, ...], ...]
+    after_reversal: tuple[Expression, ...]
+
+    def values(self, expressions: Sequence[Expression], velocity: Any, internal: Any, side: Any) -> np.ndarray:
+        """Values [expressions, ...] of formulas at velocities [...] and internal states [states, ...].
+
+        `side` is the direction of sliding, +1 or -1, which a velocity of zero does not tell. What is not defined there
+        (a logarithm of zero, for instance) is not finite.
+        """
+        velocity = np.asarray(velocity, dtype=float)
+        internal = np.asarray(internal, dtype=float)
+        shape = np.broadcast_shapes(velocity.shape, internal.shape[1:], np.shape(side))
+        found = np.empty((len(expressions), *shape))
+        with np.errstate(all="ignore"):
+            for i, value in enumerate(self._function(tuple(expressions))([velocity, *internal], side)):
+                found[i] = value
+        return found
+
+    @functools.cached_property
+    def _functions(self) -> dict[tuple[int, ...], Callable]:
+        return {}
+
+    def _function(self, expressions: tuple[Expression, ...]) -> Callable:
+        """A NumPy function (states, side) -> values of formulas, written as source once."""
+        key = tuple(expression.index for expression in expressions)
+        if key not in self._functions:
+            writer = ScalarWriter(self.graph)
+            names = ", ".join([writer.name(expression) for expression in expressions])
+            source = "\n    ".join(["def values(real, side, point=0):", *writer.lines, f"return [{names}]"])
+            namespace: dict[str, Any] = {"math": _NUMPY}
+            exec(source, namespace)
+            self._functions[key] = namespace["values"]
+        return self._functions[key]
+
+    @functools.cached_property
+    def force_slopes(self) -> tuple[Expression, ...]:
+        """dR/dv, then dR/dz for each internal state."""
+        return tuple(derivative(self.force, i) for i in range(1 + len(self.rates)))
+
+    @functools.cached_property
+    def rate_slopes(self) -> tuple[Expression, ...]:
+        """dz'/dv, then dz'/dz, for each internal state in turn: a matrix [states, 1 + states] row by row."""
+        return tuple(derivative(rate, i) for rate in self.rates for i in range(1 + len(self.rates)))
+
+    @functools.cached_property
+    def storing(self) -> Expression:
+        """Rate of the stored energy, the sum of dS/dz z'."""
+        total = self.graph.constant(0.0)
+        for i, rate in enumerate(self.rates, start=1):
+            total = total + derivative(self.stored, i) * rate
+        return total
+
+    @functools.cached_property
+    def continuous(self) -> np.ndarray:
+        """Indices of the internal states that have rates: those that are not whole numbers."""
+        return np.array([i for i, name in enumerate(self.law.internal) if name not in self.law.switched], dtype=int)
+
+    def settled_pieces(self, velocity: Any, internal: Any, side: Any) -> np.ndarray:
+        """Internal states [states, ...] on the piece of the law that holds; NaN where none is found to."""
+        velocity, state = np.asarray(velocity, float), np.asarray(internal, float)
+        shape = np.broadcast_shapes(velocity.shape, state.shape[1:], np.shape(side))
+        state = np.array(np.broadcast_to(state, (len(state), *shape)))
+        open_ = np.ones(shape, bool)
+        for _ in range(2 * len(self.switches) + 2):
+            guards = self.values(self.switches, velocity, state, side)
+            open_ = np.ones(shape, bool)
+            for guard, after in zip(guards, self.after_switch, strict=True):
+                fallen = open_ & ~(guard >= 0.0)
+                if fallen.any():
+                    state = np.where(fallen, self.values(after, velocity, state, side), state)
+                    open_ &= ~fallen
+            if open_.all():
+                return state
+        state[:, ~open_] = np.nan
+        return state
+
+    def turned(self, internal: Any, side: Any, new_side: Any) -> np.ndarray:
+        """Internal states [states, ...] after the contact has turned from one side to another (or has not)."""
+        after = self.values(self.after_reversal, 0.0, internal, new_side)
+        return np.where(np.asarray(side) == new_side, internal, after)
+
+
+def recorded_law(law: Law, load: float = 1.0) -> RecordedLaw:
+    """Record the formulas of a law at one normal load.
+
+    Raises ValueError for what is no law, and for a load that is no positive number.
+    """
+    if not isinstance(law, Law):
+        raise ValueError(f"law should be a friction law such as LuGre(), got {law!r}")
+    check_numbers(load=load)
+    graph = Graph()
+    velocity, side = graph.node("state", 0), graph.node("side")
+    internal = tuple(graph.node("state", 1 + i) for i in range(len(law.internal)))
+    force, rates = law.force(velocity, internal, side, float(load))
+    switches = law.switches(velocity, internal, side, float(load))
+
+    def recorded(values: Sequence[Any]) -> tuple[Expression, ...]:
+        return tuple(graph.expression(value) for value in values)
+
+    return RecordedLaw(
+        law=law,
+        load=float(load),
+        graph=graph,
+        force=graph.expression(force),
+        rates=recorded(rates),
+        stored=graph.expression(law.stored_energy(internal)),
+        switches=recorded(switches),
+        after_switch=tuple(
+            recorded(law.after_switch(which, velocity, internal, side, float(load))) for which in range(len(switches))
+        ),
+        after_reversal=recorded(law.after_reversal(internal, side, float(load))),
+    )
+
+
+def speed_scale(law: Law) -> float:
+    """A speed over which the law's friction varies: the first velocity among its parameters; 1 where it has none."""
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        if isinstance(value, float) and value > 0.0 and ("velocity" in info.name or info.name == "decay_rate"):
+            return 1.0 / value if info.name == "decay_rate" else value
+    return 1.0

@@ -1,0 +1,42 @@
+"""The contract of generated code of a driven law: what `driven_step.py` writes and `driven.py` calls by these names.
+
+Linking puts the generated definitions in the place of these.
+"""
+
+STATES = 1
+GUARDS = 0  # how many
+SET_VALUED = False
+
+STATUS = STEPS = REFUSED = STEP_LIMIT = JUMPS = FORCE_START = INTERNAL_START = 0  # places in `whole`
+PARAMETER = FROZEN = STATE = NEW = INVERSE_SCALE = 0  # places in `real`
+VELOCITY = LOAD = VELOCITY_RATE = LOAD_RATE = STEP = VISIBLE_SPEED = 0
+
+
+def freeze(real, side):
+    """Compute what depends on parameters and the side only, from PARAMETER to FROZEN."""
+    raise NotImplementedError
+
+
+def attempt(real, side, h) -> float:
+    """Step of length h from STATE to NEW, VELOCITY and LOAD changing at their rates; returns error over tolerance."""
+    raise NotImplementedError
+
+
+def force(real, at, v, w, side) -> float:
+    """Friction force with the states at real[at:at + STATES], velocity v and load w."""
+    raise NotImplementedError
+
+
+def least_guard(real, at, v, w, side) -> tuple:
+    """(value, number) of the guard that is least."""
+    raise NotImplementedError
+
+
+def switch(real, at, which, v, w, side):
+    """Change the states at real[at:at + STATES] to those after guard `which` has fallen."""
+    raise NotImplementedError
+
+
+def reverse(real, at, w, side):
+    """Change the states at real[at:at + STATES] to those after the contact has turned to `side`."""
+    raise NotImplementedError

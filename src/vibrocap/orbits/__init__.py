@@ -1,0 +1,1 @@
+"""Steady motions: periodic modulo the drift, with their stability, branches and basins."""

@@ -1,0 +1,110 @@
+"""The stretch of a branch between two neighbouring points: any point of it, and where a function of it vanishes."""
+
+import bisect
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrocap.orbits.branch_point import BranchPoint, corrected, tangent
+from vibrocap.orbits.closing_map import Closure
+
+NARROW = 1e-11  # share of a segment to which a root is bracketed
+MOST_TRIALS = 80
+
+
+class Lost(Exception):
+    """A point of a segment could not be closed."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Bracket:
+    """Two places of a segment (shares of it) between which something happens, and the values of a function there."""
+
+    left: float
+    right: float
+    value_left: float
+    value_right: float
+    scale: float  # largest value at the ends of the search
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the function jumps over zero instead of passing it."""
+        return min(abs(self.value_left), abs(self.value_right)) > 1e-3 * self.scale
+
+
+class Segment:
+    """Points of a branch between two of its points, by their share (0 to 1) of the straight way from one to the other.
+
+    Every point is closed in the plane across that way, from a guess on the straight line between its nearest neighbours
+    that are known already, so that a search closes in at little cost and a kink in between does no harm.
+    """
+
+    def __init__(self, closure: Closure, first: BranchPoint, last: BranchPoint):
+        self.closure = closure
+        self.way = last.x - first.x
+        self.length = float(np.linalg.norm(self.way))
+        self.normal = self.way / self.length
+        self.start = float(self.normal @ first.x)
+        self.shares, self.points = [0.0, 1.0], [first, last]
+
+    def point(self, share: float) -> BranchPoint:
+        """The closed point at a share of the way. Raises `Lost`."""
+        place = bisect.bisect_left(self.shares, share)
+        if place < len(self.shares) and self.shares[place] == share:
+            return self.points[place]
+        left, right = self.shares[place - 1], self.shares[place]
+        before, after = self.points[place - 1], self.points[place]
+        near = before if share - left <= right - share else after
+        guess = before.x + (share - left) / (right - left) * (after.x - before.x)
+        level = self.start + share * self.length
+        found, _ = corrected(self.closure, guess, self.normal, level, near.closing)
+        if found is None or np.linalg.norm(found.x - guess) > self.length:
+            raise Lost(f"no closed point at {share:.6g} of a segment")
+        point = BranchPoint(found, tangent(found, self.normal))
+        self.shares.insert(place, share)
+        self.points.insert(place, point)
+        return point
+
+    def parameter(self, share: float) -> float:
+        """The parameter at a share that was visited."""
+        return self.closure.parameter(self.points[self.shares.index(share)].x)
+
+    def root(self, function: Callable[[BranchPoint], float], left: float = 0.0, right: float = 1.0) -> Bracket:
+        """Where a function changes its sign between two shares: bracketing with the ITP method.
+
+        Interpolate, truncate, project (Oliveira and Takahashi 2020): as safe as bisection, as quick as the secant. It
+        does not assume that the function is continuous; `Bracket.jumps` tells.
+        """
+        low, high = function(self.point(left)), function(self.point(right))
+        scale = max(abs(low), abs(high))
+        width = NARROW * (right - left)
+        most = int(np.ceil(np.log2((right - left) / (2.0 * width)))) + 1
+        for trial in range(MOST_TRIALS):
+            if right - left <= 2.0 * width or low == 0.0 or high == 0.0:
+                break
+            middle = 0.5 * (left + right)
+            secant = (high * left - low * right) / (high - low)
+            towards = np.sign(middle - secant)
+            truncated = min(0.2 * (right - left) ** 2, abs(middle - secant)) * towards + secant
+            radius = max(width * 2.0 ** (most - trial) - 0.5 * (right - left), 0.0)
+            share = truncated if abs(truncated - middle) <= radius else middle - towards * radius
+            share = float(np.clip(share, left + 0.1 * width, right - 0.1 * width))
+            value = function(self.point(share))
+            if np.sign(value) == np.sign(low):
+                left, low = share, value
+            else:
+                right, high = share, value
+        return Bracket(left, right, low, high, scale)
+
+    def change(self, same: Callable[[BranchPoint], bool], left: float, right: float) -> tuple[float, float]:
+        """Two shares as near as rounding allows: at the first `same` holds, at the second it does not (bisection)."""
+        for _ in range(MOST_TRIALS):
+            if right - left <= NARROW:
+                break
+            middle = 0.5 * (left + right)
+            if same(self.point(middle)):
+                left = middle
+            else:
+                right = middle
+        return left, right

@@ -1,0 +1,81 @@
+"""The steady motion that a start leads to: simulated until it settles, then closed by shooting."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics import lanes as memory
+from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.graph import depends_on_time
+from vibrocap.orbits.free_orbit import free_orbit
+from vibrocap.orbits.orbit import Orbit, OrbitStatus
+from vibrocap.orbits.shooting import SAME, closing, named_states, shoot
+from vibrocap.orbits.stroboscopic_map import MOST_EVENTS, StroboscopicMap
+from vibrocap.simulate import initial_state
+from vibrocap.system import System
+
+SETTLED = 1e-6  # distance to the steady motion, over natural sizes, from which Newton's method starts
+ROUGH = 1e-9  # tolerance of the run there
+
+
+def orbit(
+    system: System,
+    *,
+    initial: Mapping[str, float] | None = None,
+    response_period: int | None = None,
+    half: bool = False,
+    settle_periods: int = 2000,
+    tolerance: float = 1e-12,
+) -> Orbit:
+    """The steady motion that a start leads to, closed to rounding.
+
+    What a capsule does in the long run is periodic modulo a shift of its position: a relative periodic orbit, whose
+    shift per period is the drift. The motion is simulated until its stroboscopic state has settled, which gives the
+    response period, then closed by Newton's method (`shoot`), which also gives the Floquet multipliers. The orbit of a
+    system without a drive that changes in time (a block on a belt) has a period of its own, which is found too.
+
+    initial: the start of the simulation, by state name (those not named are zero)
+    response_period, half: look for an orbit of so many drive periods (half: for a symmetric one) straight from
+        `initial`, without simulating; finds unstable orbits too
+    settle_periods: most drive periods simulated before it counts as not settled
+    tolerance: of the runs, error per step over the natural size of each state
+    Returns an `Orbit`; its `status` says whether it closed, and `status.advice` what to try if not.
+    """
+    start = list(initial_state(system, initial).values())
+    if not depends_on_time(StroboscopicMap(system).equations.rates):
+        return free_orbit(system, start, settle_periods, tolerance)
+    start = np.array(start)
+    if response_period is not None or half:
+        return shoot(system, named_states(system, start), response_period or 1, half=half, tolerance=tolerance)
+    state, periods = settled_state(system, start, settle_periods)
+    if periods == 0:
+        return _not_settled(system, state, tolerance)
+    return shortest(shoot(system, named_states(system, state), periods, tolerance=tolerance))
+
+
+def shortest(found: Orbit) -> Orbit:
+    """The same orbit over its shortest period: a motion that settles by turns may look longer than it is."""
+    map_ = StroboscopicMap(found.system, found.tolerance)
+    state = np.array(list(found.state.values()))
+    for periods in range(1, found.response_period):
+        divides = found.response_period % periods == 0 and found.status is OrbitStatus.CONVERGED
+        if divides and closing(map_, state, periods, found.status).residual <= SAME:
+            return shoot(found.system, found.state, periods, tolerance=found.tolerance)
+    return found
+
+
+def settled_state(system: System, start: Any, settle_periods: int) -> tuple[np.ndarray, int]:
+    """(state at the end, response period) of a simulation that ends as soon as it has settled; period 0: it did not."""
+    map_ = StroboscopicMap(system)
+    budget = Budget(settle_periods, 1, SETTLED, ROUGH, MOST_EVENTS, 10**9)
+    layout, results = ensemble_run(map_.equations, map_.parameters()[None], np.array([start], dtype=float), budget)
+    first = len(memory.RESULT_HEAD) + layout.states
+    settled = results[0, 0] == memory.DONE
+    periods = int(results[0, memory.RESULT_HEAD.index("response_period")]) if settled else 0
+    return results[0, first : first + layout.states].copy(), periods
+
+
+def _not_settled(system: System, state: np.ndarray, tolerance: float) -> Orbit:
+    """What is known of a motion that did not settle: how far it is from closing after one period."""
+    return closing(StroboscopicMap(system, tolerance), state, 1, OrbitStatus.NOT_SETTLED)

@@ -1,0 +1,161 @@
+"""What is wrong with a measured record (an error), and what looks wrong with its units (a warning)."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+FEWEST_SAMPLES = 8
+ROUNDING = 1e-12  # relative; a column that varies less is constant
+MOTIONS = ("velocity", "displacement")
+COEFFICIENTS = (0.001, 10.0)  # friction coefficients outside are taken for a slip in the units
+AGREEMENT = 3.0  # velocity and the derivative of displacement may differ by noise and offset, but not by this factor
+CORRELATION = 0.7  # below it, velocity and displacement tell different motions, and no factor relates them
+
+# (unit meant for the displacement, unit meant for the velocity) where displacement / integral of velocity is about key
+SLIPS = {
+    1e3: "displacement looks as if it were in mm, not m",
+    1e6: "displacement looks as if it were in um, not m",
+    1e-3: "velocity looks as if it were in mm/s, not m/s, or time as if it were in ms, not s",
+    1e-6: "velocity looks as if it were in um/s, not m/s, or time as if it were in us, not s",
+}
+
+
+class RecordError(ValueError):
+    """A record that cannot be used: `complaints` holds every one, each naming the field and what would be right."""
+
+    def __init__(self, complaints: Iterable[str], source: str = "the record"):
+        self.complaints = tuple(complaints)
+        self.source = source
+        super().__init__(f"{source} cannot be used:\n" + "\n".join(f"  {complaint}" for complaint in self.complaints))
+
+    def __reduce__(self):
+        return type(self), (self.complaints, self.source)
+
+
+class RecordWarning(UserWarning):
+    """A record that can be used, but whose numbers look as if a unit were wrong."""
+
+
+def complaints(columns: Mapping[str, Any], place: Callable[[int], str] = "index {}".format) -> list[str]:
+    """Everything that makes a record unusable.
+
+    columns: the columns of the record by field, 1-D arrays of floats; None where it has none
+    place: how a message names a sample, from its index; a line of a file for instance
+    """
+    given = {field: values for field, values in columns.items() if values is not None}
+    found = [
+        f"{field}: should be one column of numbers, got {_shape(values)}"
+        for field, values in given.items()
+        if values.ndim != 1
+    ]
+    if not any(field in given for field in MOTIONS):
+        found.append("velocity, displacement: neither is given; at least one should be, a friction law is driven by it")
+    if found:
+        return found
+    samples = {field: len(values) for field, values in given.items()}
+    if len(set(samples.values())) > 1:
+        lengths = ", ".join(f"{field} {count:,}" for field, count in samples.items())
+        return [f"{', '.join(samples)}: should have one value for each time, got {lengths}"]
+    if samples["time"] < FEWEST_SAMPLES:
+        count = samples["time"]
+        return [f"time: should have at least {FEWEST_SAMPLES} samples, got {count} sample{'s' * (count != 1)}"]
+    for field, values in given.items():
+        found += _not_finite(field, values, place)
+    if found:
+        return found
+    found += _not_increasing(given["time"], place)
+    for field, values in given.items():
+        if field in ("force", *MOTIONS, "acceleration") and np.ptp(values) <= ROUNDING * np.max(np.abs(values)):
+            found.append(
+                f"{field}: is {values[0]:g} at all {len(values):,} samples; a constant {field} determines nothing, "
+                "give one that varies"
+            )
+    if "normal_force" in given and np.any(given["normal_force"] < 0.0):
+        worst = int(np.argmin(given["normal_force"]))
+        found.append(
+            f"normal_force: should be at least 0 (pressing counts positive), got {given['normal_force'][worst]:g} "
+            f"at {place(worst)}"
+        )
+    elif "normal_force" in given and not np.any(given["normal_force"]):
+        found.append("normal_force: should be greater than 0 somewhere, got 0 at all samples; leave it out if unknown")
+    return found
+
+
+def _shape(values: np.ndarray) -> str:
+    return "a single number" if values.ndim == 0 else f"an array of shape {values.shape}"
+
+
+def _not_finite(field: str, values: np.ndarray, place: Callable[[int], str]) -> list[str]:
+    bad = ~np.isfinite(values)
+    if not bad.any():
+        return []
+    nans = int(np.isnan(values).sum())
+    infinite = int(bad.sum()) - nans
+    kinds = " and ".join(f"{count:,} {kind}" for count, kind in ((nans, "NaN"), (infinite, "infinite")) if count)
+    first = place(int(np.argmax(bad)))
+    return [
+        f"{field}: {kinds} of {len(values):,} values, the first at {first}; "
+        "should be finite: cut these samples out or fill them before"
+    ]
+
+
+def _not_increasing(time: np.ndarray, place: Callable[[int], str]) -> list[str]:
+    steps = np.diff(time)
+    if np.all(steps > 0.0):
+        return []
+    at = int(np.argmax(steps <= 0.0)) + 1
+    what = "repeats" if steps[at - 1] == 0.0 else "runs backwards"
+    count = int((steps <= 0.0).sum())
+    also = f" ({count:,} such places)" if count > 1 else ""
+    return [
+        f"time: {what} at {place(at)}{also}: {time[at]:.10g} after {time[at - 1]:.10g}; should increase strictly: "
+        "sort the samples, drop repeated ones, or split records that follow each other"
+    ]
+
+
+def doubts(columns: Mapping[str, Any]) -> list[str]:
+    """What looks as if a unit were wrong, by a factor of 1000 for instance.
+
+    Two comparisons need no knowledge of the machine: displacement with the integral of velocity (which unlike a
+    derivative does not amplify noise), and force with normal force (a friction coefficient outside 0.001 to 10).
+    """
+    found = []
+    velocity, displacement, normal = (columns.get(name) for name in ("velocity", "displacement", "normal_force"))
+    if velocity is not None and displacement is not None:
+        found += _different_motions(columns["time"], velocity, displacement)
+    if normal is not None:
+        coefficient = float(np.sqrt(np.mean(np.square(columns["force"]))) / np.mean(normal))
+        low, high = COEFFICIENTS
+        if not low <= coefficient <= high:
+            found.append(
+                f"force, normal_force: imply a friction coefficient of {coefficient:.3g} (root mean square), outside "
+                f"{low:g} to {high:g}; one of them looks as if it were in other units, N and kN for instance"
+            )
+    return found
+
+
+def _different_motions(time: np.ndarray, velocity: np.ndarray, displacement: np.ndarray) -> list[str]:
+    travelled = integral(time, velocity)
+    travelled -= travelled.mean()
+    moved = displacement - displacement.mean()
+    size, other = float(travelled @ travelled), float(moved @ moved)
+    if size == 0.0 or abs(float(moved @ travelled)) < CORRELATION * np.sqrt(size * other):
+        return []
+    factor = float(moved @ travelled) / size
+    power = float(10.0 ** (3 * np.round(np.log10(abs(factor)) / 3)))
+    if 1.0 / AGREEMENT <= factor <= AGREEMENT:
+        return []
+    text = f"velocity, displacement: displacement is {factor:.3g} times the integral of velocity"
+    if factor < 0.0:
+        text += "; they count in opposite directions"
+    likely = SLIPS.get(power)
+    if likely and 1.0 / AGREEMENT <= abs(factor) / power <= AGREEMENT:
+        return [f"{text}; {likely}"]
+    return [f"{text}; check their units and that of time"]
+
+
+def integral(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Integral of samples over time by the trapezoidal rule, 0 at the first sample; the sampling may be uneven."""
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+    return np.concatenate(([0.0], np.cumsum(steps)))

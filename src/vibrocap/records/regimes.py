@@ -1,0 +1,155 @@
+"""Regimes of a pulled slider: what motion a force record shows, and the map of many over stiffness and speed."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrocap.records.stick_slip_periods import Recurrence
+from vibrocap.records.stick_slip_phases import Phase
+
+if TYPE_CHECKING:
+    from vibrocap.records.stick_slip import StickSlip
+
+STICK_SLIP, INERTIAL, STEADY, SLOW = "stick-slip", "inertial", "steady", "slow oscillation"
+# A block on static and kinetic Coulomb friction has P/T0 = 1 + (x - atan x)/pi, x = w D/V, and sticks for the share
+# x/(x + pi - atan x) of its period P: half of it where x = pi - atan x. Between its extremes its force rises for the
+# share 1 - T0/(2 P), there 0.61.
+HALF_STICK_X, HALF_STICK_RATIO = 2.0288, 1.29
+STICKS, RISES = 0.4, 0.6  # shares of the time, less than half to allow for noise; a sine rises for half of it
+STRAIGHT = 0.08  # bend of stick phases over the fall; measured: 0.03 at most where it sticks, 0.13 in coloured noise
+REGULAR = 0.3  # standard deviation of the intervals between tops over their mean, where there is a period
+
+
+@dataclasses.dataclass(frozen=True)
+class Regime:
+    """What kind of motion a force record shows, and what decided it.
+
+    name: "stick-slip": straight stick phases for at least 0.4 of the time, and a period of at least 1.29 inertial
+        periods, above which a Coulomb block sticks for more than half of the time;
+        "inertial": a regular oscillation whose period is near or below the inertial one, or whose force is about as
+        long rising as falling where that period is not known;
+        "steady": no fluctuation above the noise, or one without a period;
+        "slow oscillation": a regular one, slower than inertia explains and without stick phases, driven from elsewhere
+    reason: the same in a sentence, with the numbers
+    typical_period: median time between tops [s];  irregularity: standard deviation of these times over their mean
+    inertial_period: 2 pi sqrt(m/k) [s];  period_ratio: typical_period over it; None where mass or stiffness is unknown
+    stick_fraction: share of the time in stick phases;  rise_fraction: share in which the force rises
+    stick_bend: how far from straight the force is in stick phases, over the mean fall
+    """
+
+    name: str
+    reason: str
+    typical_period: float | None
+    irregularity: float | None
+    inertial_period: float | None
+    period_ratio: float | None
+    stick_fraction: float | None
+    rise_fraction: float | None
+    stick_bend: float | None
+
+
+def regime(
+    phases: Sequence[Phase],
+    tops: np.ndarray,
+    bottoms: np.ndarray,
+    recurrence: Recurrence,
+    inertial_period: float | None,
+    bend: float | None,
+) -> Regime:
+    """What kind of motion phases and turning points [s] show; see `Regime` for what decides."""
+    if len(tops) < 3:
+        seen = "no fall of the force stands" if not len(tops) else f"only {len(tops)} falls of the force stand"
+        return Regime(STEADY, f"{seen} above the noise", None, None, inertial_period, None, None, None, None)
+    intervals = np.diff(tops)
+    period = float(np.median(intervals))
+    irregularity = float(intervals.std() / intervals.mean())
+    rises = float((tops[1:] - bottoms[:-1]).sum() / (bottoms[-1] - bottoms[0]))
+    resting = sum(phase.duration for phase in phases if phase.kind == "stick")
+    sticks = resting / (phases[-1].end - phases[0].start)
+    ratio = None if inertial_period is None else period / inertial_period
+    repeats = recurrence.correlation_period is not None or irregularity <= REGULAR
+    far = ratio is None or ratio >= HALF_STICK_RATIO
+    share = f"sticks {sticks:.0%} of the time, the force rises {rises:.0%} of it"
+    compared = (
+        "; mass or stiffness is not given, so the period was not compared with 2 pi sqrt(m/k)"
+        if inertial_period is None
+        else f"; the time between tops, {period:.4g} s, is {ratio:.3g} times 2 pi sqrt(m/k) = {inertial_period:.4g} s"
+    )
+    straight = bend is None or bend <= STRAIGHT
+    if far and straight and sticks >= STICKS and rises >= RISES:
+        name, reason = STICK_SLIP, share + compared
+    elif not repeats:
+        name, reason = STEADY, f"fluctuates without a period (intervals vary by {irregularity:.0%}), {share}"
+    elif far and ratio is not None:
+        name, reason = SLOW, f"oscillates more slowly than by its inertia, without sticking long: {share}{compared}"
+    else:
+        name, reason = INERTIAL, f"swings on its spring: {share}{compared}"
+    return Regime(name, reason, period, irregularity, inertial_period, ratio, sticks, rises, bend)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RegimeDiagram:
+    """Regimes of many records over stiffness and pulling speed: arrays [n] in the order of the records.
+
+    stiffness [N/m], pulling_speed [m/s], names, regimes (words), period [s] and slip [m] (means of main
+    slips), period_ratio (typical period over 2 pi sqrt(m/k)), stick_fraction; NaN where a record does not tell
+    border: speed [m/s] times sqrt(stiffness) [N/m] at which a Coulomb block sticks for half of its period, from the
+    falls of the records: V sqrt(k) = dF/(2 x sqrt(m)), x = w D/V = 1.808; NaN where no mass is known
+    """
+
+    names: tuple[str, ...]
+    stiffness: np.ndarray
+    pulling_speed: np.ndarray
+    regimes: tuple[str, ...]
+    period: np.ndarray
+    period_ratio: np.ndarray
+    stick_fraction: np.ndarray
+    slip: np.ndarray
+    border: float
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each record, by column name, sorted by stiffness and speed."""
+        order = np.lexsort((self.pulling_speed, self.stiffness))
+        numbers = ("stiffness", "pulling_speed", "period", "period_ratio", "stick_fraction", "slip")
+        return [
+            {"name": self.names[at], "regime": self.regimes[at]}
+            | {name: float(getattr(self, name)[at]) for name in numbers}
+            for at in order
+        ]
+
+
+def regime_diagram(found: Sequence["StickSlip"]) -> RegimeDiagram:
+    """The regimes of many records over stiffness and pulling speed, which each of them has to know. ValueError else."""
+    found = list(found)
+    if not found:
+        raise ValueError("found: should be at least one StickSlip, got none")
+    wrong = [
+        f"found[{at}] ({each.name}): stiffness and pulling_speed are needed for its place in the diagram; "
+        "give them to stick_slip"
+        for at, each in enumerate(found)
+        if each.stiffness is None or each.pulling_speed is None
+    ]
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    borders = [
+        each.release.mean * each.stiffness / (2.0 * HALF_STICK_X * each.mass**0.5)
+        for each in found
+        if each.regime.name == STICK_SLIP and each.release and each.mass and each.stiffness
+    ]
+    return RegimeDiagram(
+        names=tuple(each.name for each in found),
+        stiffness=np.array([each.stiffness for each in found], dtype=float),
+        pulling_speed=np.array([each.pulling_speed for each in found], dtype=float),
+        regimes=tuple(each.regime.name for each in found),
+        period=_column(each.period.mean if each.period else None for each in found),
+        period_ratio=_column(each.regime.period_ratio for each in found),
+        stick_fraction=_column(each.regime.stick_fraction for each in found),
+        slip=_column(each.slip.mean if each.slip else None for each in found),
+        border=float(np.median(borders)) if borders else float("nan"),
+    )
+
+
+def _column(values: Any) -> np.ndarray:
+    return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -1,0 +1,287 @@
+"""Stick-slip in a measured force record: phases, period, slips, levels of friction and regime of the motion."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from vibrocap.records.pull import Pull, is_number, pull
+from vibrocap.records.record import Record
+from vibrocap.records.regimes import INERTIAL, STEADY, STICK_SLIP, Regime, regime
+from vibrocap.records.stick_slip_periods import Recurrence, recurrence
+from vibrocap.records.stick_slip_phases import Phase, falls, phases, stick_bend, with_minor
+
+LOADING = (0.3, 3.0)  # stick phases that rise at another multiple of k V are taken for a slip in the units
+FREE_SLIP = 1.5  # a slip that takes more of the time which inertia alone needs is an overdamped one
+LEAST_SLIP = 0.2  # of 2 pi sqrt(m/k); a slip of a free mass takes at least half of it
+EXTREMES, SLIP_END = "mean of the extreme levels", "level at the end of the slip"
+
+
+@dataclasses.dataclass(frozen=True)
+class Spread:
+    """Mean, median and standard deviation of a quantity over `number` phases; the deviation of one phase is None."""
+
+    mean: float
+    median: float
+    deviation: float | None
+    number: int
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class StickSlip:
+    """What a force record tells of stick-slip. Forces in the unit of the record (`force_unit`), all else in SI.
+
+    regime: what the motion is, with its reason and the numbers that decided it (see `Regime`)
+    phases: slips and the stick phases between them, in order; a slip is `minor` if its fall is below a share (`minor`,
+        half by default) of the mean fall; "main" slips are the others. None in the steady regime
+    period: from one main slip's start to the next [s], in the inertial regime from top to top;  recurrence: the period
+        without phases, from the spectrum and from the correlation
+    slip: distance that the slider travels in a main slip [m], dF/k + V dt: while it slips, the spring is pulled on
+    release: how much shorter the spring gets in a main slip [m], dF/k
+    stick_duration, slip_duration: of stick phases and main slips [s];  stick_fraction: share of the time at rest
+    static_level: force at the start of main slips;  slip_end_level: at their end; in the stick-slip regime only
+    kinetic_level: kinetic friction, and by `kinetic_from` the mean of the extreme levels (a free mass overshoots as far
+        as it fell short) or the level at the end of the slip (an overdamped one stops at it); None if not to be told
+    static_coefficient, kinetic_coefficient: the means over the normal force
+    loading_ratio: median rate at which stick phases rise, over k V; 1 for a slider that does not creep
+    velocity: slider velocity V - (1/k) dF/dt, filtered without delay [n] m/s, at `time` [n] s; `force` [n] without
+        spikes is what was analysed
+    noise: standard deviation of one sample;  spikes: samples replaced;  window: samples of the running mean that shows
+        the falls
+    notes: what could not be told and why, and what looks wrong
+    Quantities that the record, or what is known beside it, does not tell are None.
+    """
+
+    name: str
+    force_unit: str
+    regime: Regime
+    phases: tuple[Phase, ...]
+    period: Spread | None
+    recurrence: Recurrence
+    slip: Spread | None
+    release: Spread | None
+    stick_duration: Spread | None
+    slip_duration: Spread | None
+    stick_fraction: float | None
+    static_level: Spread | None
+    slip_end_level: Spread | None
+    kinetic_level: float | None
+    kinetic_from: str | None
+    static_coefficient: float | None
+    kinetic_coefficient: float | None
+    loading_ratio: float | None
+    time: np.ndarray
+    force: np.ndarray
+    velocity: np.ndarray | None
+    noise: float
+    spikes: int
+    window: int
+    stiffness: float | None
+    mass: float | None
+    pulling_speed: float | None
+    normal_force: float | None
+    notes: tuple[str, ...]
+
+    @property
+    def slips(self) -> tuple[Phase, ...]:
+        """The slips, minor ones too."""
+        return tuple(phase for phase in self.phases if phase.kind == "slip")
+
+    @property
+    def main_slips(self) -> tuple[Phase, ...]:
+        """The slips without the minor ones."""
+        return tuple(phase for phase in self.slips if not phase.minor)
+
+    @property
+    def sticks(self) -> tuple[Phase, ...]:
+        """The stick phases."""
+        return tuple(phase for phase in self.phases if phase.kind == "stick")
+
+
+def stick_slip(
+    time: Any,
+    force: Any,
+    *,
+    stiffness: float | None = None,
+    mass: float | None = None,
+    pulling_speed: float | None = None,
+    normal_force: float | None = None,
+    coefficient: bool = False,
+    minor: float = 0.5,
+    name: str = "record",
+) -> StickSlip:
+    """Stick-slip in the force record of a slider that is pulled through a spring at constant speed.
+
+    While the slider sticks the force rises at k V; it slips when the static friction is reached. For static and kinetic
+    Coulomb friction (PHYSICS.md section 5, belt), with D = (F_s - F_k)/k and w = sqrt(k/m),
+
+        stick time 2 D/V, slip time (2/w)(pi - atan(w D/V)), slip 2 D + V (slip time)
+
+    time [n] s: increasing; uneven sampling is interpolated, gaps are refused;  force [n]: N, positive on average
+    stiffness: of spring and machine together, N/m;  mass: of the slider, kg;  pulling_speed: m/s
+    normal_force: N; for the coefficients
+    coefficient: the force is given as friction over normal force; then the normal force (m g where only the mass is
+        given) turns it into what the spring feels
+    minor: slips whose fall is below this share of the mean fall count as minor: partial slips, which many irregular
+        records have. The period and the slips of such records depend on it, those of regular ones do not; 0 for none.
+        In the inertial regime there are none
+    name: what the record is called in results
+
+    Raises RecordError, a ValueError, with every complaint: NaN, lengths that differ, a time that runs backwards, a
+    constant force, fewer than 64 samples, a gap, numbers that are not positive.
+    Limits: a slip has to stand above 8 standard deviations of the noise that smoothing leaves. Its start and end are
+    located to their stated errors and to 3 % of its duration (a parabola is fitted where a cosine is); with noise of
+    10 % of the fall these are up to a quarter of its duration, while levels and slips are within 3 % of the fall.
+    """
+    further = []
+    if not (is_number(minor) and 0.0 <= minor < 1.0):
+        further.append(f"minor: should be a share of at least 0 and less than 1, got {minor!r}")
+    pulled = pull(time, force, stiffness, mass, pulling_speed, normal_force, coefficient, name, further)
+    found = falls(pulled.force)
+    repeats = recurrence(found.force, pulled.step, found.window)
+    every = phases(pulled.time, found)
+    turning = (pulled.time[found.tops], pulled.time[found.bottoms])
+    kind = regime(every, *turning, repeats, pulled.inertial_period, stick_bend(pulled.time, found, every))
+    # What wanders has no phases; what swings has no partial slips.
+    marked = () if kind.name == STEADY else with_minor(every, minor if kind.name == STICK_SLIP else 0.0)
+    main = [phase for phase in marked if phase.kind == "slip" and not phase.minor]
+    sticks = [phase for phase in marked if phase.kind == "stick"]
+    extremes = (found.force[found.tops], found.force[found.bottoms])
+    level, how = _kinetic(main, sticks, kind, extremes)
+    rests = main if kind.name == STICK_SLIP else []
+    static = _spread([slip.start_force for slip in rests])
+    rate, give, speed = pulled.loading_rate, pulled.compliance, pulled.pulling_speed
+    loading = None if rate is None or not sticks else float(np.median([-s.fall / s.duration for s in sticks])) / rate
+    at_rest = sum(stick.duration for stick in sticks)
+    velocity = None
+    if give is not None and speed is not None:
+        usual = float(np.median([slip.duration for slip in main])) if main else 3 * found.window * pulled.step
+        window = max(5, round(usual / (3.0 * pulled.step)))
+        velocity = slider_velocity(pulled.time, found.force, 1.0 / give, speed, window)
+    return StickSlip(
+        name=name,
+        force_unit="1" if coefficient else "N",
+        regime=kind,
+        phases=marked,
+        period=_spread(np.diff(turning[0] if kind.name == INERTIAL else [slip.start for slip in main])),
+        recurrence=repeats,
+        slip=None if give is None or speed is None else _spread([s.fall * give + speed * s.duration for s in main]),
+        release=None if give is None else _spread([slip.fall * give for slip in main]),
+        stick_duration=_spread([stick.duration for stick in sticks]),
+        slip_duration=_spread([slip.duration for slip in main]),
+        stick_fraction=at_rest / (marked[-1].end - marked[0].start) if marked else None,
+        static_level=static,
+        slip_end_level=_spread([slip.end_force for slip in rests]),
+        kinetic_level=level,
+        kinetic_from=how,
+        static_coefficient=static.mean / pulled.weight if static and pulled.weight else None,
+        kinetic_coefficient=level / pulled.weight if level is not None and pulled.weight else None,
+        loading_ratio=loading,
+        time=pulled.time,
+        force=found.force,
+        velocity=velocity,
+        noise=found.noise,
+        spikes=found.spikes,
+        window=found.window,
+        stiffness=stiffness,
+        mass=mass,
+        pulling_speed=pulling_speed,
+        normal_force=pulled.normal_force,
+        notes=(*pulled.notes, *_notes(pulled, kind, loading, level, main)),
+    )
+
+
+def stick_slip_of(record: Record, **changes: Any) -> StickSlip:
+    """Stick-slip of a measured `Record`, with what its conditions say.
+
+    conditions: stiffness_N_per_m, mass_kg, pulling_speed_m_per_s;  changes: arguments of `stick_slip` that take their
+    place. A normal force that varies counts with its mean.
+    """
+    known = {"stiffness": "stiffness_N_per_m", "mass": "mass_kg", "pulling_speed": "pulling_speed_m_per_s"}
+    settings: dict[str, Any] = {field: record.conditions.get(name) for field, name in known.items()}
+    if record.normal_force is not None:
+        settings["normal_force"] = float(np.mean(record.normal_force))
+    return stick_slip(record.time, record.force, **{"name": record.name, **settings, **changes})
+
+
+def slider_velocity(
+    time: np.ndarray, force: np.ndarray, stiffness: float, pulling_speed: float, window: int = 5
+) -> np.ndarray:
+    """Velocity of a slider that is pulled through a spring at constant speed, [n] m/s, from the force in it.
+
+        x' = V - (1/k) dF/dt
+
+    The derivative is that of parabolas fitted to `window` samples around each (Savitzky and Golay 1964), which delays
+    nothing. time: evenly spaced [n] s;  force [n] N;  stiffness N/m;  pulling_speed m/s
+    """
+    from scipy.signal import savgol_filter
+
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    rate = np.asarray(savgol_filter(force, window | 1, 2, deriv=1, delta=step))
+    return pulling_speed - rate / stiffness
+
+
+def _spread(values: Any) -> Spread | None:
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return None
+    deviation = float(values.std(ddof=1)) if len(values) > 1 else None
+    return Spread(float(values.mean()), float(np.median(values)), deviation, len(values))
+
+
+def _kinetic(
+    main: list[Phase], sticks: list[Phase], kind: Regime, extremes: tuple[np.ndarray, np.ndarray]
+) -> tuple[float | None, str | None]:
+    """(kinetic level, what it was taken from), None where the record does not tell.
+
+    A mass that only Coulomb friction holds swings as far below the kinetic level as it began above it, within the slip
+    time (2/w)(pi - atan(w D/V)), where w D/V is w/2 of the stick time. One that takes longer is held back by more.
+    """
+    middle = 0.5 * float(extremes[0].mean() + extremes[1].mean()) if len(extremes[0]) else None
+    if kind.name == INERTIAL:
+        return middle, EXTREMES
+    if kind.name != STICK_SLIP or kind.inertial_period is None or not main or not sticks:
+        return None, None
+    at_end = float(np.mean([slip.end_force for slip in main]))
+    at_start = float(np.mean([slip.start_force for slip in main]))
+    rest = float(np.median([stick.duration for stick in sticks]))
+    free = kind.inertial_period * (1.0 - math.atan(math.pi * rest / kind.inertial_period) / math.pi)
+    if float(np.median([slip.duration for slip in main])) > FREE_SLIP * free:
+        return at_end, SLIP_END
+    return 0.5 * (at_start + at_end), EXTREMES
+
+
+def _notes(pulled: Pull, kind: Regime, loading: float | None, level: float | None, main: list[Phase]) -> list[str]:
+    """What could not be told, and what looks wrong."""
+    notes = []
+    missing = [field for field in ("stiffness", "mass", "pulling_speed") if getattr(pulled, field) is None]
+    if "stiffness" in missing:
+        notes.append("stiffness: not given; slips cannot be told in metres, nor the slider's velocity")
+    elif pulled.compliance is None:
+        notes.append(
+            "normal_force: not given, nor the mass; a coefficient alone does not tell the stretch of the spring"
+        )
+    elif "pulling_speed" in missing:
+        notes.append(
+            "pulling_speed: not given; only the release of the spring dF/k can be told, without V dt of a slip"
+        )
+    if kind.inertial_period is None:
+        lacking = " and ".join(field for field in ("mass", "stiffness") if field in missing)
+        notes.append(f"{lacking}: not given; whether inertia sets the period cannot be told")
+        if kind.name == STICK_SLIP and level is None:
+            notes.append(f"{lacking}: not given; the kinetic level is the {EXTREMES} or the {SLIP_END}, by inertia")
+    if loading is not None and kind.name == STICK_SLIP and not LOADING[0] <= loading <= LOADING[1]:
+        notes.append(
+            f"stiffness, pulling_speed, force: stick phases rise at {loading:.3g} times k V; "
+            "it looks as if one of them were in another unit, or the force were a coefficient"
+        )
+    if kind.inertial_period is not None and main:
+        share = float(np.median([slip.duration for slip in main])) / kind.inertial_period
+        if share < LEAST_SLIP:
+            notes.append(
+                f"mass, stiffness: slips take {share:.2g} of 2 pi sqrt(m/k), where inertia alone needs half of it; "
+                "it looks as if one of them were wrong"
+            )
+    return notes

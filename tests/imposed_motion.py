@@ -1,0 +1,102 @@
+"""A friction law under an imposed motion, by SciPy and the law's scalar functions alone: nothing of the engine.
+
+A stroke has one direction; within it the guards of the law's pieces are events of the solver.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+
+@dataclasses.dataclass(frozen=True)
+class Stroke:
+    """What a law did over a stroke: time [n], displacement [n] since its start, friction [n], internal [n, states]."""
+
+    time: np.ndarray
+    displacement: np.ndarray
+    friction: np.ndarray
+    internal: np.ndarray
+    switches: tuple[tuple, ...]  # (time, which, internal states before, after)
+    end: tuple
+
+
+def settled_pieces(law: Any, velocity: float, internal: tuple, side: int, load: float, most: int = 12) -> tuple:
+    """The internal states after every guard that is not positive has fired; AssertionError where that does not end."""
+    for _ in range(most):
+        guards = law.switches(velocity, internal, side, load)
+        fired = [i for i, guard in enumerate(guards) if not guard > 0.0]
+        if not fired:
+            return internal
+        internal = law.after_switch(fired[0], velocity, internal, side, load)
+    raise AssertionError(f"the pieces of {law} do not settle: {internal}")
+
+
+def stroke(
+    law: Any,
+    velocity: float | Callable[[float], float],
+    duration: float,
+    internal: tuple | None = None,
+    *,
+    side: int | None = None,
+    load: float = 1.0,
+    turned: bool = False,
+    samples: int = 200,
+    tolerance: float = 1e-10,
+) -> Stroke:
+    """Slide to one side for a duration. turned: a reversal stands before it. Two samples or less: its end alone."""
+    speed = velocity if callable(velocity) else lambda _t, v=velocity: v
+    side = side or (1 if speed(0.5 * duration) > 0 else -1)
+    internal = (0.0,) * len(law.internal) if internal is None else internal
+    if turned:
+        internal = law.after_reversal(internal, side, load)
+    start, count = 0.0, len(law.internal)
+    scales = np.array([1.0, *law.internal_scales(load)])
+    grid = np.linspace(0.0, duration, samples)
+    displacement, times, states, switches = 0.0, [], [], []
+    while True:
+        internal = settled_pieces(law, speed(start), internal, side, load)
+
+        def rates(t, y):
+            v = speed(t)
+            return [v, *law.force(v, tuple(y[1:]), side, load)[1]]
+
+        def guard_of(which):
+            def guard(t, y):
+                return law.switches(speed(t), tuple(y[1:]), side, load)[which]
+
+            guard.terminal, guard.direction = True, -1
+            return guard
+
+        guards = [guard_of(i) for i in range(len(law.switches(speed(start), internal, side, load)))]
+        found = solve_ivp(
+            rates,
+            (start, duration),
+            [displacement, *internal],
+            method="LSODA",
+            rtol=tolerance,
+            atol=tolerance * 1e-2 * scales,
+            events=guards or None,
+            dense_output=samples > 2,
+        )
+        assert found.success, found.message
+        if samples > 2:
+            inside = grid[(grid >= start) & (grid <= found.t[-1])]
+            times.extend(inside)
+            states.extend(found.sol(inside).T if len(inside) else ())
+        start, displacement, internal = found.t[-1], found.y[0, -1], tuple(found.y[1:, -1].tolist())
+        if found.status != 1:
+            break
+        which = next(i for i, event in enumerate(found.t_events) if len(event))
+        before, internal = internal, law.after_switch(which, speed(start), internal, side, load)
+        switches.append((start, which, before, internal))
+        assert len(switches) < 100, "the pieces of the law chatter"
+    if samples <= 2:
+        times, states = [duration], [np.array([displacement, *internal])]
+    states = np.array(states)
+    friction = np.array(
+        [law.force(speed(t), tuple(y[1:].tolist()), side, load)[0] for t, y in zip(times, states, strict=True)]
+    )
+    return Stroke(np.array(times), states[:, 0], friction, states[:, 1 : count + 1], tuple(switches), internal)

@@ -1,0 +1,65 @@
+"""Elementary functions of all lanes at once and in recorded physics: tanh and arc tangent, at every size."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from vibrocap.elementary import atan, tanh
+from vibrocap.numerics import elementary_abreast
+from vibrocap.numerics.graph import Graph, derivative, evaluate
+
+FUNCTIONS = {
+    "tanh": (elementary_abreast.hyperbolic_tangent, mp.tanh),
+    "atan": (elementary_abreast.arc_tangent, mp.atan),
+}
+ULPS = 3
+
+
+def points():
+    """All sizes from the smallest normal number to 1e9, both signs; the ranges where the formula changes; the ends."""
+    draw = np.random.default_rng(5)
+    sizes = 10.0 ** np.concatenate((draw.uniform(-307, 9, 1500), draw.uniform(-3, 2, 3000)))
+    borders = np.array(
+        [0.17328679513998632, 0.5198603854199589, 0.66, 1.0, 2.414213562373095, 20.0]
+    )  # ln 2/4, 3 ln 2/4
+    near = np.concatenate([np.nextafter(borders, side) for side in (0.0, np.inf)])
+    both = np.concatenate((sizes, borders, near))
+    return np.concatenate((both, -both, [0.0, -0.0, 1e300, -1e300]))
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_functions_abreast_are_right_to_ulps_and_odd(name):
+    abreast, exact = FUNCTIONS[name]
+    x = points()
+    found = abreast(x)
+    with mp.workdps(40):
+        errors = np.array(
+            [float(abs(mp.mpf(y) - exact(mp.mpf(v)))) for y, v in zip(found.tolist(), x.tolist(), strict=True)]
+        )
+    assert np.all(errors <= ULPS * np.spacing(np.abs(found)))
+    assert np.array_equal(abreast(-x), -found)
+
+
+def test_tanh_keeps_its_end():
+    assert np.array_equal(elementary_abreast.hyperbolic_tangent(np.array([20.1, 1e9, -1e9])), [1.0, 1.0, -1.0])
+
+
+@pytest.mark.parametrize(("function", "plain"), [(tanh, math.tanh), (atan, math.atan)])
+@pytest.mark.parametrize("x", [-1.3, 0.0, 0.4, 1e9])
+def test_functions_and_their_derivatives_in_recorded_physics(function, plain, x):
+    """f(2 y) on floats, on a graph and, twice differentiated, in closed form."""
+    graph = Graph()
+    recorded = function(2.0 * graph.node("state", 0))
+    slope = derivative(recorded, 0)
+    value, first, second = evaluate([recorded, slope, derivative(slope, 0)], 0.0, [np.float64(x)], 1.0, ())
+    f, z = plain(2.0 * x), 2.0 * x
+    assert function(2.0 * x) == f
+    assert value == pytest.approx(f, rel=1e-15)
+    if function is tanh:
+        expected = 2.0 * (1 - f * f), -8.0 * f * (1 - f * f)
+    else:
+        expected = 2.0 / (1 + z * z), -8.0 * z / (1 + z * z) ** 2
+    assert (first, second) == pytest.approx(expected, rel=1e-14, abs=1e-300)
+    assert function(graph.constant(z)).value == f

@@ -1,0 +1,239 @@
+"""Lyapunov exponents against closed forms and multipliers, the 0-1 test, and the class that they give a motion."""
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.orbits import classification, long_runs, lyapunov, zero_one
+from vibrocap.orbits.classification import MotionClass, classify
+from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
+from vibrocap.orbits.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.simulate import period_marks
+
+START = {"angle": math.pi / 3}
+FRICTIONLESS = vc.Exponential(coulomb_coefficient=0.0, static_coefficient=0.0)
+# A capsule whose motion is chaotic: the soft spring lets the pendulum buckle to either side.
+CHAOTIC = vc.System(vc.PendulumCapsule(stiffness=0.6, damping=0.3), vc.Exponential(), vc.Harmonic(amplitude=1.2))
+
+
+def capsule(law, **parameters):
+    return vc.System(vc.PendulumCapsule(), law, vc.Harmonic()).with_parameters(parameters)
+
+
+def oscillator(damping, stiffness=1.0):
+    return vc.System(vc.Oscillator(damping=damping, stiffness=stiffness), FRICTIONLESS, vc.Harmonic(amplitude=0.3))
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    monkeypatch.setattr(long_runs, "StroboscopicMap", functools.partial(StroboscopicMap, plain=True))
+
+
+def logistic(r, count, start=0.3):
+    found = [start]
+    for _ in range(count + 500):
+        found.append(r * found[-1] * (1.0 - found[-1]))
+    return np.array(found[-count:])
+
+
+# --- the 0-1 test ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("r", [3.97, 4.0])
+def test_chaotic_series_gives_one(r):
+    assert zero_one_test(logistic(r, 2000)).value > 0.98
+
+
+@pytest.mark.parametrize("r", [2.9, 3.2, 3.5, 3.83])  # periods 1, 2, 4 and, in the window, 3
+def test_periodic_series_gives_zero(r):
+    assert abs(zero_one_test(logistic(r, 2000)).value) < 0.03
+
+
+def test_quasi_periodic_series_gives_zero_whatever_its_mean():
+    golden = 2.0 * math.pi * 0.5 * (math.sqrt(5.0) - 1.0)
+    swing = np.cos(golden * np.arange(2000))
+    for mean in (0.0, 0.3, 5.0):
+        assert abs(zero_one_test(mean + swing).value) < 0.1
+
+
+def test_displacement_is_the_mean_over_pairs():
+    """Against the definition, term by term; sums of 300 numbers of size 10 err by 1e-12 of their squares."""
+    phi, c, longest = logistic(3.9, 300), 1.3, 30
+    z = np.cumsum(phi * np.exp(1j * c * np.arange(1, 301)))
+    expected = [np.mean(np.abs(z[n : n + 270] - z[:270]) ** 2) for n in range(1, longest + 1)]
+    assert zero_one._displacement(phi, c, longest) == pytest.approx(expected, rel=1e-10)
+
+
+def test_swinging_part_has_to_be_taken_off(monkeypatch):
+    """Planted: without the term of the mean, a short regular series on a large mean looks less regular."""
+    series = 5.0 + np.cos(2.0 * math.pi * 0.618034 * np.arange(600))
+    sound = zero_one_test(series)
+    monkeypatch.setattr(np, "mean", lambda values: 0.0)
+    assert np.std(zero_one_test(series).correlations) > 2.0 * np.std(sound.correlations)
+
+
+@pytest.mark.parametrize(
+    ("series", "complaint"),
+    [
+        (np.zeros(50), "at least 200"),
+        (np.zeros((300, 2)), "at least 200"),
+        ("chaos", "numbers, one per period"),
+        (np.full(300, np.nan), "finite"),
+    ],
+)
+def test_what_is_no_series_is_refused(series, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        zero_one_test(series)
+
+
+# --- exponents -------------------------------------------------------------------------------------------------------
+
+
+def test_damped_linear_oscillator(plain):
+    """x'' + c x' + k x = drive: the exponents are the roots of s^2 + c s + k, here real; their sum is -c anyway."""
+    with np.errstate(all="ignore"):
+        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=20, transient=0, tolerance=1e-11)
+    assert found.finished
+    assert found.spectrum == pytest.approx([-0.25, -1.0], abs=2e-9)
+    assert found.spectrum[0] == found.value
+
+
+def test_directions_have_to_be_turned_in_each_period(plain, monkeypatch):
+    """Planted: with directions that stay as they are, growth is not that of any exponent."""
+    exact = np.linalg.qr
+    monkeypatch.setattr(lyapunov.np.linalg, "qr", lambda a: (np.eye(len(a)), exact(a)[1]))
+    with np.errstate(all="ignore"):
+        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=20, transient=0, tolerance=1e-11)
+    assert abs(found.spectrum[0] + 0.25) > 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()])
+def test_exponent_of_an_orbit_is_its_multiplier(law):
+    system = capsule(law)
+    orbit = vc.orbit(system, initial=START)
+    found = lyapunov_exponent(system, orbit.state, transient=10)
+    expected = math.log(abs(orbit.multipliers[0])) / orbit.period
+    if law.kind == "set-valued":  # a pair of complex ones: within the error, and their sum without any
+        assert abs(found.value - expected) < found.error < 1e-3
+        assert found.spectrum[:2].sum() == pytest.approx(2.0 * expected, abs=1e-8)
+        assert found.spectrum[2] == -math.inf  # what sticking forgets
+    else:
+        assert found.value == pytest.approx(expected, abs=1e-9)
+        assert found.error < 1e-9
+        assert found.spectrum[1:3].mean() == pytest.approx(math.log(abs(orbit.multipliers[1])) / orbit.period, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_exponent_of_a_longer_orbit():
+    system = capsule(vc.LuGre(bristle_damping=1.0))
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.response_period == 8
+    found = lyapunov_exponent(system, orbit.state, periods=960, transient=0)
+    assert found.value == pytest.approx(math.log(abs(orbit.multipliers[0])) / orbit.period, abs=1e-3)
+    assert abs(found.value - math.log(abs(orbit.multipliers[0])) / orbit.period) <= found.error
+
+
+@pytest.mark.slow
+def test_chaotic_exponent_is_the_rate_at_which_runs_part():
+    """Growth of a distance of 1e-7, over one period each and set back anew, of runs without tangents."""
+    found = lyapunov_exponent(CHAOTIC, START, periods=2000)
+    assert found.value > 10.0 * found.error
+    map_ = StroboscopicMap(CHAOTIC, 1e-13)
+    rows = np.tile(map_.parameters(), (2, 1))
+    _, path = period_marks(CHAOTIC, periods=200, initial=START, tolerance=1e-12)
+    state, gap, logs = path[-1], np.array([1.0, 0.3, 0.0, 0.2]) * 1e-7, []
+    for _ in range(2000):
+        ends = map_.images(np.array([state, state + gap]), rows, tangents=False).state
+        moved = ends[1] - ends[0]
+        moved[2] = 0.0
+        logs.append(math.log(np.linalg.norm(moved) / np.linalg.norm(gap)))
+        state, gap = ends[0], moved / np.linalg.norm(moved) * 1e-7
+    assert found.value == pytest.approx(np.mean(logs) / (2.0 * math.pi), abs=4.0 * found.error)
+
+
+# --- classes ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_classes_of_motions():
+    period_one = classify(capsule(vc.Exponential()), START)
+    assert (period_one.kind, period_one.response_period, period_one.symmetric) == ("period-1", 1, False)
+    still = classify(capsule(vc.Exponential(), **{"machine.stiffness": 4.0, "machine.damping": 1.2}), START)
+    assert (still.kind, still.symmetric, still.drift) == ("period-1", True, 0.0)
+    eight = classify(capsule(vc.LuGre(bristle_damping=1.0)), START)
+    assert eight.kind == "period-8"  # modulo X, where the paper's figures show LM with its larger delta1
+    assert eight.drift == pytest.approx(0.1922473710, abs=1e-9)
+    chaotic = classify(CHAOTIC, START)
+    assert chaotic.kind == "chaotic"
+    assert chaotic.symmetric
+    assert chaotic.lyapunov is not None
+    assert chaotic.lyapunov.value > 0.05
+    assert abs(chaotic.drift) < 4.0 * chaotic.drift_error
+
+
+@pytest.mark.slow
+def test_two_frequencies_without_a_common_period_are_quasi_periodic():
+    """An undamped oscillator at sqrt(2) under a drive at 1: nothing grows, nothing decays."""
+    found = classify(oscillator(0.0, 2.0), {"position": 1.0}, settle_periods=100)
+    assert found.kind == "quasi-periodic"
+    assert found.lyapunov is not None
+    assert abs(found.lyapunov.value) < 1e-6
+
+
+@pytest.mark.slow
+def test_slow_way_from_an_unstable_orbit_is_not_settled():
+    """From the symmetric orbit, whose exact start a run leaves by rounding only; and with too few periods to settle."""
+    system = capsule(vc.LuGre())
+    found = classify(system, START, settle_periods=10, periods=200)
+    assert found.kind in ("not settled", "period-1")
+    unstable = vc.orbit(capsule(vc.Exponential()), initial=START, half=True)
+    away = classify(capsule(vc.Exponential()), unstable.state)
+    assert away.kind == "period-1"
+    assert abs(away.drift) == pytest.approx(0.16434774668, abs=1e-9)
+
+
+def decided(value, error, chaos, stays=True):
+    growth = LyapunovExponents(value, error, np.array([value]), np.array([error]), 900, True)
+    test = ZeroOneTest(chaos, np.array([chaos]), np.array([1.0]), 1000)
+    return classification._decided(growth, test, 2.0 * math.pi, stays)[0]
+
+
+def test_both_numbers_have_to_agree():
+    assert decided(0.1, 0.005, 0.99) == "chaotic"
+    assert decided(0.1, 0.005, 0.5) == "not settled"
+    assert decided(0.1, 0.05, 0.99) == "not settled"
+    assert decided(1e-5, 1e-5, 0.01) == "quasi-periodic"
+    assert decided(1e-5, 1e-5, 0.01, stays=False) == "not settled"
+    assert decided(-0.01, 1e-4, 0.01) == "not settled"
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "complaint"),
+    [
+        (lyapunov_exponent, {"initial": {"angel": 1.0}}, "did you mean 'angle'"),
+        (lyapunov_exponent, {"periods": 5}, "periods should be a whole number from 20"),
+        (lyapunov_exponent, {"transient": -1}, "transient should be"),
+        (lyapunov_exponent, {"tolerance": 1.0}, "tolerance should be"),
+        (classify, {"settle_periods": 1.5}, "settle_periods should be a whole number from 10"),
+        (classify, {"periods": 100}, "periods should be a whole number from 200"),
+    ],
+)
+def test_bad_input_is_refused(function, arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        function(capsule(vc.Exponential()), **arguments)
+
+
+def test_a_system_without_a_drive_in_time_is_refused():
+    belt = vc.System(vc.Oscillator(belt_speed=0.1), vc.Exponential(), vc.Constant())
+    for function in (lyapunov_exponent, classify):
+        with pytest.raises(ValueError, match="nothing drives it in time"):
+            function(belt)
+
+
+def test_class_without_an_orbit_has_no_response_period():
+    assert MotionClass("chaotic", "", 0.0, 0.0, None, {}).response_period is None

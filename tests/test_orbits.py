@@ -1,0 +1,300 @@
+"""Steady motions: closed by shooting, their drift, multipliers and twins, and what is said where none is found."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.equations import equations, parameter_values
+from vibrocap.numerics import ensemble as numerics
+from vibrocap.numerics import link
+from vibrocap.numerics.graph import derivative, evaluate
+from vibrocap.orbits import shooting, stroboscopic_map
+from vibrocap.orbits.shooting import shoot
+from vibrocap.orbits.stroboscopic_map import StroboscopicMap
+from vibrocap.simulate import period_marks
+
+START = {"angle": math.pi / 3}
+NEAR = {  # the first set of PHYSICS.md section 4, after 40 periods
+    "exponential": {"angle": 0.61055219, "angle_rate": 1.50592954, "velocity": 0.2974614},
+    "lugre": {"angle": 0.612854564, "angle_rate": 1.50530877, "velocity": 0.285652635, "bristle": 0.00150072416},
+}
+LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
+DRIFTS = {"exponential": 0.1643477, "lugre": 0.1071890}  # there, LM not quite settled yet
+
+
+def system_with(law, **parameters):
+    system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
+    return system.with_parameters(parameters) if parameters else system
+
+
+def plain_map(system, tolerance=1e-10):
+    return StroboscopicMap(system, tolerance, threads=1, plain=True)
+
+
+def plain_orbit(system, start, **options):
+    with np.errstate(all="ignore"):  # free lanes are computed along
+        return shoot(system, start, map_=plain_map(system), **options)
+
+
+def random_system(law, seed):
+    draw = np.random.default_rng([seed, len(law)])
+    system = system_with(
+        LAWS[law],
+        **{
+            "machine.mass_ratio": draw.uniform(1.0, 5.0),
+            "machine.stiffness": draw.uniform(1.5, 5.0),
+            "machine.damping": draw.uniform(0.8, 1.5),
+            "drive.amplitude": draw.uniform(1.0, 3.0),
+            "drive.frequency": draw.uniform(0.7, 1.5),
+        },
+    )
+    start = np.array([draw.uniform(-1, 1), draw.uniform(-1, 1), 0.0, draw.uniform(-0.5, 0.5), 0.002])
+    return system, start[: len(system.state_names)]
+
+
+def differences(system, start, step=1e-6):
+    """Derivative of the map over one period by central differences of single runs."""
+    map_ = StroboscopicMap(system, 1e-13)
+    scales = map_.scales(map_.parameters())
+    columns = []
+    for j, scale in enumerate(scales):
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = start.copy()
+            moved[j] += sign * step * scale
+            run = vc.simulate(
+                system, periods=1, initial=dict(zip(system.state_names, moved, strict=True)), tolerance=1e-13
+            )
+            ends.append(run.sections[1][: len(start)] / scales)
+        columns.append((ends[0] - ends[1]) / (2 * step))
+    return np.array(columns).T
+
+
+# --- the map and its derivative --------------------------------------------------------------------------------------
+
+
+def test_derivative_goes_through_stick_and_slip():
+    """Against differences of neighbouring runs, whose own error is about 1e-10/1e-5 by rounding of the tolerance."""
+    system = system_with(vc.Exponential())
+    map_ = plain_map(system, 1e-11)
+    start = np.array([[0.61, 1.5, 0.0, 0.3]])
+    step = 1e-5
+    moves = np.repeat(start, 8, axis=0) + step * np.concatenate([np.eye(4), -np.eye(4)])
+    parameters = np.tile(map_.parameters(), (9, 1))
+    with np.errstate(all="ignore"):
+        exact = map_.images(start, parameters[:1]).jacobian[0]
+        ends = map_.images(moves, parameters[:8], tangents=False).state
+    expected = (ends[:4] - ends[4:]).T / (2 * step)
+    assert exact == pytest.approx(expected, abs=1e-5)
+    assert np.max(np.abs(exact)) > 0.5
+    assert exact[:, 2] == pytest.approx([0.0, 0.0, 1.0, 0.0], abs=1e-12)  # the position is cyclic
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("delay = -change / slope if slope != 0.0 else 0.0", "delay = 0.0"),
+        ("-= rate * real[DELAY + lane]", "+= rate * real[DELAY + lane]"),
+    ],
+)
+def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):
+    system = system_with(vc.Exponential(), **{"machine.mass_ratio": 2.6})
+    start, parameters = np.array([[0.61, 1.5, 0.0, 0.3]]), np.array([parameter_values(system)])
+    original = link.kernel_source
+    assert right in original("tangents")
+    with np.errstate(all="ignore"):
+        sound = plain_map(system).images(start, parameters).jacobian
+        monkeypatch.setattr(link, "kernel_source", lambda name: original(name).replace(right, wrong))
+        numerics.ensemble_kernel.cache_clear()
+        faulty = plain_map(system).images(start, parameters).jacobian
+    numerics.ensemble_kernel.cache_clear()
+    assert np.max(np.abs(faulty - sound)) > 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("law", LAWS)
+def test_multipliers_are_those_of_differences(law, seed):
+    system, start = random_system(law, seed)
+    map_ = StroboscopicMap(system, 1e-12)
+    scales = map_.scales(map_.parameters())
+    found = map_.images(start[None], map_.parameters()[None])
+    exact = found.jacobian[0] * scales / scales[:, None]
+    expected = differences(system, start)
+    assert exact == pytest.approx(expected, abs=1e-6 * max(1.0, np.max(np.abs(expected))))
+    ours, theirs = (np.sort(np.abs(np.linalg.eigvals(matrix))) for matrix in (exact, expected))
+    assert ours == pytest.approx(theirs, abs=1e-6 * max(1.0, ours[-1]))
+
+
+@pytest.mark.slow
+def test_product_of_the_multipliers_is_the_integrated_divergence():
+    """Liouville: det of the map = exp(integral of div f); LuGre's rates are continuous, so no event adds a factor.
+
+    Bristles so soft that their multiplier is not lost in rounding.
+    """
+    system = system_with(vc.LuGre(bristle_stiffness=1.0, bristle_damping=0.1))
+    found = vc.orbit(system, initial=START)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    recording, motion = equations(system), found.motion(tolerance=1e-12)
+    n = len(recording.rates)
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    pieces = len(motion.piece_start)
+    s = 0.5 * motion.piece_length[:, None] * (1.0 + nodes)
+    t = motion.piece_start[:, None] + s
+    states = np.polynomial.polynomial.polyval(
+        s[:, None, :], np.moveaxis(motion.coefficients, 2, 0)[..., None], tensor=False
+    )
+    traces = evaluate(
+        [derivative(recording.rates[i], i) for i in range(n)],
+        t,
+        [states[:, i, :] for i in range(n)],
+        motion.piece_side[:, None],
+        parameter_values(system),
+    )
+    divergence = sum(np.broadcast_to(trace, (pieces, 16)) for trace in traces)
+    integral = float(np.sum((divergence @ weights) * 0.5 * motion.piece_length))
+    assert math.log(abs(np.prod(found.multipliers))) == pytest.approx(integral, abs=1e-6)
+
+
+# --- orbits ----------------------------------------------------------------------------------------------------------
+
+
+def test_orbit_closes_and_drifts_as_the_simulation_does():
+    found = plain_orbit(system_with(vc.Exponential()), NEAR["exponential"])
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.residual < 1e-11
+    assert found.drift == pytest.approx(DRIFTS["exponential"], abs=5e-8)
+    assert found.stable
+    assert found.symmetric is False
+    assert found.multipliers[-1] == 0.0  # sticking forgets a direction
+    assert found.state["position"] == 0.0
+
+
+def test_symmetric_orbit_among_the_twins_is_found_unstable_and_does_not_drift():
+    found = plain_orbit(system_with(vc.Exponential()), NEAR["exponential"], half=True)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.symmetric
+    assert found.drift == 0.0
+    assert not found.stable
+    assert found.multipliers[0].real > 1.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_drift_is_that_of_a_long_simulation_and_the_twin_goes_the_other_way(law):
+    system = system_with(LAWS[law])
+    found = vc.orbit(system, initial=START)
+    assert found.response_period == 1
+    assert found.drift == pytest.approx(DRIFTS[law], abs=1e-5 if law == "lugre" else 5e-8)
+    _, sections = period_marks(system, periods=2000, initial=START, tolerance=1e-12)
+    column = system.state_names.index("position")
+    assert found.drift == pytest.approx(sections[-1][column] - sections[-2][column], abs=1e-10)
+    twin = found.twin()
+    assert twin.status is vc.OrbitStatus.CONVERGED
+    assert twin.drift == pytest.approx(-found.drift, abs=1e-12)
+    assert np.abs(twin.multipliers) == pytest.approx(np.abs(found.multipliers), abs=1e-8)
+    motion = found.motion()
+    assert motion["position"][-1] == pytest.approx(found.drift, abs=1e-10)
+    assert found.word == {"exponential": "FBSB", "lugre": "FBFB"}[law]
+
+
+@pytest.mark.slow
+def test_symmetric_motions_are_recognised():
+    system = system_with(vc.Exponential(), **{"machine.stiffness": 4.0, "machine.damping": 1.2})
+    found = vc.orbit(system, initial=START)
+    assert found.symmetric
+    assert found.drift == 0.0
+    assert found.stable
+    assert found.twin() is found
+
+
+# --- systems that nothing drives in time -----------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_block_on_a_belt_with_static_and_kinetic_friction():
+    """PHYSICS.md section 5: period 2D/v + (2/w)(pi - atan(w D/v)); sticking forgets all but the way along the cycle."""
+    level, speed, k = 0.25, 0.1, 2.0
+    belt = vc.System(
+        vc.Oscillator(mass=1.0, stiffness=k, damping=0.0, belt_speed=speed),
+        vc.Coulomb(static_coefficient=1.5, coulomb_coefficient=1.0),
+        vc.Constant(),
+    )
+    found = vc.orbit(belt, settle_periods=200)
+    w = math.sqrt(k)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.period == pytest.approx(
+        2 * level / speed + 2 / w * (math.pi - math.atan(w * level / speed)), abs=1e-12
+    )
+    assert list(found.multipliers) == [0.0]
+
+
+@pytest.mark.slow
+def test_leines_block_on_a_belt():
+    """Its period agrees with that of an event solver (tests/test_oscillator.py); the turning points with its energy."""
+    belt = vc.System(
+        vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.2),
+        vc.HyperbolicStribeck(coulomb_coefficient=0.0, static_coefficient=1.0, stribeck_velocity=1.0 / 3.0),
+        vc.Constant(),
+    )
+    found = vc.orbit(belt, settle_periods=200)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.period == pytest.approx(12.0010312948306, abs=1e-9)
+    assert list(found.multipliers) == [0.0]
+    assert found.word in ("SB", "SF")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("r", "beta"), [(0.8, 0.5), (0.9, 0.5), (1.5, 0.3), (1.5, 0.6), (2.0, 0.2)])
+def test_den_hartogs_amplitude(r, beta):
+    """PHYSICS.md section 5; time t of x'' + x + beta sgn(x') = cos(r t), an orbit that is its own mirror image."""
+    system = vc.System(
+        vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.0),
+        vc.Coulomb(static_coefficient=beta, coulomb_coefficient=beta),
+        vc.Harmonic(amplitude=1.0, frequency=r),
+    )
+    found = vc.orbit(system, initial={"position": 1.0})
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.symmetric
+    motion = found.motion()
+    turns = [abs(event.state["position"]) for event in motion.events if event.kind in ("reversal", "stick")]
+    v, u = 1.0 / (1.0 - r**2), math.sin(math.pi / r) / (r * (1.0 + math.cos(math.pi / r)))
+    assert max(turns) == pytest.approx(math.sqrt(v**2 - (beta * u) ** 2), abs=1e-10)
+
+
+# --- what goes wrong -------------------------------------------------------------------------------------------------
+
+
+def test_a_search_that_ends_early_says_so_and_gives_its_last_state(monkeypatch):
+    monkeypatch.setattr(shooting, "MOST_STEPS", 1)
+    found = plain_orbit(system_with(vc.Exponential()), {"angle": 1.5, "angle_rate": -1.0})
+    assert found.status is vc.OrbitStatus.NOT_CONVERGED
+    assert "nearer" in found.status.advice
+    assert 1e-9 < found.residual < 10.0
+
+
+def test_a_run_that_fails_is_no_orbit(monkeypatch):
+    monkeypatch.setattr(stroboscopic_map, "MOST_STEPS", 5)
+    found = plain_orbit(system_with(vc.Exponential()), NEAR["exponential"])
+    assert found.status is vc.OrbitStatus.RUN_FAILED
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"start": {"speed": 1.0}}, "start should name states"),
+        ({"response_period": 0}, "response_period should be a whole number"),
+        ({"response_period": 2, "half": True}, "response_period should be odd"),
+    ],
+)
+def test_bad_input_is_refused(arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        shoot(**{"system": system_with(vc.Exponential()), "start": START, **arguments})
+
+
+def test_half_period_search_needs_the_symmetry():
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Biharmonic(second_amplitude=0.3))
+    with pytest.raises(ValueError, match="no half-period symmetry"):
+        shoot(system, START, half=True)

@@ -1,0 +1,264 @@
+"""The oscillator: closed forms of dry friction's oldest machine (PHYSICS.md, section 5); it does not travel."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import vibrocap as vc
+from vibrocap.friction.coulomb import Coulomb
+from vibrocap.friction.hyperbolic_stribeck import HyperbolicStribeck
+from vibrocap.machines.oscillator import Oscillator
+from vibrocap.parameters import parameters
+
+TOLERANCE = 1e-11
+STICK, SLIP = 5.0, 2.6112592541013093  # 2 D/v and (2/w)(pi - atan(w D/v)) of the belt below
+
+
+def at_rest(period):
+    """No drive, and a period of one's choice, in the form that all tests here share."""
+    return vc.Loading(level=0.0, rate=0.0, amplitude=0.0, frequency=2.0 * math.pi / period)
+
+
+def belt(period=STICK + SLIP, speed=-0.1, **machine):
+    """Fs 1.5, Fk 1, k 2, m 1, v 0.1: a block pulled from rest."""
+    return vc.System(Oscillator(stiffness=2.0, belt_speed=speed, **machine), Coulomb(1.0, 1.5), at_rest(period))
+
+
+@pytest.fixture(scope="module")
+def pulled():
+    return vc.simulate(belt(), periods=20, tolerance=TOLERANCE)
+
+
+# --- closed forms ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("r", "beta"), [(0.8, 0.5), (0.9, 0.5), (1.5, 0.3), (1.5, 0.6), (2.0, 0.2)])
+def test_den_hartog(r, beta):
+    """x'' + x + beta sgn x' = cos(r tau): amplitude sqrt(V^2 - beta^2 U^2) while it never stops."""
+    v, u = 1.0 / (1.0 - r * r), math.sin(math.pi / r) / (r * (1.0 + math.cos(math.pi / r)))
+    t = np.linspace(0.0, math.pi, 100_001)[1:-1]
+    s = np.max((r * np.sin(t / r) + u * r * r * (np.cos(t) - np.cos(t / r))) / np.sin(t))
+    assert beta <= math.sqrt(v * v / (u * u + (s / r**2) ** 2))
+    system = vc.System(Oscillator(), Coulomb(beta, beta), vc.Loading(0.0, 0.0, 1.0, r))
+    motion = vc.simulate(system, periods=400, tolerance=TOLERANCE)
+    last = motion.events[-4:]
+    assert all(event.kind == "reversal" for event in last)
+    amplitudes = [abs(event.state["position"]) for event in last]
+    assert amplitudes == pytest.approx([math.sqrt(v * v - (beta * u) ** 2)] * 4, rel=1e-12)
+    if (r, beta) == (0.8, 0.5):
+        assert amplitudes[0] == pytest.approx(2.332235, abs=5e-7)
+    found = vc.response_class(motion)
+    assert (found.kind, found.symmetric) == ("period-1", True)
+
+
+def test_belt_with_static_and_kinetic_friction(pulled):
+    """Stick time 2D/v, slip time (2/w)(pi - atan(w D/v)), amplitude sqrt(D^2 + v^2/w^2)."""
+    slips = [event.time for event in pulled.events if event.kind == "slip_forward"]
+    sticks = [event.time for event in pulled.events if event.kind == "stick"]
+    assert np.diff(slips) == pytest.approx(7.611259254101, abs=5e-12)
+    count = min(len(slips) - 1, len(sticks))
+    assert count > 10
+    assert np.array(slips[1 : count + 1]) - sticks[:count] == pytest.approx(STICK, abs=5e-12)
+    assert np.array(sticks[:count]) - slips[:count] == pytest.approx(SLIP, abs=5e-12)
+    t = np.linspace(slips[-2], slips[-1], 20_001)
+    stretch = pulled.at(t, "position")
+    assert 0.5 * np.ptp(stretch) == pytest.approx(math.sqrt(0.25**2 + 0.1**2 / 2.0), rel=1e-7)  # of the grid
+    certificate = pulled.certificate
+    assert certificate.stick_force_ratio == pytest.approx(1.0, abs=1e-12)
+    assert certificate.energy_residual <= 100 * TOLERANCE
+    assert certificate.momentum_residual <= 100 * TOLERANCE
+
+
+def test_work_and_settling_of_the_belt_cycle(pulled):
+    """In a cycle the belt puts in Fk v T, and sliding takes it; the motion settles, in all its states."""
+    balance = vc.energy_balance(pulled, periods=1)
+    assert balance.belt == pytest.approx(0.1 * (STICK + SLIP), rel=1e-12)
+    assert balance.contact_sliding == pytest.approx(-0.1 * (STICK + SLIP), rel=1e-12)
+    assert balance.drive == balance.damper == 0.0
+    assert abs(balance.stored) <= 1e-12
+    assert vc.settling(pulled).period == 1
+    assert vc.response_class(pulled).symmetric is None  # a running belt has a direction
+    assert vc.word(pulled) in ("SF", "FS", "SFS", "FSF")
+    assert vc.stick_fraction(pulled, periods=1) == pytest.approx(STICK / (STICK + SLIP), rel=1e-12)
+
+
+def test_loop_of_friction_over_the_place_of_the_contact(pulled):
+    """The block slides by v T over the belt in a cycle, against Fk."""
+    loop = vc.friction_loop(pulled)
+    assert loop.displacement_area == pytest.approx(0.1 * (STICK + SLIP), rel=1e-9)
+    curve = vc.friction_curve(pulled)
+    assert curve.displacement[-1] == pytest.approx(0.1 * (STICK + SLIP), rel=1e-9)
+    assert np.all(np.diff(curve.displacement[curve.side == 0]) <= 1e-12)
+    assert vc.measured(pulled, "displacement_loop_area", window=1) == pytest.approx(
+        {"displacement_loop_area": loop.displacement_area}, rel=1e-9
+    )
+
+
+def leine_by_scipy():
+    """Slip and stick times of Leine's block by another integrator: from the mark where it lets go at x = 1."""
+
+    def rates(_t, y):
+        return y[1], -y[0] + 1.0 / (1.0 + 3.0 * (0.2 - y[1]))  # it slides back over the belt, friction pulls forward
+
+    def caught(_t, y):
+        return y[1] - 0.2 if y[0] < 0.5 else -1.0
+
+    caught.terminal, caught.direction = True, 1
+    # It leaves x = 1 with the belt's speed and no acceleration over the belt: u = 0.2 - x' grows from zero.
+    options = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
+    slip = solve_ivp(rates, (0.0, 20.0), (1.0, 0.2 - 1e-14), events=caught, **options)
+    time, place = slip.t_events[0][0], slip.y_events[0][0][0]
+    return time, (1.0 - place) / 0.2
+
+
+def test_leines_block_on_a_belt():
+    """m = k = Fs = 1, belt speed 0.2, |R| = Fs/(1 + 3 |v|): its cycle to 1e-9."""
+    system = vc.System(Oscillator(belt_speed=0.2), HyperbolicStribeck(0.0, 1.0, 1.0 / 3.0), at_rest(10.0))
+    motion = vc.simulate(system, periods=6, tolerance=TOLERANCE)
+    slips = [event.time for event in motion.events if event.kind == "slip_back"]
+    sticks = [event.time for event in motion.events if event.kind == "stick"]
+    slip_time, stick_time = leine_by_scipy()
+    assert sticks[-1] - slips[-1] == pytest.approx(slip_time, abs=1e-9)
+    assert slips[-1] - sticks[-2] == pytest.approx(stick_time, abs=1e-9)
+    assert slips[-1] - slips[-2] == pytest.approx(12.0010312948306, abs=1e-9)
+    assert all(
+        event.state["position"] == pytest.approx(1.0, abs=1e-12) for event in motion.events if event.kind == "slip_back"
+    )
+
+
+# --- the machine -----------------------------------------------------------------------------------------------------
+
+
+def test_the_belt_that_runs_back_is_the_mirror_image(pulled):
+    other = vc.simulate(belt(speed=0.1), periods=20, tolerance=TOLERANCE)
+    assert np.array_equal(other.sections, -pulled.sections)
+    assert np.array_equal(other.event_times, pulled.event_times)
+
+
+def test_any_units_serve():
+    """The same motion in units of mm, 10 ms and t: as many steps, and the same numbers to rounding."""
+    length, time, mass = 1e3, 1e2, 1e-3
+    force = mass * length / time**2
+    drive = vc.Loading(level=0.3, rate=0.02, amplitude=1.4, frequency=0.7)
+    one = vc.System(Oscillator(1.3, 2.0, 0.2, 0.15, 1.1), Coulomb(0.5, 0.8), drive)
+    two = vc.System(
+        Oscillator(1.3 * mass, 2.0 * force / length, 0.2 * mass / time, 0.15 * length / time, 1.1 * force),
+        Coulomb(0.5, 0.8),
+        vc.Loading(0.3 * force, 0.02 * force / time, 1.4 * force, 0.7 / time),
+    )
+    first, second = (vc.simulate(system, periods=10, tolerance=TOLERANCE) for system in (one, two))
+    assert len(first.events) > 20
+    assert second.sections == pytest.approx(first.sections * (length, length / time), rel=1e-10)
+    assert second.event_times == pytest.approx(first.event_times * time, rel=1e-11)
+    assert abs(len(second.piece_start) - len(first.piece_start)) <= 0.02 * len(first.piece_start)
+    # Its energy and momentum are accounted for, with all forces and channels at work.
+    assert first.certificate.energy_residual <= 1e-11
+    assert first.certificate.momentum_residual <= 1e-11
+    assert vc.energy_balance(first).belt != 0.0 != vc.energy_balance(first).damper
+
+
+@pytest.mark.parametrize("fault", ["outer_force", "powers"])
+def test_a_wrong_account_shows_in_the_certificate(fault, monkeypatch):
+    """Planted: a damper that the momentum forgets; a belt that gives no power."""
+
+    @parameters
+    class Faulty(Oscillator):
+        pass
+
+    def forgetful(self, t, y, drive):
+        return drive - self.stiffness * y[0]
+
+    def powerless(self, t, y, drive, force):
+        return (*Oscillator.powers(self, t, y, drive, force)[:2], 0.0)
+
+    monkeypatch.setattr(Faulty, "holding_force", Oscillator.outer_force)
+    monkeypatch.setattr(Faulty, fault, forgetful if fault == "outer_force" else powerless)
+    machine = Faulty(1.3, 2.0, 0.2, 0.15, 1.1)
+    system = vc.System(machine, Coulomb(0.5, 0.8), vc.Loading(0.3, 0.02, 1.4, 0.7))
+    certificate = vc.simulate(system, periods=3, tolerance=TOLERANCE).certificate
+    energy, momentum = certificate.energy_residual, certificate.momentum_residual
+    assert (momentum if fault == "outer_force" else energy) > 1e-2
+    assert (energy if fault == "outer_force" else momentum) <= 1e-11
+
+
+def test_scales_follow_from_the_parameters():
+    """What a force of the size of the load does: statically with a soft drive, by inertia with a quick one."""
+    assert Oscillator(4.0, 9.0, normal_load=3.0).scales(1e6) == pytest.approx((1.0 / 3.0, 0.5), rel=1e-6)
+    place, speed = Oscillator(4.0, 0.0, normal_load=3.0).scales(2.0)
+    assert place == pytest.approx(3.0 / (4.0 * math.pi**2))
+    assert speed == pytest.approx(math.pi * place)
+
+
+def test_pulled_is_a_belt_that_runs_back():
+    assert Oscillator.pulled(0.1, stiffness=2.0) == Oscillator(stiffness=2.0, belt_speed=-0.1)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("mass", 0.0), ("stiffness", -1.0), ("damping", -1.0), ("belt_speed", math.inf), ("normal_load", 0)],
+)
+def test_wrong_values_are_refused_by_name(field, value):
+    with pytest.raises(ValueError, match=field):
+        Oscillator(**{field: value})
+
+
+# --- drives ----------------------------------------------------------------------------------------------------------
+
+
+def test_drives_of_a_test_rig():
+    ramp = vc.Ramp(rate=0.3, start=0.1, duration=5.0)
+    assert (ramp.value(0.0), ramp.value(2.0), ramp.period) == (0.1, 0.1 + 0.6, 5.0)
+    assert vc.Constant(force=-0.2, duration=3.0).value(1.7) == -0.2
+    loading = vc.Loading(level=0.1, rate=0.3, amplitude=0.5, frequency=2.0)
+    assert loading.value(0.7) == pytest.approx(0.1 + 0.21 + 0.5 * math.cos(1.4))
+    assert loading.period == pytest.approx(math.pi)
+    assert [vc.Ramp().odd, vc.Constant().odd, vc.Constant(1.0).odd, loading.odd] == [False, True, False, False]
+    assert vc.Loading(level=0.0).odd
+
+
+# --- no travel -------------------------------------------------------------------------------------------------------
+
+
+def test_travel_of_a_machine_in_its_place_is_refused(pulled):
+    for measure in (vc.displacement, vc.drift, vc.mean_velocity):
+        with pytest.raises(ValueError, match="oscillator is held to its place: it has no travel"):
+            measure(pulled)
+    for name in ("mean_velocity", "drift", "displacement", "cost_of_transport"):
+        with pytest.raises(ValueError, match=r"measures: .*oscillator is held to its place"):
+            vc.measured(pulled, name)
+        with pytest.raises(ValueError, match=r"measures: .*oscillator is held to its place"):
+            vc.ensemble(belt(), {"machine.stiffness": [1.0, 2.0]}, measures=[name])
+
+
+def test_measures_of_a_stored_motion(pulled):
+    found = vc.measured(pulled, ["largest_position", "least_position", "belt_work", "response_period"], settle=1e-6)
+    assert found["largest_position"] - found["least_position"] == pytest.approx(
+        2 * math.sqrt(0.0625 + 0.005), rel=1e-12
+    )
+    assert found["belt_work"] == pytest.approx(0.1 * (STICK + SLIP), rel=1e-9)
+    assert found["response_period"] == 1
+
+
+@pytest.mark.slow
+def test_ensemble_of_den_hartogs_oscillators():
+    """Settled runs, with the amplitude of the closed form; a belt breaks the symmetry of those that have one."""
+    ratio = np.array([0.8, 0.9, 1.5, 2.0])
+    beta = np.array([0.5, 0.5, 0.3, 0.2])
+    v = 1.0 / (1.0 - ratio**2)
+    u = np.sin(np.pi / ratio) / (ratio * (1.0 + np.cos(np.pi / ratio)))
+    system = vc.System(Oscillator(), Coulomb(0.1, 0.1), vc.Loading(0.0, 0.0, 1.0, 1.0))
+    over = {
+        "drive.frequency": ratio,
+        "friction.coulomb_coefficient": beta,
+        "friction.static_coefficient": beta,
+        "machine.belt_speed": np.array([0.0, 0.0, 0.0, 0.01]),
+    }
+    found = vc.ensemble(
+        system, over, measures=["largest_position", "symmetric"], settle=1e-9, periods=2000, tolerance=1e-12
+    )
+    assert found["settled"].all()
+    assert found["largest_position"][:3] == pytest.approx(np.sqrt(v**2 - (beta * u) ** 2)[:3], rel=1e-8)
+    assert found["symmetric"][:3] == pytest.approx(1.0)
+    assert np.isnan(found["symmetric"][3])

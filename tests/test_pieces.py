@@ -1,0 +1,184 @@
+"""Laws of several pieces: an elastic contact that slips at its level, against an event solver of SciPy."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import vibrocap as vc
+from plain_kernels import kernel_of, running_on
+from vibrocap.equations import equations, parameter_values
+from vibrocap.friction.law import Law, Positive, parameter, parameters
+from vibrocap.numerics.ensemble import Budget, ensemble_run
+
+TOLERANCE = 1e-9
+START = {"angle": math.pi / 3}
+
+
+@parameters
+class Prandtl(Law):
+    """Elastic, then perfectly plastic: R = k z, z' = v until |R| reaches the level, then z' = 0 until the reversal."""
+
+    stiffness: Positive = parameter(30.0, "k", "stiffness")
+    level: Positive = parameter(0.3, "F", "level of slipping")
+
+    name: ClassVar[str] = "prandtl"
+    kind: ClassVar = "kinked"
+    internal: ClassVar = ("deflection", "slips")
+    switched: ClassVar = ("slips",)
+    internal_symmetry: ClassVar = (-1, 1)
+
+    def force(self, velocity, internal, side, load):
+        deflection, slips = internal
+        return self.stiffness * deflection, ((1.0 - slips) * velocity, 0.0)
+
+    def switches(self, velocity, internal, side, load):
+        deflection, slips = internal
+        return (slips + (1.0 - slips) * (load * self.level / self.stiffness - side * deflection),)
+
+    def after_switch(self, which, velocity, internal, side, load):
+        return internal[0], 1.0
+
+    def after_reversal(self, internal, side, load):
+        return internal[0], 0.0
+
+    def internal_scales(self, load):
+        return load * self.level / self.stiffness, 1.0
+
+    def losses(self, velocity, internal, side, load):
+        deflection, slips = internal
+        return slips * self.stiffness * deflection * velocity, 0.0
+
+    def stored_energy(self, internal):
+        return 0.5 * self.stiffness * internal[0] * internal[0]
+
+
+@parameters
+class Endless(Prandtl):
+    """A law whose switch changes nothing: its guard never becomes positive."""
+
+    name: ClassVar[str] = "endless"
+
+    def after_switch(self, which, velocity, internal, side, load):
+        return internal
+
+
+@parameters
+class Relaxing(Prandtl):
+    """Slips with a memory that decays fast while it slips: stiff."""
+
+    name: ClassVar[str] = "relaxing"
+
+    def force(self, velocity, internal, side, load):
+        deflection, slips = internal
+        level = side * 0.5 * load * self.level / self.stiffness
+        return self.stiffness * deflection, ((1.0 - slips) * velocity + slips * 3000.0 * (level - deflection), 0.0)
+
+
+def system_with(law):
+    return vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
+
+
+def motion_of(system, periods, order=12, initial=START):
+    kernel = kernel_of(system, order)
+    with running_on(kernel):
+        return vc.simulate(system, periods=periods, initial=initial, tolerance=TOLERANCE)
+
+
+def expected(system, end):
+    """(states at the end, times of the switches, times of the reversals), by an event solver started anew at each."""
+    law, load = system.friction, 1.0
+    t, side, y = 0.0, 1.0, np.array([START["angle"], 0.0, 0.0, 0.0, 0.0, 0.0])
+    side = float(np.sign(system.rates(0.0, tuple(y), 1.0)[3]))
+    switches, reversals = [], []
+    while t < end:
+        moved = t + 1e-9  # away from the zero of the event just passed
+        zero = [
+            lambda s, y, side=side, moved=moved: side * y[3] if s > moved else 1.0,
+            lambda s, y, side=side: law.switches(y[3], tuple(y[4:]), side, load)[0],
+        ]
+        for event in zero:
+            event.terminal, event.direction = True, -1
+        found = solve_ivp(
+            lambda s, y, side=side: system.rates(s, tuple(y), side),
+            (t, end),
+            y,
+            method="Radau" if isinstance(law, Relaxing) else "DOP853",
+            rtol=1e-11,
+            atol=1e-13,
+            events=zero,
+            max_step=0.05,
+        )
+        t, y = float(found.t[-1]), found.y[:, -1].copy()
+        if len(found.t_events[0]):
+            reversals.append(t)
+            side = -side
+            y[3], y[4:] = 0.0, law.after_reversal(tuple(y[4:]), side, load)
+        elif len(found.t_events[1]):
+            switches.append(t)
+            y[4:] = law.after_switch(0, y[3], tuple(y[4:]), side, load)
+    return y, switches, reversals
+
+
+def times(motion, kind):
+    return [event.time for event in motion.events if event.kind == kind]
+
+
+@pytest.mark.parametrize("law", [Prandtl(), pytest.param(Relaxing(), marks=pytest.mark.slow)])
+def test_against_an_event_solver(law):
+    """Errors: 1e-9 per step over some hundred steps, and what the equations make of it over a period and a half."""
+    system = system_with(law)
+    motion = motion_of(system, 1.5)
+    y, switches, reversals = expected(system, 3.0 * math.pi)
+    assert len(switches) >= 3
+    assert times(motion, "switch") == pytest.approx(switches, abs=1e-6)
+    assert times(motion, "reversal") == pytest.approx(reversals, abs=1e-6)
+    assert [motion[name][-1] for name in motion.state_names] == pytest.approx(list(y), abs=1e-6)
+    assert motion.certificate.sign_kept
+    if isinstance(law, Relaxing):
+        assert motion.certificate.implicit_steps > 0
+    else:
+        assert np.max(np.abs(motion["deflection"])) * law.stiffness == pytest.approx(law.level, rel=1e-9)
+        assert motion.certificate.energy_residual < 100 * TOLERANCE
+
+
+def test_a_start_beyond_its_piece_goes_over_at_once():
+    motion = motion_of(system_with(Prandtl()), 0.01, initial={**START, "velocity": 1.0, "deflection": 0.011})
+    first = motion.events[0]
+    assert (first.time, first.kind, first.state["slips"]) == (0.0, "switch", 1.0)
+
+
+def test_a_piece_that_cannot_begin_is_no_endless_loop():
+    motion = motion_of(system_with(Endless()), 1.0)
+    assert motion.status is vc.Status.UNDECIDED_CONTACT
+
+
+def test_lanes_abreast_are_single_runs():
+    """The vector step takes a lane where its piece is sure to last; others take the step of a single motion."""
+    system = system_with(Prandtl())
+    recorded = equations(system)
+    runs = 5
+    parameters = np.tile(parameter_values(system), (runs, 1))
+    parameters[:, recorded.parameter_paths.index("machine.mass_ratio")] = np.linspace(0.5, 5.0, runs)
+    initial = np.zeros((runs, len(recorded.rates)))
+    initial[:, 0] = START["angle"]
+    budget = Budget(1, 1, 0.0, TOLERANCE, 1000, 10**6, 0)
+    with np.errstate(all="ignore"):  # free lanes are computed along
+        (layout, abreast), (_, alone) = (
+            ensemble_run(recorded, parameters, initial, budget, threads=1, order=10, lanes=lanes, plain=True)
+            for lanes in (8, 1)
+        )
+    assert np.all(abreast[:, 0] == 1)
+    ends = slice(10 + layout.states, 10 + 2 * layout.states)
+    assert abreast[:, ends] == pytest.approx(alone[:, ends], abs=1e-7)
+    assert np.ptp(abreast[:, ends], axis=0)[2] > 0.1
+
+
+def test_a_switch_that_is_missed_would_be_noticed():
+    system = system_with(Prandtl())
+    kernel = kernel_of(system)
+    with running_on(kernel, first_switch=lambda real, lane, event, h: (event, h)):
+        late = vc.simulate(system, periods=1.5, initial=START, tolerance=TOLERANCE)
+    assert abs(late["position"][-1] - motion_of(system, 1.5)["position"][-1]) > 1e-5

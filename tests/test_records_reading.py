@@ -1,0 +1,420 @@
+"""Records from files: columns, units, layouts, and what is said of files that cannot be read."""
+
+import io
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.io import savemat
+
+from vibrocap.records.checks import RecordError, RecordWarning
+from vibrocap.records.columns import quantity_of
+from vibrocap.records.readers import read_records
+from vibrocap.records.units import QUANTITIES, UNITS, dimension, factor, si_unit, unit_named
+
+N = 12
+TIME = np.linspace(0.0, 1.1, N)
+VELOCITY = 0.3 * np.cos(5.0 * TIME)
+DISPLACEMENT = 0.06 * np.sin(5.0 * TIME)
+FORCE = 40.0 * np.sin(5.0 * TIME + 0.3)
+GOOD = {"t": TIME, "F": FORCE, "v": VELOCITY, "x": DISPLACEMENT}
+
+
+def csv(columns, delimiter=",", header=True, before="", units=None) -> str:
+    rows = [delimiter.join(columns)] if header else []
+    rows += [delimiter.join(units)] if units else []
+    rows += [delimiter.join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
+    return before + "\n".join(rows) + "\n"
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text, name="data.csv", **settings):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_records(path, **settings)
+
+    return write
+
+
+def refused(call, *arguments, **settings) -> str:
+    with pytest.raises(RecordError) as caught:
+        call(*arguments, **settings)
+    return str(caught.value)
+
+
+def assert_good(made):
+    for field, values in (("time", TIME), ("force", FORCE), ("velocity", VELOCITY), ("displacement", DISPLACEMENT)):
+        np.testing.assert_allclose(getattr(made, field), values, rtol=1e-14, atol=1e-300)
+
+
+# --- text -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " ", ", ", " ; "])
+@pytest.mark.parametrize("before", ["", "# a rig\n% of ours\n", "Instrument 7\nrun, today\n\n"])
+def test_delimiters_and_what_stands_before_the_header(written, delimiter, before):
+    (made,) = written(csv(GOOD, delimiter, before=before))
+    assert_good(made)
+    assert made.name == "data"
+    assert made.source.endswith("data.csv")
+
+
+@pytest.mark.parametrize("ends", ["\r\n", "\r\n\r\n"])
+def test_line_ends_byte_order_marks_and_quotes(written, ends):
+    text = csv({f'"{name}"': values for name, values in GOOD.items()}).replace("\n", ends)
+    assert_good(written(b"\xef\xbb\xbf" + text.encode())[0])
+
+
+def test_decimal_commas(written):
+    assert_good(written(csv(GOOD, ";").replace(".", ","))[0])
+
+
+def test_a_header_in_a_comment_as_numpy_writes_it(written):
+    text = io.StringIO()
+    np.savetxt(text, np.column_stack(list(GOOD.values())), header="t F v x", fmt="%.17g")
+    assert_good(written(text.getvalue(), "data.txt")[0])
+
+
+def test_a_line_of_units(written):
+    columns = {"t": 1e3 * TIME, "F": 1e-3 * FORCE, "v": 1e3 * VELOCITY, "x": 1e3 * DISPLACEMENT}
+    for units in (["ms", "kN", "mm/s", "mm"], ["[ms]", "[kN]", "[mm/s]", "[mm]"]):
+        assert_good(written(csv(columns, units=units))[0])
+
+
+def test_without_a_header_the_places_are_given(written):
+    text = csv(GOOD, header=False)
+    assert_good(written(text, columns={"time": 0, "force": 1, "velocity": 2, "displacement": 3})[0])
+    said = refused(written, text)
+    assert "force: no column has a usual name" in said
+    assert "the file has no header; its columns are counted from 0 to 3" in said
+    assert "columns: force:" in refused(written, text, columns={"time": 0, "force": 4, "velocity": 2})
+
+
+def test_a_column_of_records(written):
+    rows = csv(GOOD).splitlines()
+    text = "\n".join(["record," + rows[0], *("one," + row for row in rows[1:]), *("two," + row for row in rows[1:])])
+    one, two = written(text)
+    assert (one.name, two.name) == ("one", "two")
+    assert_good(one)
+    assert_good(two)
+    run = text.replace("record", "run", 1)
+    assert [made.name for made in written(run, columns={"record": "run"})] == ["one", "two"]
+    assert "columns: record: no column 'runs'; there is 'run', 't'" in refused(written, run, columns={"record": "runs"})
+
+
+def test_several_files(tmp_path):
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_text(csv(GOOD))
+    made = read_records([tmp_path / "a.csv", tmp_path / "b.csv"])
+    assert [each.name for each in made] == ["a", "b"]
+    assert read_records(tmp_path / "a.csv", name="mine")[0].name == "mine"
+    assert "name: is for one record, but there are 2" in refused(
+        read_records, [tmp_path / "a.csv", tmp_path / "b.csv"], name="mine"
+    )
+    assert "got an empty list" in refused(read_records, [])
+
+
+numbers = st.floats(min_value=-1e12, max_value=1e12, allow_nan=False, allow_subnormal=False)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    steps=st.lists(st.floats(min_value=1e-6, max_value=1e3), min_size=7, max_size=20),
+    data=st.data(),
+    delimiter=st.sampled_from([",", ";", "\t", " "]),
+    order=st.permutations(["t", "F[N]", "v_m_per_s"]),
+)
+def test_what_is_written_is_read_back_to_the_last_bit(tmp_path_factory, steps, data, delimiter, order):
+    time = np.concatenate(([0.0], np.cumsum(steps)))
+    varied = st.lists(numbers, min_size=len(time), max_size=len(time)).filter(lambda values: len(set(values)) > 1)
+    columns = {"t": time, "F[N]": np.array(data.draw(varied)), "v_m_per_s": np.array(data.draw(varied))}
+    path = tmp_path_factory.mktemp("round") / "trip.csv"
+    path.write_text(csv({name: columns[name] for name in order}, delimiter))
+    (made,) = read_records(path)
+    for field, values in zip(("time", "force", "velocity"), columns.values(), strict=True):
+        np.testing.assert_array_equal(getattr(made, field), values)
+
+
+# --- columns and units ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("heading", "meant"),
+    [
+        ("t", ("time", None)),
+        ("Time(s)", ("time", "s")),
+        ("time_ms", ("time", "ms")),
+        ("F", ("force", None)),
+        ("force [kN]", ("force", "kN")),
+        ("force_N", ("force", "N")),
+        ("Friction", ("force", None)),
+        ("mu", ("force", None)),
+        ("x", ("displacement", None)),
+        ("displacement_mm", ("displacement", "mm")),
+        ("Displ(microns)", ("displacement", "um")),
+        ("pos [µm]", ("displacement", "um")),
+        ("x/mm", ("displacement", "mm")),
+        ("v", ("velocity", None)),
+        ("vel_m_per_s", ("velocity", "m/s")),
+        ("velocity_m_s", ("velocity", "m/s")),
+        ("Velocity (mm/s)", ("velocity", "mm/s")),
+        ("vel [um s-1]", ("velocity", "um/s")),
+        ("SPEED [MM/S]", ("velocity", "mm/s")),
+        ("acc [m/s²]", ("acceleration", "m/s^2")),
+        ("acceleration_m_per_s2", ("acceleration", "m/s^2")),
+        ("normal_force", ("normal_force", None)),
+        ("Normal_stress(MPa)", ("normal_force", "MPa")),
+        ("F_N", ("force", "N")),
+        ("temperature", None),
+        ("v_N", None),
+    ],
+)
+def test_usual_names(heading, meant):
+    assert (quantity_of(heading) or (None,))[:2] == (meant if meant is not None else (None,))
+
+
+def test_what_was_guessed_is_said(written):
+    (made,) = written(csv({"Time (s)": TIME, "Load [kN]": FORCE, "vel": VELOCITY}), columns={"force": "Load [kN]"})
+    assert made.notes == (
+        "force: column 'Load [kN]' in kN",
+        "time: column 'Time (s)' in s (guessed from its name)",
+        "velocity: column 'vel' in m/s (guessed from its name)",
+    )
+    np.testing.assert_allclose(made.force, 1e3 * FORCE, rtol=1e-15)
+
+
+def test_units_that_are_given_win(written):
+    columns = {"t": 1e3 * TIME, "F": 1e-3 * FORCE, "v": 1e3 * VELOCITY, "x [m]": 1e3 * DISPLACEMENT}
+    units = {"force": "kN", "displacement": "mm", "velocity": "mm/s", "time": "ms"}
+    assert_good(written(csv(columns), units=units)[0])
+
+
+def test_normal_force_among_the_columns(written):
+    (made,) = written(csv({**GOOD, "F_N": np.linspace(90, 100, N)}))
+    np.testing.assert_array_equal(made.normal_force, np.linspace(90, 100, N))
+    assert_good(made)
+    (made,) = written(csv({"t": TIME, "F_N": FORCE, "v": VELOCITY}))
+    assert made.normal_force is None
+    np.testing.assert_array_equal(made.force, FORCE)
+    assert written(csv(GOOD), normal_force=50.0)[0].normal_force == 50.0
+
+
+def test_a_coefficient_is_multiplied_by_the_normal_force(written):
+    columns = {"t": TIME, "mu": 0.01 * FORCE, "v": VELOCITY}
+    (made,) = written(csv(columns))
+    assert made.normal_force == 1.0
+    np.testing.assert_allclose(made.force, 0.01 * FORCE, rtol=1e-15)
+    load = np.linspace(90.0, 100.0, N)
+    np.testing.assert_allclose(written(csv({**columns, "Fn": load}))[0].force, 0.01 * FORCE * load, rtol=1e-15)
+    (made,) = written(csv(columns), normal_force=50.0)
+    np.testing.assert_allclose(made.force, 0.5 * FORCE, rtol=1e-15)
+    assert "force: the coefficient for a load of 50 N" in made.notes
+
+
+def test_stresses_need_the_area(written):
+    columns = {"t": TIME, "shear stress [MPa]": FORCE, "normal stress [MPa]": np.full(N, 80.0), "v": VELOCITY}
+    said = refused(written, csv(columns, ","))
+    assert said.count("area: is missing") == 2
+    (made,) = written(csv(columns), area=1e-4)
+    np.testing.assert_allclose(made.force, 100.0 * FORCE, rtol=1e-14)
+    np.testing.assert_allclose(made.normal_force, 8000.0, rtol=1e-14)
+
+
+def test_time_from_a_rate(written):
+    columns = {"F": FORCE, "v": VELOCITY}
+    for setting in ({"dt": 0.1}, {"sampling_rate": 10.0}):
+        (made,) = written(csv(columns), **setting)
+        np.testing.assert_allclose(made.time, TIME, rtol=1e-14, atol=1e-15)
+    assert "time: no column has a usual name; say columns={'time': ...}, or dt=; there is 'F', 'v'" in refused(
+        written, csv(columns)
+    )
+    assert "give one of them, got both" in refused(written, csv(columns), dt=0.1, sampling_rate=10.0)
+    assert "dt: should be a number greater than 0, got -1" in refused(written, csv(columns), dt=-1)
+    assert "columns names one" in refused(written, csv(GOOD), dt=0.1, columns={"time": "t"})
+
+
+def test_units_table_is_consistent():
+    assert {dimension(unit) for unit in UNITS} == {each for dims in QUANTITIES.values() for each in dims}
+    for unit in UNITS:
+        assert unit_named(unit) == unit
+    for quantity in QUANTITIES:
+        assert factor(si_unit(quantity)) == 1.0
+        assert dimension(si_unit(quantity)) == QUANTITIES[quantity][0]
+    assert [unit_named(text) for text in ("mN", "MN", "KN", "furlong", "")] == ["mN", "MN", "kN", None, None]
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+def test_every_wrong_setting_is_named_at_once(written):
+    said = refused(
+        written,
+        csv(GOOD),
+        columns={"forse": "F"},
+        units={"force": "kg", "velocity": "mm", "displacment": "mm"},
+        area=0,
+        normal_force=float("nan"),
+    )
+    assert "columns: 'forse' is no quantity of a record; did you mean 'force'?" in said
+    assert "units: 'displacment' is no quantity of a record; did you mean 'displacement'?" in said
+    assert "units: force: 'kg' is no unit that is known here; " in said
+    assert "units: velocity: 'mm' is a unit of length; should be m/s, cm/s, mm/s, um/s or nm/s" in said
+    assert "area: should be a number greater than 0, got 0" in said
+    assert "normal_force: should be a number greater than 0, got nan" in said
+
+
+def test_settings_of_the_wrong_kind(written):
+    assert "columns: should be a mapping such as {'force': 'F'}, got 'F'" in refused(written, csv(GOOD), columns="F")
+    assert "dt: should be a number greater than 0, got 'fast'" in refused(written, csv(GOOD), dt="fast")
+    assert "area: should be a number greater than 0, got True" in refused(written, csv(GOOD), area=True)
+
+
+def test_columns_that_are_not_there(written):
+    columns = {"t": TIME, "Load_cell_1": FORCE, "v": VELOCITY}
+    said = refused(written, csv(columns), columns={"force": "load cell 2", "velocity": "V"})
+    assert "columns: force:" in said
+    assert "has no column 'load cell 2'; did you mean 'Load_cell_1'? there is 't', 'Load_cell_1', 'v'" in said
+    assert "velocity" not in said  # capital letters aside, it is there
+    said = refused(written, csv({"seconds": TIME, "load": FORCE, "rate": VELOCITY}))
+    for quantity in ("time: no", "force: no", "velocity, displacement: no"):
+        assert quantity in said
+    assert "there is 'seconds', 'load', 'rate'" in said
+    assert "units: displacement: is given, but there is no such column" in refused(
+        written, csv({"t": TIME, "F": FORCE, "v": VELOCITY}), units={"displacement": "mm"}
+    )
+
+
+def test_a_bad_sample_is_named_by_its_line(written):
+    lines = csv(GOOD, before="# made\n").splitlines()
+    lines[6] = "nan,1,2,3"
+    assert "time: 1 NaN of 12 values, the first at line 7" in refused(written, "\n".join(lines))
+    lines = csv(GOOD, before="# made\n\n").splitlines()
+    lines[7], lines[8] = lines[8], lines[7]
+    assert "time: runs backwards at line 9: 0.4 after 0.5" in refused(written, "\n".join(lines))
+    steady = csv({**GOOD, "F": np.full(N, 2.0)})
+    assert "force: is 2 at all 12 samples; a constant force determines nothing" in refused(written, steady)
+    assert "at least 8 samples, got 1 sample" in refused(written, "\n".join(csv(GOOD).splitlines()[:2]))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty"),
+        ("\n \n", "is empty"),
+        ("t,F,v\n", "there is no line of numbers"),
+        ("# nothing\n", "there is no line of numbers"),
+        (b"\x00\x01\x02\x03", "is not a text file"),
+    ],
+)
+def test_files_without_data(written, text, said):
+    assert said in refused(written, text)
+
+
+def test_ragged_rows_and_text_in_numbers_are_named_by_line(written):
+    lines = csv(GOOD).splitlines()
+    lines[3] = "1,2,3"
+    lines[5] = "1,2,3,4,5"
+    said = refused(written, "\n".join(lines))
+    assert "line 4: has 3 cells; should have 4" in said
+    assert "line 6: has 5 cells; should have 4" in said
+    lines = csv(GOOD).splitlines()
+    lines[3] = "0.2,12a,3,4"
+    lines[5] = "0.4,,3,1_0"
+    said = refused(written, "\n".join(lines))
+    assert "line 4, column 'F': '12a' is no number; should be a number, or nan" in said
+    assert "line 6, column 'F': the cell is empty" in said
+    assert "line 6, column 'x': '1_0' is no number" in said
+    lines = csv(GOOD).splitlines()
+    said = refused(written, "\n".join(lines[:1] + [f"{at},a,2,3" for at in range(9)]))
+    assert "and 4 more like these" in said
+    assert "the header names 'F' more than once" in refused(written, csv(GOOD).replace("v", "F", 1))
+
+
+def test_paths(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        read_records(tmp_path / "none.csv")
+    assert "is a folder" in refused(read_records, tmp_path)
+    assert "ends in '.xlsx'; should be .csv" in refused(read_records, tmp_path / "a.xlsx")
+
+
+def test_a_unit_that_looks_wrong_is_warned_of(written):
+    with pytest.warns(RecordWarning, match="displacement looks as if it were in mm"):
+        written(csv({**GOOD, "x": 1e3 * DISPLACEMENT}))
+
+
+# --- NPZ and MAT ------------------------------------------------------------------------------------------------------
+
+RUNS = {f"run{at}_{name}": values for at in (1, 2) for name, values in GOOD.items()}
+STRUCTURED = np.rec.fromarrays(list(GOOD.values()), names=list(GOOD))
+MATRIX = np.column_stack([FORCE, DISPLACEMENT, VELOCITY])
+
+
+@pytest.mark.parametrize(
+    ("arrays", "names"),
+    [
+        (GOOD, ["data"]),
+        (RUNS, ["run1", "run2"]),
+        ({"t": TIME, **{name: values for name, values in RUNS.items() if not name.endswith("_t")}}, ["run1", "run2"]),
+        ({"one": STRUCTURED, "two": STRUCTURED}, ["one", "two"]),
+        ({"dt": 0.1, "columns": ["force_N", "disp_m", "vel_m_per_s"], "a": MATRIX, "b": MATRIX.T}, ["a", "b"]),
+        ({"fs": 10.0, **{name: GOOD[name] for name in "Fvx"}}, ["data"]),
+    ],
+)
+def test_layouts_of_numpy_files(tmp_path, arrays, names):
+    path = tmp_path / "data.npz"
+    np.savez(path, **arrays, mass_kg=2.0, operator="someone")
+    made = read_records(path)
+    assert [each.name for each in made] == names
+    for each in made:
+        np.testing.assert_allclose(each.time, TIME, rtol=1e-14, atol=1e-15)
+        np.testing.assert_array_equal(each.force, FORCE)
+        np.testing.assert_array_equal(each.velocity, VELOCITY)
+        assert each.conditions == {"mass_kg": 2.0}
+
+
+def test_numpy_files_that_cannot_be_used(tmp_path):
+    path = tmp_path / "data.npz"
+    np.savez(path, t=np.array([1, None], dtype=object))
+    assert "holds Python objects" in refused(read_records, path)
+    path.write_text("no archive")
+    assert "holds Python objects" in refused(read_records, path) or "cannot be read" in refused(read_records, path)
+    np.savez(path, word="nothing")
+    assert "holds no columns of numbers, only 'word'" in refused(read_records, path)
+    np.savez(path, columns=["force", "x"], run=MATRIX)
+    assert "run: has 3 columns, but 'columns' names 2: force, x" in refused(read_records, path)
+    np.savez(path, t=TIME, F=FORCE[:-1], v=VELOCITY)
+    assert "should have one value for each time, got time 12, force 11, velocity 12" in refused(read_records, path)
+    assert "record: is for text files" in refused(read_records, path, columns={"record": "run"})
+    np.savez(path, **{**RUNS, "run2_F": np.where(TIME > 0.5, np.nan, FORCE)})
+    assert "record 'run2': force: 6 NaN of 12 values, the first at index 6" in refused(read_records, path)
+
+
+def test_matlab_files(tmp_path):
+    path = tmp_path / "data.mat"
+    savemat(path, {**{name: values.reshape(-1, 1) for name, values in GOOD.items()}, "mass_kg": 2.0})
+    (made,) = read_records(path)
+    assert_good(made)
+    assert made.conditions == {"mass_kg": 2.0}
+    savemat(path, {"rig": GOOD})
+    (made,) = read_records(path)
+    assert made.name == "rig"
+    assert_good(made)
+    path.write_text("MATLAB in name only")
+    assert "cannot be read as .mat" in refused(read_records, path)
+
+
+def test_matlab_files_of_version_7_3(tmp_path, monkeypatch):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "data.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in GOOD.items():
+            file[name] = values.reshape(1, -1)  # as MATLAB writes a column
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    assert_good(read_records(path)[0])
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert "is a .mat of version 7.3 (HDF5), which needs h5py" in refused(read_records, path)
