@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 import vibrocap as vc
-from benchmarks import canonical, cold_start, driven_law, gpu, growth, named_sweeps, orders
+from benchmarks import attractors, canonical, cold_start, driven_law, gpu, growth, named_sweeps, orders
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100, NamedMotion
 
 Run = Callable[[], np.ndarray]
@@ -84,15 +84,22 @@ def compare(title: str, motion: NamedMotion, runs: dict[str, Run], seconds: floa
 
 
 def main() -> None:
-    """All tables, or those named on the command line: single, canonical, sweeps, growth, gpu, driven, orders, cold."""
-    wanted = set(sys.argv[1:]) or {"single", "canonical", "sweeps", "growth", "gpu", "driven", "orders", "cold"}
+    """All tables, or those named on the command line; their names are those below."""
+    tables = {
+        "canonical": canonical,
+        "sweeps": named_sweeps,
+        "growth": growth,
+        "gpu": gpu,
+        "driven": driven_law,
+        "attractors": attractors,
+    }
+    wanted = set(sys.argv[1:]) or {"single", *tables, "orders", "cold"}
     del sys.argv[1:]  # the tables below read it when they are run alone
     if "single" in wanted:
         runs = {"vibrocap.simulate": prepare_vibrocap(vc.Exponential(), EXPONENTIAL_40, 2e-10), **peers("exponential")}
         compare("One EM motion, 40 periods (exact sticking)", EXPONENTIAL_40, runs)
         runs = {"vibrocap.simulate": prepare_vibrocap(vc.LuGre(), LUGRE_100, 2e-7), **peers("lugre")}
         compare("One LM motion, 100 periods", LUGRE_100, runs)
-    tables = {"canonical": canonical, "sweeps": named_sweeps, "growth": growth, "gpu": gpu, "driven": driven_law}
     for name, table in tables.items():
         if name in wanted:
             table.main()

@@ -45,7 +45,7 @@ def ensemble(
     words = []
     found |= {name: np.full(runs, np.nan) for name in names if name not in ("word", "response_period")}
     for run, row in enumerate(zip(*every.values(), strict=True)):
-        values = [value if isinstance(value, str) else float(value) for value in row]
+        values = [value if value is None or isinstance(value, str) else float(value) for value in row]
         number = _number((*zip(every, values, strict=True), settings))
         failed = number > 0.9
         found["status"][run] = list(Status).index(Status.TOO_MANY_EVENTS) if failed else 0

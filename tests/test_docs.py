@@ -230,11 +230,13 @@ def test_wrong_cases_get_the_answer_that_is_shown(fence):
 def test_page_of_case_files_has_every_key_with_its_default():
     text = (ROOT / "docs" / "case-files.md").read_text(encoding="utf-8")
     rows = {key: cells.split("|") for key, cells in re.findall(r"^\| `(\w+)` \|(.+)\|$", text, re.MULTILINE)}
-    parts = [*catalogue.machines().values(), *catalogue.laws().values(), *catalogue.drives().values()]
+    parts = [vc.PendulumCapsule, vc.Exponential, vc.LuGre, vc.Harmonic, vc.Biharmonic]  # the others: symbols.md
+    for kinds in (catalogue.machines(), catalogue.laws(), catalogue.drives()):
+        assert all(f'"{name}"' in text for name in kinds)
     for part in parts:
-        assert f'"{part.name}"' in text
         for info in parameter_table(part):
-            assert float(rows[info.name][1]) == info.default, info.name
+            given = rows[info.name][1].strip()
+            assert (None if given == "none" else float(given)) == info.default, info.name
     for field in dataclasses.fields(Case)[2:]:  # after system and initial: the section [run]
         assert float(rows[field.name][0]) == field.default, field.name
     known = {info.name for part in parts for info in parameter_table(part)}

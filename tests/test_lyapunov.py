@@ -69,11 +69,11 @@ def test_displacement_is_the_mean_over_pairs():
 
 
 def test_swinging_part_has_to_be_taken_off(monkeypatch):
-    """Planted: without the term of the mean, a short regular series on a large mean looks less regular."""
-    series = 5.0 + np.cos(2.0 * math.pi * 0.618034 * np.arange(600))
-    sound = zero_one_test(series)
+    """Planted: without the term of the mean, chaos on a large mean hides behind the swinging that the mean makes."""
+    series = 20.0 + logistic(4.0, 1000)
+    assert zero_one_test(series).value > 0.95
     monkeypatch.setattr(np, "mean", lambda values: 0.0)
-    assert np.std(zero_one_test(series).correlations) > 2.0 * np.std(sound.correlations)
+    assert zero_one_test(series).value < 0.8
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_what_is_no_series_is_refused(series, complaint):
 def test_damped_linear_oscillator(plain):
     """x'' + c x' + k x = drive: the exponents are the roots of s^2 + c s + k, here real; their sum is -c anyway."""
     with np.errstate(all="ignore"):
-        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=20, transient=0, tolerance=1e-11)
+        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=40, transient=0, tolerance=1e-11)
     assert found.finished
     assert found.spectrum == pytest.approx([-0.25, -1.0], abs=2e-9)
     assert found.spectrum[0] == found.value
@@ -107,7 +107,7 @@ def test_directions_have_to_be_turned_in_each_period(plain, monkeypatch):
     exact = np.linalg.qr
     monkeypatch.setattr(lyapunov.np.linalg, "qr", lambda a: (np.eye(len(a)), exact(a)[1]))
     with np.errstate(all="ignore"):
-        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=20, transient=0, tolerance=1e-11)
+        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=40, transient=0, tolerance=1e-11)
     assert abs(found.spectrum[0] + 0.25) > 1e-3
 
 
@@ -182,15 +182,27 @@ def test_two_frequencies_without_a_common_period_are_quasi_periodic():
     found = classify(oscillator(0.0, 2.0), {"position": 1.0}, settle_periods=100)
     assert found.kind == "quasi-periodic"
     assert found.lyapunov is not None
-    assert abs(found.lyapunov.value) < 1e-6
+    assert abs(found.lyapunov.value) < found.lyapunov.error < 1e-3
+    assert found.lyapunov.spectrum.sum() == pytest.approx(0.0, abs=1e-10)
 
 
 @pytest.mark.slow
 def test_slow_way_from_an_unstable_orbit_is_not_settled():
-    """From the symmetric orbit, whose exact start a run leaves by rounding only; and with too few periods to settle."""
-    system = capsule(vc.LuGre())
-    found = classify(system, START, settle_periods=10, periods=200)
-    assert found.kind in ("not settled", "period-1")
+    """One multiplier is -1.004: for a thousand periods the exponent is zero to its error, and nothing wanders."""
+    slow = vc.System(
+        vc.PendulumCapsule(mass_ratio=2.684755256915821, stiffness=0.5330267207561138, damping=0.3982379703201067),
+        vc.Exponential(),
+        vc.Harmonic(amplitude=1.3271455286936373, frequency=1.5604703009219825),
+    )
+    near = classify(slow, {"angle": -2.3, "angle_rate": 0.47, "velocity": -0.0925}, settle_periods=2000)
+    assert near.kind == "period-2"
+    unstable = vc.orbit(slow, initial=near.state, response_period=1)
+    kinds = {classify(slow, unstable.state, settle_periods=n).kind for n in (50, 500)}
+    assert kinds == {"not settled"}
+
+
+@pytest.mark.slow
+def test_start_on_an_unstable_orbit_leaves_it():
     unstable = vc.orbit(capsule(vc.Exponential()), initial=START, half=True)
     away = classify(capsule(vc.Exponential()), unstable.state)
     assert away.kind == "period-1"

@@ -89,7 +89,7 @@ def test_values_that_are_none(given, said):
 def test_kinds_are_words_of_the_catalogue():
     assert axis_of("friction.law", "exponential,lugre")[1] == []
     assert "did you mean 'lugre'" in axis_of("friction.law", ["lugr"])[1][0]
-    assert "there is exponential, lugre" in axis_of("friction.law", [1.0])[1][0]
+    assert "there is bouc-wen, coulomb, dahl" in axis_of("friction.law", [1.0])[1][0]
     assert "should hold numbers, got 'up'" in axis_of("initial.angle", "0.1,up")[1][0]
 
 

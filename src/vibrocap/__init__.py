@@ -51,10 +51,16 @@ from vibrocap.measures.response import ResponseClass, response_class
 from vibrocap.measures.settling import Settling, settling
 from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
 from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+from vibrocap.orbits.attractors import Attractor, Attractors, attractors
+from vibrocap.orbits.basins import Basins, basins
+from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+from vibrocap.orbits.classification import MotionClass, classify
 from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
+from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.shooting import shoot
 from vibrocap.orbits.steady import orbit
+from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.records.checks import RecordError, RecordWarning
 from vibrocap.records.preparation import prepared
 from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
@@ -76,6 +82,7 @@ from vibrocap.studies.adaptive import adaptive_map, border
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.export import write_study
+from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
 from vibrocap.studies.sweep import sweep
 from vibrocap.system import System
 from vibrocap.trajectory import Certificate, Event, Phase, Status, Trajectory
@@ -155,6 +162,21 @@ __all__ = [
     "Orbit",
     "OrbitStatus",
     "shoot",
+    "attractors",
+    "Attractors",
+    "Attractor",
+    "basins",
+    "Basins",
+    "basin_dataset",
+    "bifurcation_diagram",
+    "BifurcationDiagram",
+    "bifurcation_dataset",
+    "classify",
+    "MotionClass",
+    "lyapunov_exponent",
+    "LyapunovExponents",
+    "zero_one_test",
+    "ZeroOneTest",
     "crossing",
     "Crossing",
     "CrossingKind",

@@ -45,6 +45,12 @@ def parameter_table(record: Any) -> tuple[ParameterInfo, ...]:
     return _parameter_table(record if isinstance(record, type) else type(record))
 
 
+def given_parameters(record: Any) -> dict[str, Any]:
+    """The values of a record's parameters by name, without those that are none."""
+    values = {info.name: getattr(record, info.name) for info in parameter_table(record)}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 @functools.cache
 def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     assert is_pydantic_dataclass(cls)

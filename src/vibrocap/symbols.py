@@ -141,8 +141,15 @@ def _parameters(part: type) -> list[str]:
 
 
 def _rows(parameters: Iterable[ParameterInfo]) -> list[str]:
-    rows = [(printed(info.symbol), f"`{info.name}`", info.meaning) for info in parameters]
-    return _table(("symbol", "name in code", "meaning"), rows)
+    rows = [(printed(info.symbol), f"`{info.name}`", info.meaning, _default(info)) for info in parameters]
+    return _table(("symbol", "name in code", "meaning", "default"), rows)
+
+
+def _default(info: ParameterInfo) -> str:
+    """A default as it stands in a case file; nothing where the parameter must be given."""
+    if info.default is None:
+        return "none"
+    return f"{info.default:g}" if isinstance(info.default, (int, float)) else ""
 
 
 def _quantities(quantities: dict[str, tuple[str, str]]) -> list[str]:

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibrocap.faces.cells import Cell, share
-from vibrocap.faces.map_plots import DISTINCT, HALO, LOOKS, OTHERS, UNSETTLED, _hatch, _hatched
-from vibrocap.faces.plots import BLACK, BLUE, LABELS, ORANGE
+from vibrocap.faces.map_plots import HALO, LOOKS, OTHERS, UNSETTLED, _hatch, _hatched
+from vibrocap.faces.plots import BLACK, BLUE, GREEN, LABELS, ORANGE, SKY, VERMILION, YELLOW
 from vibrocap.faces.study_frame import PRINT, blank_study_figure, put_words
 from vibrocap.faces.study_view import ViewAxis
 from vibrocap.faces.study_words import EQUALS, axis_label, setting_words, value_text
@@ -22,6 +22,7 @@ from vibrocap.orbits.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.studies.orbit_datasets import basin_dataset
 
 WAYS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", "#8C8C8C")}
+ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, "#5B3A8C")  # none of the colours of the ways
 # Those that have no value of their own: (words, face, hatch, colour of the hatch), as in maps of studies.
 WITHOUT = {
     NOT_SETTLED: ("not settled", "#FFFFFF", UNSETTLED, BLACK),
@@ -57,14 +58,14 @@ def basin_figure(basins: Basins) -> Figure:
         _frame(axes[0], basins, first=True)
         legend = [Patch(facecolor=colour, label=_way(basins, code)) for code, colour, _ in handles if code in WAYS]
         if several:
-            colours = {k: DISTINCT[k] if k < len(DISTINCT) else OTHERS for k in range(len(basins.attractors))}
+            colours = {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
             _draw(axes[1], basins, basins.label, colours)
             _frame(axes[1], basins, first=False)
             axes[0].set_title("direction of travel")
             axes[1].set_title("attractor")
-            named = basins.attractors[: len(DISTINCT)]
-            legend += [Patch(facecolor=DISTINCT[k], label=_attractor(each)) for k, each in enumerate(named)]
-            if others := basins.attractors[len(DISTINCT) :]:
+            named = basins.attractors[: len(ATTRACTORS)]
+            legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each)) for k, each in enumerate(named)]
+            if others := basins.attractors[len(ATTRACTORS) :]:
                 count = sum(each.starts for each in others)
                 legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
         for code, (text, face, hatch, ink) in WITHOUT.items():

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from vibrocap.parameters import parameter_table
+from vibrocap.parameters import given_parameters
 from vibrocap.trajectory import STUCK, Trajectory
 
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
@@ -160,7 +160,7 @@ def _title(system: Any) -> str:
     parts = (system.machine, system.friction, system.drive)
     return "\n".join(
         f"{part.name}:  "
-        + ",  ".join(f"{info.name} {_short(getattr(part, info.name))}" for info in parameter_table(part))
+        + ",  ".join(f"{name} {_short(value)}" for name, value in given_parameters(part).items())
         for part in parts
     )
 

@@ -11,7 +11,7 @@ from vibrocap.case import CHOICES
 from vibrocap.faces.record import EVENT_KINDS
 from vibrocap.faces.terminal import Page
 from vibrocap.measures.response import response_class
-from vibrocap.parameters import parameter_table
+from vibrocap.parameters import given_parameters
 from vibrocap.trajectory import Trajectory
 
 WIDE = 120  # columns of a terminal
@@ -47,7 +47,7 @@ def system_lines(system: Any) -> list[str]:
     lines = []
     for section in CHOICES:
         part = getattr(system, section)
-        values = ", ".join(f"{info.name} {_short(getattr(part, info.name))}" for info in parameter_table(part))
+        values = ", ".join(f"{name} {_short(value)}" for name, value in given_parameters(part).items())
         lines.append(f"{part.name}: {values}")
     return lines
 

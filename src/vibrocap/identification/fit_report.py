@@ -177,7 +177,10 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
 
 
 def _nuisance(name: str, value: float, interval: Interval, error: float) -> FittedParameter:
-    meaning = {"offset": "constant force of the sensor", "mass": "inertia that the sensor carries"}
-    unit = {"offset": "N", "mass": "kg"}.get(name, "1")
-    text = meaning.get(name, "state of the contact at the first sample, over its natural size")
+    text, unit = {
+        "offset": ("constant force of the sensor", "N"),
+        "mass": ("inertia that the sensor carries", "kg"),
+        "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
+        "drift": ("change of the force with the load point's displacement", "N/m"),
+    }.get(name, ("state of the contact at the first sample, over its natural size", "1"))
     return FittedParameter(name, "", text, unit, value, interval.low, interval.high, error, Verdict.DETERMINED)

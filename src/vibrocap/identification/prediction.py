@@ -155,7 +155,7 @@ def unchecked(law: Law, values: dict[str, float]) -> Law:
 
 def is_nuisance(name: str) -> bool:
     """Whether a name is that of a parameter of the measurement and not of the law."""
-    return name in ("offset", "mass") or name.startswith(START + "[")
+    return name in ("offset", "mass", "machine_stiffness", "drift") or name.startswith(START + "[")
 
 
 def concerns(name: str, record: str) -> bool:

@@ -245,7 +245,7 @@ def foreseen_abreast(real, start, h, period):
     change = 0.0 * h
     for k in range(3, 0, -1):
         change = (change + abs(load(real, VELOCITY + k * LANES))) * h
-    far = abs(series_values(real, VELOCITY, h)) >= 0.75 * speed
+    far = series_values(real, VELOCITY, h) * start >= 0.75 * speed * speed
     near = (speed <= load(real, VISIBLE_SPEED)) | (h <= 8.0 * EPSILON * period)
     return near | (change <= 0.2 * speed) | far
 

@@ -24,6 +24,7 @@ from vibrocap.system import System
 # What a start leads to, where that is none of the attractors.
 NOT_SETTLED, FAILED, NOT_TOLD = -2, -3, -4
 MOST_SHOT = 100  # settled motions that are shot: more of them are a continuum, such as the rests of a block
+SEVERAL = 3  # runs that lead to an orbit which is no sample of a continuum
 MOST_CLOUDS = 32  # unsettled runs whose marks are gathered; the others are compared with these
 FEW = 64  # marks of each of those others
 EXPONENT_PERIODS = 1000  # over which a motion that did not settle is looked at
@@ -112,8 +113,9 @@ def attractors_of(
     told, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
     settled = runs.response_period > 0
     waiting = np.flatnonzero(runs.finished & ~settled)
-    if np.any(settled & (which < 0)):  # a continuum: those that were shot are samples of it
-        told, which = [], np.full(len(which), -1)
+    continuum = bool(np.any(settled & (which < 0)))
+    if continuum:  # orbits that a run or two lead to are samples of it
+        told, which = _those_with_most(told, which)
     label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
     motions, places = [class_of_orbit(each.orbit) for each in told], list(range(len(told)))
     groups, members = _wandering(map_, runs.state[waiting])
@@ -121,6 +123,9 @@ def attractors_of(
     for motion, among in zip(groups, members, strict=True):
         if motion.kind in ("failed", "not settled"):
             label[waiting[among]] = FAILED if motion.kind == "failed" else NOT_SETTLED
+            continue
+        if continuum and motion.orbit is not None:
+            label[waiting[among]] = NOT_TOLD
             continue
         orbit = None if motion.orbit is None else _told_of(map_, motion)
         known = None if orbit is None else nearest(orbit.points, told)
@@ -134,13 +139,21 @@ def attractors_of(
     counts = [int(np.sum(label == k)) for k in range(len(motions))]
     order = sorted(range(len(motions)), key=lambda k: -counts[k])
     place = {k: new for new, k in enumerate(order)}
-    twin = [None if twins[k] is None else place[twins[k]] for k in order]
+    twin = [None if other is None else place[other] for other in (twins[k] for k in order)]
     found = tuple(
         Attractor(motions[k], counts[k], counts[k] / max(len(label), 1), other)
         for k, other in zip(order, twin, strict=True)
     )
     moved = np.array([*(place[k] for k in range(len(motions))), 0], dtype=int)
     return found, np.where(label >= 0, moved[np.maximum(label, -1)], label), runs
+
+
+def _those_with_most(told: list[Told], which: np.ndarray) -> tuple[list[Told], np.ndarray]:
+    """(orbits to which at least `SEVERAL` runs lead, index of that of each run); -1: none of these."""
+    kept = [k for k in range(len(told)) if np.sum(which == k) >= SEVERAL]
+    place = np.full(len(told) + 1, -1)
+    place[kept] = np.arange(len(kept))
+    return [told[k] for k in kept], place[which]
 
 
 def _told_of(map_: StroboscopicMap, motion: MotionClass) -> Told:

@@ -63,7 +63,9 @@ def bifurcation_diagram(
 
     over: path of a parameter, such as "drive.amplitude"; between: (low, high); points: values, evenly spaced
     starts: runs side by side in each direction, from starts spread as in `attractors` (the first from `initial`); more
-        of them find more of what coexists, and up to eight in all cost little more than one
+        of them find more of what coexists, and up to eight in all cost little more than one. With the half-period
+        symmetry every other run is recorded by its mirror image, which is a motion too: the way in which a parameter
+        changes prefers one of two twins, so that of runs alone all would go to the same
     settle_periods: most drive periods at a point; kept: marks kept of a motion that does not settle
     progress: called at each point with the share done
 
@@ -89,7 +91,8 @@ def bifurcation_diagram(
             row = [k for k, each in enumerate(directions) if _place(each, step, len(values)) == at]
             group = ends[row].reshape(-1, len(start))
             here = StroboscopicMap(systems[at], ROUGH, threads)
-            done = _at_point(here, _nudged(here, group, step), settle_periods, kept)
+            imaged = np.tile(system.mirrored & (np.arange(starts) % 2 == 1), len(row))
+            done = _at_point(here, _nudged(here, group, step), settle_periods, kept, imaged)
             each_shape = (len(row), starts)
             response[row, :, at] = done[0].reshape(each_shape)
             states[row, :, at] = done[1].reshape(*each_shape, kept, -1)
@@ -102,9 +105,12 @@ def bifurcation_diagram(
 
 
 def _at_point(
-    map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int
+    map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int, imaged: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(response period, marks kept [runs, kept, states], drift, last states) of runs at one value."""
+    """(response period, marks kept [runs, kept, states], drift, last states) of runs at one value.
+
+    imaged: [runs] which ones are recorded by their mirror images
+    """
     rows = np.tile(map_.parameters(), (len(states), 1))
     runs = long_runs(map_, states, rows, periods)
     cyclic = map_.cyclic
@@ -121,11 +127,14 @@ def _at_point(
             continue
         count = kept if wandering else int(response[chosen].max())
         path = marks(map_, begun[chosen], rows[chosen], count)  # [count + 1, runs, states]
+        last = path.copy()
+        for k in np.flatnonzero(imaged[chosen]):
+            path[:, k] = _mirrored(map_, path[:, k])
         for k, run in enumerate(chosen):
             n = count if wandering else _shortest(map_, path[:, k], int(response[run]))
             response[run] = NOT_SETTLED if wandering else n
             found[run, :n] = path[:n, k]
-            ends[run] = path[n, k]
+            ends[run] = last[n, k]
             if cyclic >= 0:
                 drift[run] = (path[n, k, cyclic] - path[0, k, cyclic]) / n
     if cyclic >= 0:
@@ -134,11 +143,23 @@ def _at_point(
     return response, found, drift, ends
 
 
+def _mirrored(map_: StroboscopicMap, path: np.ndarray) -> np.ndarray:
+    """Mirror images of the marks of a run [marks, states], half a period later; NaN where the run had failed."""
+    whole = np.all(np.isfinite(path), axis=1)
+    rows = np.tile(map_.parameters(), (int(whole.sum()), 1))
+    found = np.full_like(path, math.nan)
+    images = map_.mirrored_half(path[whole], rows, tangents=False)
+    found[whole] = np.where(images.finished[:, None], images.state, math.nan)
+    if map_.cyclic >= 0:
+        found[:, map_.cyclic] -= found[0, map_.cyclic]
+    return found
+
+
 def _nudged(map_: StroboscopicMap, states: np.ndarray, step: int) -> np.ndarray:
     """States pushed a little, in every free direction and in another way at each point."""
     parameters = map_.parameters()
     push = np.random.default_rng(step).uniform(-1.0, 1.0, states.shape)
-    push[1::2] = -push[: len(push) // 2 * 2 : 2]  # in pairs: where a motion splits into two, both are found
+    push[1::2] = push[: len(push) // 2 * 2 : 2]  # a run and one that is recorded by its mirror image go the same way
     moved = states + push * map_.scales(parameters) * NUDGE * map_.free(states)
     return moved if step else states
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.orbits.branch_point import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.closing_map import Closure
-from vibrocap.orbits.segment import Lost, Segment
+from vibrocap.orbits.segment import Segment
 from vibrocap.orbits.special_points import Found, SpecialKind, flip_test, special_points_between
 from vibrocap.orbits.words import same_cycle, word_change
 
@@ -14,47 +14,37 @@ WIDEST = 0.05  # share of the parameter's range within which a birth is looked f
 NARROWEST = 1e-4
 BESIDE = (-1e-3, 1e-3, -1e-2, 1e-2)  # shares of the range at which a branch that leaves at an angle is looked for
 OFF = tuple(10.0 ** np.arange(-4.0, -0.4, 0.5))  # distances from its parent there, in natural sizes
+BORN = "this branch is born here"
 DIFFERENT = 1e-5  # mismatch under the parent's map from which on an orbit is another
 
 
 def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint) -> Found | None:
-    """The pitchfork (or flip) of the coarser map where a branch turns back, being born there; None at a true fold.
+    """Where a branch is born from one of the coarser map, between two of its points; None where it is not.
 
     A branch of mirror twins meets that of symmetric orbits where the parameter has an extremum along it, since the
     twins are the same branch gone through the other way; a branch of twice the period meets its own shift by one
-    period. At the meeting a multiplier of the coarser map is -1: there the place is found, since there nothing is singular.
-
-    first, last: neighbouring points of the branch between which the parameter turns back
+    period. There a multiplier of the coarser map is -1 (a pitchfork or a flip), or they jump over -1 at a change of the
+    word, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser branch,
+    where nothing is singular.
     """
     segment = _coarser_segment(closure, first, last)
-    if segment is None or not flip_test(segment.points[0]) * flip_test(segment.points[-1]) < 0.0:
+    if segment is None:
         return None
-    try:
-        bracket = segment.root(flip_test)
-    except Lost:
-        return None
-    point = segment.point(bracket.left)
-    if bracket.jumps or np.linalg.norm(point.x - first.x) > np.linalg.norm(last.x - first.x):
-        return None
-    error = abs(segment.parameter(bracket.right) - segment.parameter(bracket.left))
-    return _seen_from(closure, first, point, SpecialKind.FLIP, error)
+    reach = 2.0 * float(np.linalg.norm(last.x - first.x)) + NARROWEST
+    for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
+        smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
+        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= reach:
+            return _seen_from(closure, first, special)
+    return None
 
 
-def birth_at_change(closure: Closure, last: BranchPoint, beyond: BranchPoint) -> Found:
-    """The meeting of a branch with that of the coarser map where no multiplier passes -1: at a change of the word.
-
-    There the multipliers of the coarser branch jump over -1, and the new branch leaves at an angle, not as a parabola.
-    The place is that of the change on the coarser branch; else between the two points given.
-
-    last: the last point that is not an orbit of the coarser map; beyond: the next one, which is
-    """
-    segment = _coarser_segment(closure, last, beyond)
-    ends = () if segment is None else special_points_between(segment.closure, segment.points[0], segment.points[-1])
-    for special in ends:
-        if special.kind is SpecialKind.WORD_CHANGE:
-            return _seen_from(closure, last, special.point, special.kind, special.error)
+def unlocated_birth(closure: Closure, last: BranchPoint, beyond: BranchPoint) -> Found:
+    """The record of a birth between the last point that is no orbit of the coarser map and the next one, which is."""
     error = abs(closure.parameter(beyond.x) - closure.parameter(last.x))
-    return _seen_from(closure, last, last, SpecialKind.WORD_CHANGE, error)
+    coarser = closure.coarser()
+    kind = SpecialKind.PITCHFORK if coarser is not None and coarser.half else SpecialKind.FLIP
+    counts, words = (last.unstable(), beyond.unstable()), (last.closing.word, beyond.closing.word)
+    return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=BORN)
 
 
 def _coarser_segment(closure: Closure, first: BranchPoint, last: BranchPoint) -> Segment | None:
@@ -84,24 +74,18 @@ def _coarser_segment(closure: Closure, first: BranchPoint, last: BranchPoint) ->
     return None
 
 
-def _seen_from(closure: Closure, last: BranchPoint, point: BranchPoint, kind: SpecialKind, error: float) -> Found:
-    """The record of a birth at a point of the coarser branch, seen from the branch that ends there."""
-    coarser = closure.coarser()
-    smooth = SpecialKind.PITCHFORK if coarser is not None and coarser.half else SpecialKind.FLIP
-    towards = point.x - last.x
+def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
+    """The record of a birth on the coarser branch, seen from the branch that ends there."""
+    towards = special.point.x - last.x
     size = float(np.linalg.norm(towards))
-    closing = closure.attempt(point.x, point.closing)
-    return Found(
-        smooth if kind is SpecialKind.FLIP else kind,
-        1.0,
-        BranchPoint(closing, towards / size if size > 0.0 else last.tangent),
-        error,
-        (last.unstable(), last.unstable()),
-        (last.closing.word, closing.word),
-        None if kind is SpecialKind.FLIP else word_change(last.closing.word, closing.word)[0],
-        passed=None if kind is SpecialKind.FLIP else smooth,
-        text="this branch is born here",
+    point = BranchPoint(
+        closure.attempt(special.point.x, special.point.closing), towards / size if size > 0.0 else last.tangent
     )
+    words, change = (last.closing.word, point.closing.word), None
+    if special.kind is SpecialKind.WORD_CHANGE:
+        change = special.change if same_cycle(*words) else word_change(*words)[0]
+    counts = (last.unstable(), last.unstable())
+    return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=BORN)
 
 
 def angled_births(parent: Closure, special: Found) -> Iterator[tuple[Closure, BranchPoint]]:

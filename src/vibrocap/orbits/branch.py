@@ -115,9 +115,7 @@ class Branch:
             return ()
         cuts = np.flatnonzero(np.diff(self.stable.astype(int))) + 1
         edges = [0, *cuts.tolist(), len(self)]
-        return tuple(
-            (first, last - 1, bool(self.stable[first])) for first, last in itertools.pairwise(edges)
-        )
+        return tuple((first, last - 1, bool(self.stable[first])) for first, last in itertools.pairwise(edges))
 
     def table(self) -> list[dict[str, Any]]:
         """The special points as rows of a table."""

@@ -15,7 +15,7 @@ from vibrocap.orbits.variations import variational_equations
 from vibrocap.orbits.words import closed_word
 from vibrocap.system import System
 
-NUDGE = 1e-5  # share of the parameter's range by which the derivative by the parameter is taken
+NUDGE = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -82,8 +82,9 @@ class ClosingMap:
     other set of them: its velocity is 0 in the image, does not depend on anything, and nothing depends on it, so that
     its equation is v = 0 itself. Thus a branch goes on where its section passes from sticking to sliding.
 
-    The derivative by the start is exact (tangents through events); that by the parameter is a central difference, whose
-    two runs share the lanes of the tangents: it turns the tangent of a branch, never what closes.
+    The derivative by the start is exact (tangents through events); that by the parameter is a difference of two runs
+    that share the lanes of the tangents (one-sided beside a change of the word): it turns the tangent of a branch,
+    never what closes.
     """
 
     def __init__(
@@ -184,24 +185,36 @@ class ClosingMap:
         at_rest = np.zeros(m, dtype=bool)
         if map_.equations.hold is not None:
             at_rest = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
+        words = self._words(layout, results[[0, m, m + 1]])
         return Closing(
             x=x,
             mismatch=image[0] - x[:-1],
             jacobian=ends[:m, n + self.unknowns].T / sizes[:, None],
-            slope=(image[m] - image[m + 1]) / (2.0 * NUDGE),
+            slope=_slope(image[0], image[m], image[m + 1], words),
             at_rest=at_rest,
             finished=bool(np.all(results[:, 0] == memory.DONE)),
-            word=self._word(layout, results[:1]),
+            word=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
         )
 
-    def _word(self, layout: memory.Layout, result: np.ndarray) -> str:
-        """The word of a run over the whole response; empty for a smooth law, whose changes of side are not seen."""
+    def _words(self, layout: memory.Layout, results: np.ndarray) -> list[str]:
+        """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
         if self.system.friction.kind == "smooth":
-            return ""
-        gathered = Gathered(self.system, layout, result, np.ones(1), np.ones(1, dtype=bool), 0.0)
-        return closed_word(str(gathered.words[0]), self.half)
+            return [""] * len(results)
+        ones = np.ones(len(results))
+        gathered = Gathered(self.system, layout, results, ones, ones > 0.0, 0.0)
+        return [closed_word(str(word), self.half) for word in gathered.words]
+
+
+def _slope(image: np.ndarray, above: np.ndarray, below: np.ndarray, words: list[str]) -> np.ndarray:
+    """Derivative of the image by the parameter, from the side on which the word is that of the image itself."""
+    here, up, down = words
+    if up == here and down != here:
+        return (above - image) / NUDGE
+    if down == here and up != here:
+        return (image - below) / NUDGE
+    return (above - below) / (2.0 * NUDGE)
 
 
 def recorded_with(system: System, path: str) -> System:

@@ -5,9 +5,10 @@ import enum
 
 import numpy as np
 
-from vibrocap.orbits.birth import birth_at_change, birth_between
+from vibrocap.orbits.birth import birth_between, unlocated_birth
 from vibrocap.orbits.branch_point import BranchPoint, corrected, null_tangent, tangent
 from vibrocap.orbits.closing_map import Closing, Closure
+from vibrocap.orbits.corner import around_corner
 from vibrocap.orbits.special_points import Found, SpecialKind, special_points_between
 from vibrocap.orbits.words import same_cycle
 
@@ -17,6 +18,7 @@ SHORT = 1e-4  # share of the largest step from which on a kink is taken for what
 OFF = 0.3  # share of a step by which a point may be off the guess
 SAME = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
 SURE = 1e-4  # share of the largest step below which a step has not jumped to another branch
+CORNER = 1e-2  # share of the largest step from which on a corner is looked for
 QUICK = 3  # steps of Newton's method after which the next step may be longer
 
 
@@ -47,15 +49,13 @@ ADVICE = {
     "orbits come again, a period later.",
     BranchEnd.CLOSED: "The branch has come back to its start.",
     BranchEnd.ORBIT_CEASES: "The word of the motion would change here, and no orbit of the new word continues this "
-    "one: such orbits cease to exist. Simulate beyond this parameter (`orbit(system, initial=...)`) to see what follows.",
+    "one: such orbits cease to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
     BranchEnd.NEWTON_FAILED: "No next point closes however small the step. Try another `tolerance`, or start from "
     "an orbit beyond this parameter.",
     BranchEnd.TOO_MANY_POINTS: "Raise `points`, or allow longer steps with `step`.",
     BranchEnd.NOT_FOLLOWED: "It was not asked to follow the branch this way.",
     BranchEnd.START_FAILED: "No orbit closes at the start. Give an `orbit`, or another `initial`.",
 }
-
-BORN_AT = {SpecialKind.PITCHFORK: BranchEnd.PITCHFORK, SpecialKind.FLIP: BranchEnd.FLIP}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -83,14 +83,14 @@ def followed(
         predict   x' = x + ds t          correct   F(x) = 0,  n . (x - x') = 0   with the tangent n = t
 
     Steps grow while Newton's method needs few of its own and the tangent hardly turns. Where the word changes the
-    tangent turns at once: a step that has become very short is taken in spite of it. A corner at which the branch turns
-    back is passed by looking along the other side's tangent.
+    tangent turns at once: a step that has become very short is taken in spite of it. A corner at which it turns far
+    is passed by looking along the other side's tangent.
 
     most: points; step: longest, in natural sizes of the states and shares of the parameter's range
     born: the start is where this branch is born from another, as in `special_points_between`
     """
     here = dataclasses.replace(start, tangent=towards * start.tangent)
-    points, special, ds = [here], [], (step if born else 0.1 * step)
+    points, special, ds = [here], [], (0.2 if born else 0.1) * step
     finer_than = closure.coarser()
     while True:
         if len(points) >= most:
@@ -122,26 +122,40 @@ def _next_stretch(
         found, following, why = _next_point(closure, here, ds, longest)
         if found is None:
             if met_at is not None:
-                special = birth_at_change(closure, here, met_at)
-                return special.point, ds, [special], BORN_AT[special.passed or SpecialKind.PITCHFORK]
+                return _ended(closure, here, met_at)
             return None, ds, [], why
         if here.tangent[-1] * found.tangent[-1] < 0.0 and not at_birth:
             met = birth_between(closure, here, found)
             if met is not None:
-                before = special_points_between(closure, here, met.point, met=True)
-                return met.point, ds, [*before, met], BORN_AT[met.kind]
+                before = special_points_between(closure, here, met.point, met=True) if met.passed is None else []
+                return met.point, ds, [*before, met], _birth(met)
         way = float(np.linalg.norm(found.x - here.x))
+        if at_birth and (found.x[-1] - here.x[-1]) * found.tangent[-1] < 0.0 and way > SURE * longest:
+            ds = 0.3 * way  # it has turned back already: the fold shall lie after the first step
+            continue
         if coarser is not None and coarser.attempt(found.x, found.closing).residual <= SAME:
             met_at, ds = found, 0.3 * way
             if ds < SMALLEST:
-                special = birth_at_change(closure, here, met_at)
-                return special.point, ds, [special], BORN_AT[special.passed or SpecialKind.PITCHFORK]
+                return _ended(closure, here, met_at)
             continue
         between = special_points_between(closure, here, found, born=at_birth)
         if way > SURE * longest and any(each.kind is SpecialKind.UNLOCATED for each in between):
             ds = 0.2 * way
             continue
         return found, following, between, None
+
+
+def _ended(
+    closure: Closure, here: BranchPoint, beyond: BranchPoint
+) -> tuple[BranchPoint, float, list[Found], BranchEnd]:
+    """The end of a branch at the one it is born from, as `_next_stretch` gives it."""
+    special = birth_between(closure, here, beyond) or unlocated_birth(closure, here, beyond)
+    return special.point, 0.0, [special], _birth(special)
+
+
+def _birth(special: Found) -> BranchEnd:
+    """How a branch ends at a birth."""
+    return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
 
 
 def _at_bound(point: BranchPoint) -> bool:
@@ -176,35 +190,14 @@ def _next_point(
             if straight and near and towards @ here.tangent > 0.0:
                 longer = 1.5 * ds if steps <= QUICK else ds
                 return new, (ds if bounded else min(longer, longest)), BranchEnd.PARAMETER_BOUND
-        if trial is None or ds > 1e-7:
-            trial = closure.attempt(here.x + ds * here.tangent, here.closing)
+        trial = closure.attempt(here.x + ds * here.tangent, here.closing)
+        if ds <= CORNER * longest and not same_cycle(trial.word, here.closing.word):
+            turned = around_corner(closure, here, trial, ds)
+            if turned is not None:
+                return turned, float(np.linalg.norm(turned.x - here.x)), BranchEnd.PARAMETER_BOUND
         ds *= 0.4
-    turned = _turned(closure, here, longest)
-    if turned is not None:
-        return turned, 1e-3 * longest, BranchEnd.PARAMETER_BOUND
     changed = trial is not None and not same_cycle(trial.word, here.closing.word)
     return None, ds, BranchEnd.ORBIT_CEASES if changed else BranchEnd.NEWTON_FAILED
-
-
-def _turned(closure: Closure, here: BranchPoint, longest: float) -> BranchPoint | None:
-    """The point around a corner: the branch goes on with another word, in a direction that the tangent does not show.
-
-    A little beyond the corner along the old tangent the map is that of the new word, and its derivative gives the new
-    direction; which of its two signs, and whether the branch goes on at all, is seen by closing.
-    """
-    for reach in (1e-6, 1e-5, 1e-4, 1e-3, 1e-2):
-        beyond = closure.attempt(here.x + reach * longest * here.tangent, here.closing)
-        if not beyond.finished or same_cycle(beyond.word, here.closing.word):
-            continue
-        along = null_tangent(beyond)
-        for sign in (1.0, -1.0):
-            guess = here.x + sign * reach * longest * along
-            found, _ = corrected(closure, guess, along, float(along @ guess), here.closing)
-            if found is None or same_cycle(found.word, here.closing.word) or not 0.0 <= found.x[-1] <= 1.0:
-                continue
-            if np.linalg.norm(found.x - guess) <= 2.0 * reach * longest:
-                return BranchPoint(found, tangent(found, sign * along))
-    return None
 
 
 def _closes(points: list[BranchPoint], step: float) -> bool:

@@ -10,6 +10,8 @@ from vibrocap.orbits.branch_point import BranchPoint, corrected, tangent
 from vibrocap.orbits.closing_map import Closure
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
+CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
+TORN = 1e-3  # share of a segment's length by which neighbours at a place that was located may differ
 MOST_TRIALS = 80
 
 
@@ -46,6 +48,7 @@ class Segment:
         self.length = float(np.linalg.norm(self.way))
         self.normal = self.way / self.length
         self.start = float(self.normal @ first.x)
+        self.narrow = max(NARROW, CLOSEST / self.length)
         self.shares, self.points = [0.0, 1.0], [first, last]
 
     def point(self, share: float) -> BranchPoint:
@@ -70,6 +73,11 @@ class Segment:
         """The parameter at a share that was visited."""
         return self.closure.parameter(self.points[self.shares.index(share)].x)
 
+    def torn(self, left: float, right: float) -> bool:
+        """Whether the orbits at two shares that were visited, as near as can be, differ: they are on two branches."""
+        one, other = (self.points[self.shares.index(share)].x for share in (left, right))
+        return bool(np.linalg.norm(other - one) > TORN * self.length + 1e3 * CLOSEST)
+
     def root(self, function: Callable[[BranchPoint], float], left: float = 0.0, right: float = 1.0) -> Bracket:
         """Where a function changes its sign between two shares: bracketing with the ITP method.
 
@@ -78,7 +86,7 @@ class Segment:
         """
         low, high = function(self.point(left)), function(self.point(right))
         scale = max(abs(low), abs(high))
-        width = NARROW * (right - left)
+        width = min(self.narrow, 0.25) * (right - left)
         most = int(np.ceil(np.log2((right - left) / (2.0 * width)))) + 1
         for trial in range(MOST_TRIALS):
             if right - left <= 2.0 * width or low == 0.0 or high == 0.0:
@@ -100,7 +108,7 @@ class Segment:
     def change(self, same: Callable[[BranchPoint], bool], left: float, right: float) -> tuple[float, float]:
         """Two shares as near as rounding allows: at the first `same` holds, at the second it does not (bisection)."""
         for _ in range(MOST_TRIALS):
-            if right - left <= NARROW:
+            if right - left <= self.narrow:
                 break
             middle = 0.5 * (left + right)
             if same(self.point(middle)):

@@ -125,6 +125,9 @@ def special_points_between(
         except Lost:
             found.append(_unlocated(segment, left, 1.0, "the word changes, but orbits in between do not close"))
             break
+        if segment.torn(*cut):
+            found.append(_unlocated(segment, left, 1.0, "the word changes where the orbits jump"))
+            break
         cuts.append(cut)
         left = cut[1]
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
@@ -150,6 +153,9 @@ def _smooth_points(segment: Segment, left: float, right: float, birth: bool) -> 
             bracket = segment.root(test, left, right)
         except Lost:
             found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign"))
+            continue
+        if segment.torn(bracket.left, bracket.right):
+            found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign where the orbits jump"))
             continue
         special = _located(segment, kind, bracket)
         if special is not None and not any(_same(special, other) for other in found):

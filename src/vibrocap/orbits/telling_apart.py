@@ -140,9 +140,9 @@ def within_set(few: np.ndarray, cloud: np.ndarray) -> bool:
 
 
 def _within(marks: np.ndarray, cloud: np.ndarray) -> bool:
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    tree = cKDTree(cloud)
+    tree = KDTree(cloud)
     spacing = float(np.median(tree.query(cloud, k=2)[0][:, 1]))
     return float(np.median(tree.query(marks)[0])) <= max(ALIKE * spacing, NEAR)
 

@@ -1,0 +1,273 @@
+"""Attractors from many starts: told apart, matched with their twins, counted; diagrams by brute force beside orbits."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.friction.elasto_plastic import ElastoPlastic
+from vibrocap.orbits import bifurcation_diagram as diagrams
+from vibrocap.orbits import long_runs, telling_apart
+from vibrocap.orbits.attractors import FAILED, NOT_SETTLED, NOT_TOLD, attractors
+from vibrocap.orbits.bifurcation_diagram import bifurcation_diagram
+from vibrocap.orbits.starts import evenly_spread
+from vibrocap.orbits.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.telling_apart import orbits_told_apart, same_set, within_set
+from vibrocap.simulate import period_marks
+
+START = {"angle": math.pi / 3}
+LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
+DRIFTS = {"exponential": 0.16434774668148, "lugre": 0.10718716751667}
+CHAOTIC = vc.System(vc.PendulumCapsule(stiffness=0.6, damping=0.3), vc.Exponential(), vc.Harmonic(amplitude=1.2))
+
+
+def capsule(law, **parameters):
+    return vc.System(vc.PendulumCapsule(), law, vc.Harmonic()).with_parameters(parameters)
+
+
+# --- starts and sets -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dimensions", [1, 2, 3, 4])
+def test_starts_fill_the_ranges_evenly(dimensions):
+    """Every box of an eighth of the volume holds its share to within a quarter; chance alone would miss by as much."""
+    points = evenly_spread(1000, dimensions)
+    assert np.all((points >= 0.0) & (points < 1.0))
+    assert np.array_equal(evenly_spread(100, dimensions), points[:100])
+    side = 0.125 ** (1.0 / dimensions)
+    for corner in np.random.default_rng(0).uniform(0.0, 1.0 - side, (50, dimensions)):
+        inside = np.mean(np.all((points >= corner) & (points < corner + side), axis=1))
+        assert inside == pytest.approx(0.125, abs=0.03)
+
+
+def test_sets_are_told_apart_by_where_their_marks_lie():
+    draw = np.random.default_rng(1)
+    turn = draw.uniform(0.0, 2.0 * math.pi, (3, 400))
+    ring = [np.column_stack((np.cos(each), np.sin(each))) for each in turn]
+    assert same_set(ring[0], ring[1])
+    assert not same_set(ring[0], 1.1 * ring[2])
+    assert not same_set(ring[0], ring[1][ring[1][:, 0] > 0.0])  # half of it
+    assert within_set(ring[1][:20], ring[0])
+    assert not within_set(1.1 * ring[1][:20], ring[0])
+
+
+# --- settled runs, in plain Python -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def twins():
+    """Map of a capsule that travels, and states at the marks near both of its orbits."""
+    map_ = StroboscopicMap(capsule(vc.Exponential()), 1e-10, threads=1, plain=True)
+    with np.errstate(all="ignore"):
+        start = np.array([[0.61055219, 1.50592954, 0.0, 0.2974614]])
+        for _ in range(4):
+            start = map_.images(start, map_.parameters()[None], tangents=False).state
+        start[0, 2] = 0.0
+        mirrored = map_.mirrored_half(start, map_.parameters()[None], tangents=False).state
+    return map_, start[0], mirrored[0]
+
+
+def test_settled_runs_are_told_apart_by_their_orbits(twins):
+    map_, state, mirrored = twins
+    shift = np.array([0.0, 0.0, 5.0, 0.0])  # along the cyclic coordinate: the same motion
+    states = np.array([state, mirrored, state + shift, state + 2e-7, mirrored - shift])
+    with np.errstate(all="ignore"):
+        found, which = orbits_told_apart(map_, states, np.ones(5, dtype=int), 10)
+        assert list(which) == [0, 1, 0, 0, 1]
+        assert found[0].orbit.drift == pytest.approx(-found[1].orbit.drift, abs=1e-8)
+        assert telling_apart.nearest(telling_apart.mirrored_points(map_, found[0]), found) == 1
+        few, which = orbits_told_apart(map_, states, np.ones(5, dtype=int), 1)
+    assert len(few) == 1
+    assert list(which) == [0, -1, 0, 0, -1]
+
+
+# --- what is refused -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"starts": 0}, "starts should be a whole number from 1"),
+        ({"starts": 2.0}, "starts should be"),
+        ({"ranges": {"position": (0, 1)}}, "nothing depends on 'position'"),
+        ({"ranges": {"speed": (0, 1)}}, "'speed' is no state"),
+        ({"ranges": {"angle": (1, 0)}}, "ranges: angle should be finite with low < high"),
+        ({"ranges": {"angle": 1.0}}, "ranges: angle should be \\(low, high\\)"),
+        ({"ranges": {}}, "at least one state"),
+        ({"initial": {"angel": 1.0}}, "did you mean 'angle'"),
+        ({"settle_periods": 5}, "settle_periods should be"),
+        ({"tolerance": -1.0}, "tolerance should be"),
+    ],
+)
+def test_bad_input_to_attractors_is_refused(arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        attractors(capsule(vc.Exponential()), **arguments)
+
+
+def test_modes_of_a_law_are_no_ranges():
+    system = capsule(ElastoPlastic())
+    with pytest.raises(ValueError, match="is a mode of the law"):
+        attractors(system, ranges={system.friction.switched[0]: (0, 1)})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"over": "friction.attraction"}, "is not a parameter"),
+        ({"over": "machine.normal_load", "system": "weight"}, "should be a parameter that is a number"),
+        ({"between": (3.0, 1.0)}, "between should be finite with low < high"),
+        ({"between": 3.0}, "between should be \\(low, high\\)"),
+        ({"over": "machine.mass_ratio", "between": (-1.0, 1.0)}, "machine.mass_ratio cannot be -1"),
+        ({"points": 1}, "points should be"),
+        ({"directions": ("sideways",)}, "directions should be"),
+        ({"starts": 0}, "starts should be"),
+        ({"kept": 2}, "kept should be"),
+    ],
+)
+def test_bad_input_to_a_diagram_is_refused(arguments, complaint):
+    system = capsule(vc.Exponential())
+    if arguments.pop("system", None):
+        system = system.with_parameters({"machine.normal_load": "weight"})
+    given = {"over": "drive.amplitude", "between": (1.0, 3.0), **arguments}
+    with pytest.raises((ValueError, KeyError), match=complaint):
+        bifurcation_diagram(system, **given)
+
+
+# --- attractors ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_exactly_the_two_travelling_twins_attract(law):
+    system = capsule(LAWS[law])
+    found = attractors(system, 500)
+    assert len(found.attractors) == 2
+    one, other = found.attractors
+    assert one.share + other.share == 1.0
+    assert (one.twin, other.twin) == (1, 0)
+    assert one.motion.drift + other.motion.drift == pytest.approx(0.0, abs=1e-10)
+    assert abs(one.motion.drift) == pytest.approx(DRIFTS[law], abs=1e-12)
+    assert one.starts == np.sum(found.label == 0)
+    assert 0.4 < one.share < 0.6  # twins: the ranges are symmetric
+    for k in range(0, 500, 97):  # each start on its own
+        start = dict(zip(system.state_names, found.starts[k], strict=True))
+        _, path = period_marks(system, periods=150, initial=start)
+        drift = path[-1][2] - path[-2][2]
+        assert drift == pytest.approx(found.attractors[found.label[k]].motion.drift, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_all_points_of_a_longer_orbit_are_one_attractor():
+    """LM with delta1 = 1: period 8 modulo X; runs that pass close to the unstable orbits of period 4 and 2 go on."""
+    found = attractors(capsule(vc.LuGre(bristle_damping=1.0)), 1000)
+    assert [each.motion.kind for each in found.attractors] == ["period-8", "period-8"]
+    assert sum(each.share for each in found.attractors) == 1.0
+    assert found.attractors[0].motion.drift == pytest.approx(-found.attractors[1].motion.drift, abs=1e-10)
+
+
+@pytest.mark.slow
+def test_drift_is_per_drive_period_whatever_the_response():
+    """0.19224737 for LM with delta1 = 1, whose response takes eight."""
+    system = capsule(vc.LuGre(bristle_damping=1.0))
+    map_ = StroboscopicMap(system, 1e-12)
+    runs = long_runs.long_runs(map_, np.array([[1.0, 0.0, 0.0, 0.0, 0.0]]), map_.parameters()[None], 1000)
+    assert runs.response_period[0] == 8
+    assert abs(runs.drift[0]) == pytest.approx(0.1922473710, abs=1e-5)
+    found = bifurcation_diagram(system, "machine.mass_ratio", (2.5, 2.501), 2, starts=1, directions=("down",))
+    assert found.response_period[0, 0, 0] == 8
+    assert abs(found.drift[0, 0, 0]) == pytest.approx(0.1922473710, abs=1e-5)
+    assert np.all(np.isfinite(found.states[0, 0, 0, :8]))
+    assert np.all(np.isnan(found.states[0, 0, 0, 8:]))
+
+
+@pytest.mark.slow
+def test_runs_caught_by_unstable_orbits_would_be_noticed(monkeypatch):
+    """Planted: taken as they end, a few of a thousand runs lead to orbits that attract nothing."""
+    monkeypatch.setattr(telling_apart.Told, "attracts", True)
+    found = attractors(capsule(vc.LuGre(bristle_damping=1.0)), 1000)
+    assert len(found.attractors) > 2
+    assert not all(each.motion.orbit.stable for each in found.attractors)
+
+
+@pytest.mark.slow
+def test_chaos_is_one_attractor_that_is_its_own_mirror_image():
+    found = attractors(CHAOTIC, 200)
+    assert [each.motion.kind for each in found.attractors] == ["chaotic"]
+    assert found.attractors[0].twin == 0
+    assert found.attractors[0].share + found.share(NOT_SETTLED) == 1.0
+    assert found.attractors[0].share > 0.97
+
+
+@pytest.mark.slow
+def test_rests_of_a_block_are_a_continuum_that_is_not_told_apart():
+    """A spring that pulls less than the contact holds: every start comes to rest somewhere else."""
+    system = vc.System(vc.Oscillator(damping=0.5), vc.Exponential(), vc.Harmonic(amplitude=0.05))
+    found = attractors(system, 300)
+    assert found.share(NOT_TOLD) == 1.0
+    assert found.attractors == ()
+
+
+@pytest.mark.slow
+def test_failed_runs_are_counted_as_failed(monkeypatch):
+    monkeypatch.setattr(long_runs, "MOST_EVENTS", 1)
+    found = attractors(capsule(vc.Exponential()), 20, {"angle": (-1.0, 1.0)})
+    assert found.share(FAILED) == 1.0
+    assert found.attractors == ()
+
+
+# --- diagrams --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_diagram_agrees_with_orbits_wherever_it_settled(law):
+    """To the threshold of settling, 1e-6 of natural sizes, times what the drift magnifies it by (some 10)."""
+    system = capsule(LAWS[law])
+    found = bifurcation_diagram(system, "drive.amplitude", (1.1, 2.9), 19)
+    assert np.mean(found.response_period > 0) > 0.9
+    compared = 0
+    for d, _ in enumerate(found.directions):
+        for k in range(0, 19, 3):
+            start = k % 2  # the second is recorded by its mirror image
+            n = found.response_period[d, start, k]
+            if n < 1:
+                continue
+            state = dict(zip(found.state_names, found.states[d, start, k, 0], strict=True))
+            at = system.with_parameters({"drive.amplitude": float(found.values[k])})
+            orbit = vc.shoot(at, state, int(n))
+            assert orbit.status is vc.OrbitStatus.CONVERGED
+            assert orbit.stable
+            assert found.drift[d, start, k] == pytest.approx(orbit.drift / n, abs=2e-5)
+            assert list(orbit.state.values()) == pytest.approx(list(state.values()), abs=2e-5)
+            compared += 1
+    assert compared > 8
+
+
+@pytest.mark.slow
+def test_both_twins_are_found_past_the_pitchfork():
+    found = bifurcation_diagram(capsule(vc.Exponential()), "drive.amplitude", (1.0, 1.6), 13)
+    last = found.drift[0, :, -1]
+    assert sorted(np.sign(last)) == [-1.0, -1.0, 1.0, 1.0]
+    assert np.abs(last) == pytest.approx(abs(last[0]), abs=2e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("push", [diagrams.NUDGE, 0.0])
+def test_a_sweep_leaves_what_becomes_unstable(push, monkeypatch):
+    """A pendulum upright on its spring, on a capsule that sticks, buckles below rho = 1: sin(theta) = rho theta.
+
+    Planted: without a push it stays upright, exactly.
+    """
+    monkeypatch.setattr(diagrams, "NUDGE", push)
+    system = capsule(vc.Exponential(), **{"drive.amplitude": 0.0})
+    found = bifurcation_diagram(system, "machine.stiffness", (0.5, 1.5), 11, starts=2, settle_periods=1000)
+    up, down = (found.states[d, :, 0, 0, 0] for d in range(2))
+    if push:
+        buckled = 1.8954942670339812  # root of sin(x) = x/2
+        assert math.sin(buckled) == pytest.approx(0.5 * buckled, abs=1e-15)
+        assert np.abs(down) == pytest.approx([buckled, buckled], abs=1e-5)
+        assert down[0] == pytest.approx(-down[1], abs=1e-5)
+        assert found.states[1, 0, -1, 0, 0] == pytest.approx(0.0, abs=1e-5)
+    else:
+        assert down[0] == up[0] == 0.0

@@ -1,0 +1,231 @@
+"""Basins of direction: starts at any phase of the drive, the symmetry of the picture, what failed, and how it looks."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.equations import equations, parameter_values
+from vibrocap.numerics.graph import evaluate
+from vibrocap.orbits import basins as basins_module
+from vibrocap.orbits import long_runs
+from vibrocap.orbits.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
+from vibrocap.orbits.basins import Basins, basins
+from vibrocap.orbits.classification import MotionClass
+from vibrocap.orbits.drive_phase import at_next_mark, shifted_equations
+from vibrocap.orbits.stroboscopic_map import StroboscopicMap
+from vibrocap.simulate import period_marks
+
+PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
+
+
+def capsule(law=None, **parameters):
+    return vc.System(vc.PendulumCapsule(), law or vc.Exponential(), vc.Harmonic()).with_parameters(parameters)
+
+
+def drawn(count=12):
+    """Basins as they might be, with every kind of cell: two ways, two attractors one way, and what has no value."""
+    system = capsule()
+    drifts = (0.16, -0.16, 0.05)
+    motions = [MotionClass(f"period-{k + 1}", "", drift, 0.0, False, {}) for k, drift in enumerate(drifts)]
+    label = np.zeros((count, count), dtype=int)
+    label[: count // 2] = 1
+    label[:, :2] = 2
+    label[:2, 4:6], label[4:6, 4:6], label[8:10, 4:6] = NOT_SETTLED, FAILED, NOT_TOLD
+    drift = np.where(label >= 0, np.array(drifts)[np.maximum(label, 0)], np.nan)
+    direction = np.where(label >= 0, np.sign(np.nan_to_num(drift)), np.where(label == NOT_TOLD, 0, label))
+    return Basins(
+        system=system,
+        axes=("angle", "angle_rate"),
+        x=np.linspace(-2.75, 2.75, count),
+        y=np.linspace(-2.75, 2.75, count),
+        phase=0.25,
+        initial={"position": 0.0, "velocity": 0.0},
+        direction=direction.astype(np.int8),
+        label=label,
+        drift=drift,
+        attractors=tuple(
+            Attractor(motion, int(np.sum(label == k)), float(np.mean(label == k)), None)
+            for k, motion in enumerate(motions)
+        ),
+        settle_periods=500,
+    )
+
+
+# --- phases of the drive ---------------------------------------------------------------------------------------------
+
+
+def test_shifted_equations_are_the_same_at_a_later_time():
+    draw = np.random.default_rng(0)
+    for law in (vc.Exponential(), vc.LuGre()):
+        system = capsule(law)
+        recorded = equations(system)
+        shifted = shifted_equations(recorded)
+        assert len(shifted.parameter_paths) == len(recorded.parameter_paths) + 1
+        state = draw.uniform(-1.0, 1.0, len(system.state_names))
+        values = parameter_values(system)
+        there = evaluate([*recorded.rates, *recorded.integrals], 2.4, state, 1.0, values)
+        here = evaluate([*shifted.rates, *shifted.integrals], 0.4, state, 1.0, (*values, 2.0))
+        assert here == pytest.approx(there, rel=1e-14)
+        assert here != pytest.approx(evaluate([*recorded.rates, *recorded.integrals], 0.4, state, 1.0, values))
+
+
+def test_start_amid_a_period_goes_on_to_its_end():
+    """In plain Python: a run cut at 0.3 of the period is at the mark where the run that was not cut is."""
+    map_ = StroboscopicMap(capsule(), 1e-11, threads=1, plain=True)
+    rows = np.tile(map_.parameters(), (3, 1))
+    start = np.array([[1.0, 0.0, 0.0, 0.0], [-0.5, 1.0, 2.0, 0.1], [0.3, 0.2, 0.0, 0.0]])
+    with np.errstate(all="ignore"):
+        whole = map_.images(start, rows, tangents=False).state
+        period = map_.period(map_.parameters())
+        part = map_.images(start, rows, tangents=False, mark_distance=np.full(3, 0.3 * period)).state
+        ends, _ = at_next_mark(map_, np.array([part[0], part[1], start[2]]), rows, np.array([0.3, -1.7, 2.0]))
+    assert ends[:2] == pytest.approx(whole[:2], abs=1e-8)
+    assert ends[2] == pytest.approx(start[2], abs=0.0)  # it is at a mark already
+
+
+# --- what is refused -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"plane": {"angle": (-1, 1)}}, "for two states"),
+        ({"plane": {"angle": (-1, 1), "position": (0, 1)}}, "nothing depends on 'position'"),
+        ({"plane": {"angle": (-1, 1), "spin": (0, 1)}}, "'spin' is no state"),
+        ({"plane": {"angle": (1, -1), "velocity": (0, 1)}}, "plane: angle should be finite with low < high"),
+        ({"resolution": 0}, "resolution should be one or two whole numbers"),
+        ({"resolution": (10, 2.5)}, "resolution should be one or two whole numbers"),
+        ({"resolution": 10**5}, "are more than 10,000,000"),
+        ({"phase": math.inf}, "phase should be a finite share"),
+        ({"initial": {"angel": 1}}, "did you mean 'angle'"),
+        ({"settle_periods": 0}, "settle_periods should be"),
+    ],
+)
+def test_bad_input_is_refused(arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        basins(capsule(), **{"plane": PLANE, **arguments})
+
+
+def test_what_does_not_travel_has_no_direction():
+    system = vc.System(vc.Oscillator(), vc.Exponential(), vc.Harmonic())
+    with pytest.raises(ValueError, match="held to its place"):
+        basins(system, {"position": (-1, 1), "sliding_velocity": (-1, 1)})
+
+
+# --- basins ----------------------------------------------------------------------------------------------------------
+
+
+def turned(picture):
+    """A picture of a plane that is symmetric about the origin, mirrored."""
+    return -picture[::-1, ::-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()])
+def test_mirrored_start_half_a_period_later_goes_the_other_way(law):
+    system = capsule(law)
+    first = basins(system, PLANE, 40, phase=0.15)
+    later = basins(system, PLANE, 40, phase=0.65)
+    assert {*np.unique(first.direction)} == {-1, 1}
+    assert np.array_equal(later.direction, turned(first.direction))
+    assert np.mean(basins(system, PLANE, 40).direction == first.direction) < 0.98  # the phase matters
+
+
+@pytest.mark.slow
+def test_phase_as_an_axis_has_the_same_symmetry():
+    found = basins(capsule(), {"phase": (0.0, 1.0), "angle": (-3.0, 3.0)}, (40, 41))
+    assert np.array_equal(np.roll(found.direction, 20, axis=0), -found.direction[:, ::-1])
+    column = basins(capsule(), {"angle": (-3.0, 3.0), "velocity": (-1e-9, 1e-9)}, (41, 1), phase=found.x[7])
+    assert np.array_equal(column.direction[:, 0], found.direction[7])
+
+
+@pytest.mark.slow
+def test_lost_phase_would_be_noticed(monkeypatch):
+    """Planted: all runs begin at the mark."""
+    monkeypatch.setattr(
+        basins_module,
+        "at_next_mark",
+        lambda map_, states, rows, phase: (states.copy(), np.ones(len(states), dtype=int)),
+    )
+    found = basins(capsule(), PLANE, 40, phase=0.15)
+    later = basins(capsule(), PLANE, 40, phase=0.65)
+    assert not np.array_equal(later.direction, turned(found.direction))
+
+
+@pytest.mark.slow
+def test_directions_are_those_of_single_runs():
+    found = basins(capsule(), PLANE, 12)
+    for i, j in ((0, 0), (3, 8), (6, 6), (9, 2), (11, 11)):
+        start = {"angle": found.x[i], "angle_rate": found.y[j]}
+        _, path = period_marks(capsule(), periods=100, initial=start)
+        assert path[-1][2] - path[-2][2] == pytest.approx(found.drift[i, j], abs=1e-6)
+        assert found.direction[i, j] == np.sign(found.drift[i, j])
+    assert found.x[0] == pytest.approx(-2.75)  # the middle of the first cell
+
+
+@pytest.mark.slow
+def test_symmetric_motions_do_not_travel():
+    system = capsule(**{"machine.stiffness": 4.0, "machine.damping": 1.2})
+    found = basins(system, PLANE, 10)
+    assert np.all(found.direction == 0)
+    assert [each.motion.symmetric for each in found.attractors] == [True]
+
+
+@pytest.mark.slow
+def test_failed_and_unsettled_starts_are_shown_as_such(monkeypatch):
+    slow = vc.System(  # of which many runs leave an orbit whose multiplier is -1.004
+        vc.PendulumCapsule(mass_ratio=2.684755256915821, stiffness=0.5330267207561138, damping=0.3982379703201067),
+        vc.Exponential(),
+        vc.Harmonic(amplitude=1.3271455286936373, frequency=1.5604703009219825),
+    )
+    short = basins(slow, PLANE, 12, settle_periods=200)
+    assert 0 < np.sum(short.label == NOT_SETTLED) < 72
+    assert np.array_equal(short.direction == NOT_SETTLED, short.label == NOT_SETTLED)
+    assert np.all(np.abs(short.direction[short.label >= 0]) == 1)
+    monkeypatch.setattr(long_runs, "MOST_EVENTS", 1)
+    failed = basins(capsule(), PLANE, 6)
+    assert np.all(failed.label == FAILED)
+    assert np.all(failed.direction == FAILED)
+    assert np.all(np.isnan(failed.drift))
+
+
+# --- datasets and pictures -------------------------------------------------------------------------------------------
+
+
+def test_dataset_says_what_it_holds():
+    from vibrocap.studies.orbit_datasets import basin_dataset
+
+    given = drawn()
+    found = basin_dataset(given)
+    assert found["direction"].dims == ("initial.angle", "initial.angle_rate")
+    assert np.array_equal(found["label"].values, given.label)
+    assert list(found["attractor_drift"].values) == [0.16, -0.16, 0.05]
+    assert found.attrs["phase"] == 0.25
+    assert "pendulum-capsule" in found.attrs["case"]
+    flags = dict(
+        zip(found["direction"].attrs["flag_meanings"].split(), found["direction"].attrs["flag_values"], strict=True)
+    )
+    assert (flags["failed"], flags["not_settled"], flags["forward"]) == (FAILED, NOT_SETTLED, 1)
+
+
+def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
+    from vibrocap.faces.basin_plots import basin_figure, plot_basins
+
+    given = drawn()
+    figure = basin_figure(given)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    for words in ("forward", "back", "not settled", "failed", "not told apart", "period-3"):
+        assert any(words in text for text in legend), words
+    hatches = {patch.get_hatch() for patch in figure.axes[0].patches}
+    assert len(hatches) == 3  # one for each kind of cell without a value
+    assert "t₀/T" in " ".join(text.get_text() for text in figure.texts)
+    one = plot_basins(given, tmp_path / "one.png").read_bytes()
+    assert one == plot_basins(given, tmp_path / "two.png").read_bytes()
+    kept = np.where(given.label == 2, 0, given.label)
+    single = dataclasses.replace(
+        given, label=kept, attractors=given.attractors[:2], drift=np.where(kept == 0, 0.16, given.drift)
+    )
+    assert len(basin_figure(single).axes) == 1
