@@ -141,7 +141,12 @@ def test_bad_input_to_a_diagram_is_refused(arguments, complaint):
 @pytest.mark.parametrize("law", LAWS)
 def test_exactly_the_two_travelling_twins_attract(law):
     system = capsule(LAWS[law])
-    found = attractors(system, 500)
+    shares = []
+    found = attractors(system, 500, progress=shares.append)
+    assert shares
+    assert max(shares) == 1.0
+    assert all(low == -high and high >= 2.0 for name, (low, high) in found.ranges.items() if name != "bristle")
+    assert "position" not in found.ranges
     assert len(found.attractors) == 2
     one, other = found.attractors
     assert one.share + other.share == 1.0

@@ -211,6 +211,41 @@ def test_dataset_says_what_it_holds():
     assert (flags["failed"], flags["not_settled"], flags["forward"]) == (FAILED, NOT_SETTLED, 1)
 
 
+def test_dataset_of_a_diagram_says_what_it_holds():
+    from vibrocap.studies.orbit_datasets import bifurcation_dataset
+
+    values, shape = np.array([1.0, 1.5, 2.0]), (1, 2, 3)
+    states = np.arange(2.0 * 3 * 16 * 4).reshape(*shape, 16, 4)
+    given = vc.BifurcationDiagram(
+        system=capsule(),
+        over="drive.amplitude",
+        values=values,
+        directions=("down",),
+        states=states,
+        response_period=np.array([[[1, 0, 2], [1, -1, 2]]]),
+        drift=np.ones(shape),
+        state_names=("angle", "angle_rate", "position", "velocity"),
+    )
+    found = bifurcation_dataset(given)
+    assert found["velocity"].dims == ("direction", "start", "drive.amplitude", "mark")
+    assert np.array_equal(found["velocity"].values, states[..., 3])
+    assert found["response_period"].sel({"drive.amplitude": 1.5}).values.tolist() == [[0, -1]]
+    assert found["drive.amplitude"].attrs["symbol"] == "h"
+
+
+def test_drift_and_direction_of_every_kind_of_start():
+    chaotic = MotionClass("chaotic", "", 0.01, 0.005, True, {})
+    sure = MotionClass("chaotic", "", -0.1, 0.005, False, {})
+    found = tuple(Attractor(each, 1, 0.2, None) for each in (chaotic, sure))
+    label = np.array([0, 1, NOT_SETTLED, FAILED, NOT_TOLD, NOT_TOLD])
+    measured = np.array([math.nan, math.nan, 0.3, 0.3, 0.3, 1e-9])
+    runs = long_runs.LongRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured)
+    drift = basins_module._drifts(found, label, runs)
+    assert drift == pytest.approx([0.01, -0.1, math.nan, math.nan, 0.3, 1e-9], nan_ok=True)
+    directions = basins_module._directions(found, label, drift)
+    assert list(directions) == [0, -1, NOT_SETTLED, FAILED, 1, 0]  # the first: within its error
+
+
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
     from vibrocap.faces.basin_plots import basin_figure, plot_basins
 

@@ -61,6 +61,7 @@ def led(law, amplitude=0.0, frequency=1.0, periods=1.0, **start):
 # --- LuGre -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reach", [0.3, 1.0, 4.0])  # A/g: presliding to sliding
 @pytest.mark.parametrize("bristle_damping", [0.0, 1.5])
 def test_lugre_loop_at_constant_g(reach, bristle_damping):
@@ -91,6 +92,7 @@ def test_lugre_loop_at_constant_g(reach, bristle_damping):
     assert loop == pytest.approx(area + damped, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", [2.0, 1.0, 1.5])
 @pytest.mark.parametrize("velocity", [0.07, -0.2])
 def test_lugre_at_constant_velocity(velocity, exponent):
@@ -208,6 +210,7 @@ def drift_velocity(ratio, second_phase):
     return (position[-1] - position[-2]) / motion.period, predicted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("second_phase", [0.3, 2.0, 4.0])
 def test_travel_at_vanishing_friction(second_phase):
     """V = -b2 sin(psi): the error goes with the friction, down to that of a small pendulum (theta^2 = 1e-7)."""

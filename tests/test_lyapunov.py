@@ -224,6 +224,31 @@ def test_both_numbers_have_to_agree():
     assert decided(-0.01, 1e-4, 0.01) == "not settled"
 
 
+def test_multiplier_pair_on_the_circle_is_quasi_periodic():
+    def kind(*multipliers):
+        state = {"angle": 0.1}
+        orbit = vc.Orbit(
+            system=capsule(vc.Exponential()),
+            state=state,
+            period=2.0 * math.pi,
+            response_period=1,
+            drift=0.3,
+            multipliers=np.array(multipliers, dtype=complex),
+            residual=1e-15,
+            symmetric=False,
+            derivative=np.zeros((4, 4)),
+            status=vc.OrbitStatus.CONVERGED,
+            iterations=1,
+            tolerance=1e-12,
+        )
+        return classification.class_of_orbit(orbit).kind
+
+    pair = np.exp(1j), np.exp(-1j)
+    assert kind(*pair, 0.0) == "quasi-periodic"
+    assert kind(0.999 * pair[0], 0.999 * pair[1], 0.0) == "period-1"
+    assert kind(0.5, 0.0, 0.0) == "period-1"
+
+
 @pytest.mark.parametrize(
     ("function", "arguments", "complaint"),
     [

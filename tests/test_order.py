@@ -160,6 +160,7 @@ def exact_reversing():
     return np.array(list(motion.state.values()))
 
 
+@pytest.mark.slow
 def test_rodas_keeps_its_order_through_reversals(exact_reversing):
     kernel = kernel_of(REVERSING)
     errors = [implicit_error(kernel, count, exact_reversing) for count in IMPLICIT_STEPS]
@@ -183,6 +184,7 @@ def time_derivative_lost(kernel, step):
     return {"jacobian": unforced}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", [stage_late, time_derivative_lost])
 def test_planted_faults_of_the_implicit_method_are_rejected(fault, exact_reversing):
     kernel = kernel_of(REVERSING)
@@ -190,6 +192,7 @@ def test_planted_faults_of_the_implicit_method_are_rejected(fault, exact_reversi
     assert abs(slope(IMPLICIT_STEPS[:3], errors) - 5.0) > 4 * WITHIN
 
 
+@pytest.mark.slow
 def test_an_implicit_step_to_a_reversal_ends_at_rest(exact_reversing):
     """The step has the length at which its own end is at rest; its dense output is less exact, which shows."""
     kernel = kernel_of(REVERSING)

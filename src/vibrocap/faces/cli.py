@@ -15,6 +15,7 @@ from pathlib import Path
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case import CaseError
+from vibrocap.faces.cli_branch import basins, branch
 from vibrocap.faces.cli_friction import friction
 from vibrocap.faces.cli_orbit import crossing, orbit
 from vibrocap.faces.cli_plot import PICTURES, plot
@@ -57,6 +58,8 @@ app.command(sweep)
 app.command(measures)
 app.command(plot)
 app.command(orbit)
+app.command(branch)
+app.command(basins)
 app.command(crossing)
 app.command(friction)
 app.command(stick_slip)

@@ -118,7 +118,7 @@ def crossing(
     from vibrocap.orbits.crossing import crossing as crossings
 
     given = read_source(case)
-    path, low, high = _range(over)
+    path, low, high = range_of(over)
     other = None if against is None else _other(given.system, against)
     try:
         with progress(f"Looking for {measure} = {value:g}"):
@@ -227,7 +227,7 @@ def _print_crossings(found: Any, against: str | None) -> None:
         page.print("  none", soft_wrap=True)
 
 
-def _range(text: str) -> tuple[str, float, float]:
+def range_of(text: str) -> tuple[str, float, float]:
     """PATH=LEAST:LARGEST."""
     path, _, ends = text.partition("=")
     try:

@@ -20,6 +20,7 @@ from vibrocap.identification.steady_fit import Column
 
 FIRST, STEPS = 1e-3, 2000  # first step, over the time of a critical distance; largest number of steps of a transient
 ACCURACY = 1e-4  # error of ln V and of the state per step
+WINDOWS, FEWEST = (1.0, 0.2, 0.05, 0.02), 20  # windows over the record's length; samples on each side of a step
 DIFFERENCE, UNITS = 1e-7, np.eye(2)[:, :, None]
 IMAGINARY = 1e-30  # step of a derivative along the imaginary axis, exact to rounding
 
@@ -39,10 +40,11 @@ class SpringPrediction(Prediction):
         dR/dt = k (V_load - V),   R = R(V, phi),   phi' of the law: without inertia, from steady sliding at the first speed.
 
     "machine_stiffness" k (N/m), "drift" (N per m of the load point) are nuisance parameters, as is "offset".
-    program: the load point's steps, the first at time 0.
+    program: the load point's steps, the first at time 0. machine_stiffness: k where it is not searched.
     """
 
     program: tuple[Step, ...] = ()
+    machine_stiffness: float | None = None
 
     def forces(self, table: np.ndarray, which: int) -> np.ndarray:
         """Force [m, n] of record number `which` at coordinates [m, p]."""
@@ -51,7 +53,10 @@ class SpringPrediction(Prediction):
         columns = {name: values[:, names.index(name)].view(Column) for name in self.law_names}
         law = unchecked(self.template, columns)
         load = float(np.mean(record.load))
-        stiffness = values[:, names.index("machine_stiffness")]
+        if self.machine_stiffness is None:
+            stiffness = values[:, names.index("machine_stiffness")]
+        else:
+            stiffness = np.full(len(values), self.machine_stiffness)
         with np.errstate(all="ignore"):
             found = _pulled(law, load, stiffness, self.program, record.time)
         pulled = np.interp(record.time, *_path(self.program, record.time[-1]))
@@ -70,7 +75,7 @@ def spring_fit(
     law: Any = "rate-and-state-ageing",
     *,
     program: Sequence[Step] | None = None,
-    machine_stiffness: float | None = None,
+    machine_stiffness: float | str | None = None,
     drift: bool = True,
     free: Iterable[str] | None = None,
     fixed: Mapping[str, float] | None = None,
@@ -93,14 +98,17 @@ def spring_fit(
     law: a law with one internal state, rate-and-state-ageing or rate-and-state-slip; its reference velocity is the first
         speed, so that the reference coefficient is the level before the step
     program: speeds of the load point; None: one step, found in the displacement
-    machine_stiffness: N/m, where it is known; None: searched. drift: search a level that changes with displacement.
+    machine_stiffness: N/m, where it is known; "measured": from the record, see `measured_stiffness`; None: searched. drift: search a level that changes with displacement.
     The other arguments, the result and the errors are those of `fit.fit`.
     """
     begin = clock.perf_counter()
     settings = Settings(starts, loss, loss_scale, intervals, seed)
     (samples,), _ = split_records(record, (), load)
     steps = tuple(program) if program is not None else found_step(samples, _displacement(record, samples))
+    if machine_stiffness == "measured":
+        machine_stiffness = measured_stiffness(samples, steps)
     _check_program(steps, samples, machine_stiffness)
+    assert not isinstance(machine_stiffness, str)
     scales = data_scales([samples])
     held = {"reference_velocity": abs(steps[0].speed), **(fixed or {})}
     rise = abs(float(np.ptp(samples.force)))
@@ -113,11 +121,11 @@ def spring_fit(
     guess = {"direct_effect": effect, "evolution_effect": effect, "critical_distance": distance}
     start = dict(zip(chosen.space.names, chosen.space.values(chosen.start).tolist(), strict=True))
     chosen = dataclasses.replace(chosen, start=chosen.space.of(start | {k: v for k, v in guess.items() if k in start}))
-    spring = 2.0 * rise / distance
-    stiffness = machine_stiffness or spring
-    reach = (0.01 * spring, 100 * spring) if machine_stiffness is None else (stiffness, stiffness * (1 + 1e-9))
-    extra = [Coordinate("machine_stiffness", "log", *reach, spread=0.5)]
-    starts_at = [float(np.log(stiffness))]
+    extra, starts_at = [], []
+    if machine_stiffness is None:
+        spring = 2.0 * rise / distance
+        extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, spread=0.5))
+        starts_at.append(math.log(spring))
     if drift:
         size = rise / float(np.ptp(_path(steps, samples.time[-1])[1]))
         extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0))
@@ -125,7 +133,7 @@ def spring_fit(
     chosen = dataclasses.replace(
         chosen, space=chosen.space.with_more(tuple(extra)), start=np.concatenate([chosen.start, starts_at]), own_start=None
     )
-    prediction = SpringPrediction(chosen.template, chosen.space, (samples,), (samples.deviation,), program=steps)
+    prediction = SpringPrediction(chosen.template, chosen.space, (samples,), (samples.deviation,), program=steps, machine_stiffness=machine_stiffness)
     options = {
         "method": "pulled through a spring",
         "program": [(step.time, step.speed) for step in steps],
@@ -138,24 +146,41 @@ def spring_fit(
 
 
 def found_step(samples: Samples, displacement: np.ndarray) -> tuple[Step, Step]:
-    """The one step of speed in a displacement: two straight lines that meet where the errors are least."""
+    """The one step of speed in a displacement: two straight lines that meet where the errors are least.
+
+    The meeting point is sought in ever narrower windows, and the speeds are medians over stretches, so that jumps of the
+    sensor elsewhere move neither.
+    """
+    time, low, high = samples.time, 0, len(samples)
+    at = float(time[len(time) // 2])
+    for share in WINDOWS:
+        low, high = np.searchsorted(time, [at - share * time[-1], at + share * time[-1]])
+        if min(np.searchsorted(time, at) - low, high - np.searchsorted(time, at)) < FEWEST:
+            break
+        at = _meeting_point(time[low:high], displacement[low:high])
+    return Step(0.0, _median_speed(time, displacement, time < at)), Step(at, _median_speed(time, displacement, time > at))
+
+
+def _meeting_point(time: np.ndarray, displacement: np.ndarray) -> float:
+    """Where two lines meet that fit a displacement best."""
     from scipy.optimize import minimize_scalar
 
-    time = samples.time
-
-    def lines(at: float) -> tuple[float, np.ndarray]:
-        matrix = np.stack([np.ones_like(time), np.minimum(time, at), np.maximum(time - at, 0.0)], axis=1)
+    def square(at: float) -> float:
+        matrix = np.stack([np.ones_like(time), np.minimum(time - at, 0.0), np.maximum(time - at, 0.0)], axis=1)
         solution, *_ = np.linalg.lstsq(matrix, displacement, rcond=None)
-        return float(np.sum((matrix @ solution - displacement) ** 2)), solution
+        return float(np.sum((matrix @ solution - displacement) ** 2))
 
     places = np.linspace(time[0], time[-1], 102)[1:-1]
-    least = places[int(np.argmin([lines(at)[0] for at in places]))]
-    width = places[1] - places[0]
-    best = minimize_scalar(
-        lambda at: lines(at)[0], bounds=(least - width, least + width), method="bounded", options={"xatol": 1e-6 * width}
-    )
-    _, (_, before, after) = lines(float(best.x))
-    return Step(0.0, float(before)), Step(float(best.x), float(after))
+    least = places[int(np.argmin([square(at) for at in places]))]
+    width = float(places[1] - places[0])
+    best = minimize_scalar(square, bounds=(least - width, least + width), method="bounded", options={"xatol": 1e-4 * width})
+    return float(best.x)
+
+
+def _median_speed(time: np.ndarray, displacement: np.ndarray, where: np.ndarray) -> float:
+    """Median of the slopes over 20 stretches."""
+    stretches = np.array_split(np.flatnonzero(where), 20)
+    return float(np.median([np.polyfit(time[s] - time[s[0]], displacement[s], 1)[0] for s in stretches if len(s) > 2]))
 
 
 def _displacement(record: Any, samples: Samples) -> np.ndarray:
@@ -163,7 +188,29 @@ def _displacement(record: Any, samples: Samples) -> np.ndarray:
     return samples.displacement if measured is None else np.asarray(measured, float)
 
 
-def _check_program(steps: Sequence[Step], samples: Samples, stiffness: float | None) -> None:
+def measured_stiffness(samples: Samples, steps: Sequence[Step]) -> float:
+    """Stiffness (N/m) of what pulls the contact, as experimenters read it: the slope of the rise after the first step.
+
+    The slope of the force over the load point's displacement until half of the peak, over 1 - V1/V2, for the contact goes
+    on at V1 at first. It speeds up during the rise, so that this is rather too small: a lower bound.
+    """
+    first, step = steps[0], steps[1]
+    before, after = samples.time < step.time, samples.time >= step.time
+    level = float(np.median(samples.force[before][-400:]))
+    time, force = samples.time[after], samples.force[after]
+    width = max(int(np.searchsorted(time, time[0] + 0.002 * (time[-1] - time[0]))), 1)
+    smooth = np.convolve(force, np.ones(width) / width, mode="valid") - level
+    top = int(np.argmax(np.abs(smooth)))
+    half = int(np.flatnonzero(np.abs(smooth) >= 0.5 * abs(smooth[top]))[0]) + width // 2
+    rising = slice(0, max(half, 3) + 1)
+    slope = np.polyfit(time[rising] - step.time, force[rising], 1)[0] / step.speed
+    found = float(slope / (1.0 - first.speed / step.speed))
+    if not (np.isfinite(found) and found > 0):
+        raise ValueError("machine_stiffness: the record does not show it (the force does not rise with the step); give N/m")
+    return found
+
+
+def _check_program(steps: Sequence[Step], samples: Samples, stiffness: Any) -> None:
     if len(steps) < 2:
         raise ValueError(f"program: should have at least two speeds, got {len(steps)}")
     if any(not (np.isfinite(step.speed) and step.speed > 0) for step in steps):
@@ -175,8 +222,8 @@ def _check_program(steps: Sequence[Step], samples: Samples, stiffness: float | N
         raise ValueError(f"program: times should begin at 0, increase and end within the record, got {times}")
     if any(abs(math.log(b.speed / a.speed)) < 0.01 for a, b in zip(steps, steps[1:], strict=False)):
         raise ValueError("program: the speed hardly changes; a step of it is needed")
-    if stiffness is not None and not (np.isfinite(stiffness) and stiffness > 0):
-        raise ValueError(f"machine_stiffness: should be > 0 N/m, got {stiffness!r}")
+    if stiffness is not None and (isinstance(stiffness, str) or not (np.isfinite(stiffness) and stiffness > 0)):
+        raise ValueError(f"machine_stiffness: should be > 0 N/m or 'measured', got {stiffness!r}")
 
 
 def _relaxation(samples: Samples, steps: Sequence[Step]) -> float:

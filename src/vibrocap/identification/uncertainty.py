@@ -19,7 +19,9 @@ class Uncertainty:
     Errors of real records are correlated: neighbouring samples say the same. What counts is how the contributions
     psi_i = (J^T J)^-1 J_i e_i of the samples to a parameter's estimate are correlated: with their correlation time
     tau = 1 + 2 sum_k rho_k, the variance of the estimate is tau times that of independent errors. (A mean error that
-    pushes no parameter does not count; records that want different values of a parameter do.)
+    pushes no parameter does not count; records that want different values of a parameter do.) Where few samples
+    determine a parameter, their own errors are fitted away; so tau is also taken as for stationary errors,
+    1 + 2 sum_k rho_k(e) c_k, with the correlations c of the parameter's leverage J (J^T J)^-1, and the larger counts.
 
     unit: s^2 = sum psi^2/(n - p) / mean psi', the cost by which -2 log(likelihood) changes by 2 for independent errors
         (psi: derivative of the loss; for squares s^2 = sum e^2/(n - p)).
@@ -53,7 +55,13 @@ def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters:
     influence = (slopes * psi[:, None]) @ (base @ to_parameters.T)
     cuts = np.cumsum([len(each) for each in errors])[:-1]
     parts = np.split(influence, cuts)
-    inflation = np.array([_inflation([part[:, j] for part in parts]) for j in range(p)])
+    leverage = np.split(slopes @ (base @ to_parameters.T), cuts)
+    inflation = np.array(
+        [
+            max(_inflation([part[:, j] for part in parts]), _inflation(errors, [part[:, j] for part in leverage]))
+            for j in range(p)
+        ]
+    )
     spare = np.maximum(n / inflation - p, FEWEST)
     root = np.sqrt(inflation)
     covariance = unit / bend * (to_parameters @ base @ to_parameters.T) * np.outer(root, root)
@@ -68,22 +76,33 @@ def correlation_time(errors: np.ndarray) -> float:
     return _inflation([errors])
 
 
-def _inflation(series: Sequence[np.ndarray]) -> float:
+def _inflation(series: Sequence[np.ndarray], leverage: Sequence[np.ndarray] | None = None) -> float:
     """tau of several stretches of one quantity of mean zero, at least 1 and at most half the longest stretch.
 
-    The sum of the correlations ends at the first lag that is WINDOW times the time found until there; beyond, it would
-    gather noise.
+    leverage: weights of the samples in a sum whose variance is asked for; the quantity's correlations then count as
+    often as the weights have them. The sum of the correlations ends at the first lag that is WINDOW times the time found
+    until there; beyond, it would gather noise.
     """
     longest = max(len(each) for each in series)
-    correlation = np.zeros(longest)
-    for each in series:
-        power = np.abs(np.fft.rfft(each, 2 * len(each))) ** 2
-        correlation[: len(each)] += np.fft.irfft(power)[: len(each)]
+    correlation = _correlation(series, longest)
     if not correlation[0] > 0:
         return 1.0
-    times = 2.0 * np.cumsum(correlation / correlation[0]) - 1.0
+    correlation = correlation / correlation[0]
+    if leverage is not None:
+        weights = _correlation(leverage, longest)
+        correlation = correlation * weights / max(weights[0], 1e-300)
+    times = 2.0 * np.cumsum(correlation) - 1.0
     enough = np.flatnonzero(np.arange(longest) >= WINDOW * times)
     return float(min(max(times[enough[0] if len(enough) else longest - 1], 1.0), longest / 2))
+
+
+def _correlation(series: Sequence[np.ndarray], longest: int) -> np.ndarray:
+    """Sums of products at each lag [longest]."""
+    found = np.zeros(longest)
+    for each in series:
+        power = np.abs(np.fft.rfft(each, 2 * len(each))) ** 2
+        found[: len(each)] += np.fft.irfft(power)[: len(each)]
+    return found
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:

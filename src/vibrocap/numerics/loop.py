@@ -129,9 +129,10 @@ def foreseen(real, lane, h):
     """Whether the series knew of the friction that the contact meets at the end of the step.
 
     Near rest, friction changes over a speed (v_s, 1/a) that may be small. To a series from far outside that change is
-    below rounding, and its last terms give no warning. So where the speed falls by more than a quarter from there (or a
-    smooth law carries it through rest), its slope is compared with the rates of the equations at points ever closer to its end; if they disagree the step is
-    halved. (The end alone is not enough: at rest, the bristles of a LuGre contact do not move whatever the law.)
+    below rounding, and its last terms give no warning. So where the speed falls by more than a quarter from there (or
+    a smooth law carries it through rest), its slope is compared with the rates of the equations at points ever closer
+    to its end; if they disagree the step is halved. (The end alone is not enough: at rest, the bristles of a LuGre
+    contact do not move whatever the law.)
     """
     start = abs(real[VELOCITY + lane])
     if start <= real[VISIBLE_SPEED + lane] or h <= 8.0 * EPSILON * real[PERIOD + lane]:

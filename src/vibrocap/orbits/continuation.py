@@ -131,16 +131,16 @@ def _next_stretch(
                 return met.point, ds, [*before, met], _birth(met)
         way = float(np.linalg.norm(found.x - here.x))
         if at_birth and (found.x[-1] - here.x[-1]) * found.tangent[-1] < 0.0 and way > SURE * longest:
-            ds = 0.3 * way  # it has turned back already: the fold shall lie after the first step
+            ds = 0.3 * min(way, ds)  # it has turned back already: the fold shall lie after the first step
             continue
         if coarser is not None and coarser.attempt(found.x, found.closing).residual <= SAME:
-            met_at, ds = found, 0.3 * way
+            met_at, ds = found, 0.3 * min(way, ds)
             if ds < SMALLEST:
                 return _ended(closure, here, met_at)
             continue
         between = special_points_between(closure, here, found, born=at_birth)
         if way > SURE * longest and any(each.kind is SpecialKind.UNLOCATED for each in between):
-            ds = 0.2 * way
+            ds = 0.2 * min(way, ds)
             continue
         return found, following, between, None
 

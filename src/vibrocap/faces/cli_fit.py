@@ -1,0 +1,368 @@
+"""`vibrocap fit`: the parameters of a friction law from measured records, or several laws ranked on them."""
+
+import re
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibrocap.faces.cli_plot import PICTURES
+from vibrocap.faces.exits import INCOMPLETE, OK, complain
+from vibrocap.faces.terminal import Page, Refusal, needs, progress, writable_file, writable_folder
+
+if TYPE_CHECKING:
+    from vibrocap.identification.comparison import Comparison
+    from vibrocap.identification.fit_result import Fit
+    from vibrocap.records.record import Record
+
+# a field that a fit or a reader complains of: the option that sets it
+OPTIONS = {
+    "held_out": "hold-out",
+    "sampling_rate": "sampling-rate",
+    "dt, sampling_rate": "sampling-rate",
+    "normal_force": "load",
+    "least_speed": "least-speed",
+    "laws": "compare",
+    **{name: name for name in ("law", "free", "fixed", "loss", "starts", "weights", "start", "intervals", "seed")},
+    **{name: name for name in ("columns", "units", "cutoff", "load")},
+}
+
+
+def fit(
+    *data: Path,
+    law: str | None = None,
+    compare: list[str] | None = None,
+    columns: list[str] | None = None,
+    units: list[str] | None = None,
+    sampling_rate: float | None = None,
+    load: float | None = None,
+    cutoff: float | None = None,
+    fixed: list[str] | None = None,
+    free: list[str] | None = None,
+    hold_out: list[str] | None = None,
+    offset: bool = False,
+    mass: bool = False,
+    steady: bool = False,
+    least_speed: float = 0.0,
+    loss: str = "linear",
+    weights: str = "power",
+    start: str = "fitted",
+    intervals: str | None = None,
+    starts: int = 8,
+    seed: int = 0,
+    out: Path | None = None,
+    plot: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Fit a friction law to measured force and motion, or rank several laws on them.
+
+    Printed are the parameters with 95 % intervals, what the data do not determine
+    and which experiment would, and the errors of each record. A fit that is saved
+    holds friction.toml, the section [friction] of a case file.
+
+    Example: vibrocap fit damper.csv --law lugre --out fit --plot fit.png
+    Example: vibrocap fit damper.npz --compare lugre,dahl,bouc-wen --hold-out eq_1
+
+    Exit codes: 0 done; 2 wrong input; 3 no start of the search could be driven
+    through the records.
+
+    Parameters
+    ----------
+    data
+        FILE.csv, .txt, .npz or .mat, one or several: force with velocity, displacement or both
+    law
+        as `vibrocap friction list` shows them
+    compare
+        LAW,LAW,... instead of --law: each is fitted, and ranked by its error on what it did not see
+    columns
+        QUANTITY=NAME, such as force=F1,velocity=v, where the names are not usual ones
+    units
+        QUANTITY=UNIT, such as force=kN,displacement=mm, where the headings do not say them
+    sampling_rate
+        Hz, where there is no column of time
+    load
+        normal force, N; without it (and without such a column) coefficients are forces in N
+    cutoff
+        Hz, below which the motion is filtered, forward and backward
+    fixed
+        NAME=VALUE, a parameter that is held; may be repeated
+    free
+        NAME,NAME,... the parameters that are searched [default: all but conventions]
+    hold_out
+        RECORD,RECORD,... that are predicted, not fitted; eq_* stands for all that begin so
+    offset
+        search a constant force of the sensor, too
+    mass
+        search an inertia that the sensor carries, too
+    steady
+        fit the curve of force over velocity alone, without the memory of the contact
+    least_speed
+        m/s, of the samples that --steady takes
+    loss
+        linear, soft_l1, huber, cauchy or arctan: all but the first let outliers pull less
+    weights
+        power: each record counts the same per sample; equal: the same noise in all
+    start
+        states of the contact at the first sample: fitted or relaxed
+    intervals
+        profile (of the likelihood) or covariance (quicker) [default: profile; with --compare covariance]
+    starts
+        local searches
+    seed
+        of their starting points
+    out
+        folder for fit.json, friction.toml, residuals.csv and, where matplotlib is there, fit.png and residuals.png
+    plot
+        FILE.png, .svg or .pdf: measured and fitted force, loops, intervals
+    json
+        print one JSON object in full precision
+    """
+    complaints: list[str] = []
+    laws = _pieces([law]) if law else _pieces(compare)
+    held = _parameters(laws, fixed, free, complaints)
+    if bool(law) == bool(compare):
+        complaints.append("--law: give one law, or several with --compare")
+    if not data:
+        complaints.append("DATA: give at least one file with force and motion")
+    _destinations(out, plot, complaints)
+    records, doubts = _records(data, columns, units, sampling_rate, load, cutoff, complaints)
+    hidden = _hidden(hold_out, records, complaints)
+    if complaints:
+        raise Refusal("\n".join(complaints))
+    for doubt in doubts:
+        complain(f"warning: {doubt}")
+    settings: dict[str, Any] = {"fixed": held, "free": _pieces(free) or None, "held_out": hidden, "loss": loss}
+    settings |= {"weights": weights, "offset": offset, "starts": starts, "seed": seed}
+    settings |= {} if intervals is None else {"intervals": intervals}
+    settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
+    try:
+        if compare:
+            return _compared(records, laws, steady, settings, out, plot, json)
+        return _fitted(records, laws[0], steady, settings, out, plot, json)
+    except ValueError as error:
+        raise Refusal(_by_option(str(error))) from None
+
+
+def _fitted(
+    records: "list[Record]", law: str, steady: bool, settings: dict[str, Any], out: Any, plot: Any, json: bool
+) -> int:
+    from vibrocap.identification.fit import fit as driven_fit
+    from vibrocap.identification.saving import as_data
+    from vibrocap.identification.steady_fit import steady_fit
+
+    with progress(f"Fitting {law}") as report:
+        found = (steady_fit if steady else driven_fit)(
+            records, law, progress=lambda share: report(share, None), **settings
+        )
+    if not found.ok:
+        if json:
+            _print_json(as_data(found))
+        complain(f"No fit of {law}: {found.status}.")
+        return INCOMPLETE
+    written = _write(found, out) if out is not None else []
+    if plot is not None:
+        from vibrocap.faces.fit_plots import plot_fit
+
+        plot.parent.mkdir(parents=True, exist_ok=True)
+        written.append(plot_fit(found, plot))
+    if json:
+        _print_json(as_data(found))
+        return OK
+    page = Page()
+    page.print(found.summary(), soft_wrap=True, markup=False)
+    _print_written(page, written)
+    return OK
+
+
+def _compared(
+    records: "list[Record]", laws: list[str], steady: bool, settings: dict[str, Any], out: Any, plot: Any, json: bool
+) -> int:
+    from vibrocap.identification.comparison import compare
+
+    if steady:
+        raise ValueError("steady: is for --law; laws are compared by driving them through the records")
+    with progress(f"Fitting {len(laws)} laws") as report:
+        found = compare(records, laws, progress=lambda share: report(share, None), **settings)
+    good = [each.fit for each in found.laws if each.fit.ok]
+    written = [path for each in good for path in _write(each, out / each.law_name)] if out is not None else []
+    if out is not None:
+        from vibrocap.faces.record import json_text
+
+        out.mkdir(parents=True, exist_ok=True)
+        written.append(out / "comparison.json")
+        written[-1].write_text(json_text(comparison_record(found)) + "\n", encoding="utf-8")
+    if plot is not None and good:
+        from vibrocap.faces.fit_plots import plot_comparison
+
+        plot.parent.mkdir(parents=True, exist_ok=True)
+        written.append(plot_comparison(found, plot))
+    if json:
+        _print_json(comparison_record(found))
+    else:
+        page = Page()
+        page.print(found.summary(), soft_wrap=True, markup=False)
+        _print_written(page, written)
+    if not good:
+        complain(f"None of the laws could be fitted: {found.laws[0].fit.status}.")
+        return INCOMPLETE
+    return OK
+
+
+def comparison_record(found: "Comparison") -> dict[str, Any]:
+    """A comparison by name, the best law first."""
+    numbers = ("law", "held_out", "relative_rmse", "parameters", "aic", "bic", "seconds")
+    rows = [
+        {name: getattr(each, name) for name in numbers}
+        | {"status": str(each.fit.status), "values": {p.name: p.value for p in each.fit.parameters}}
+        for each in found.laws
+    ]
+    return {"held_out": found.method, "effective_samples": found.effective_samples, "laws": rows}
+
+
+def _write(found: "Fit", folder: Path) -> list[Path]:
+    """The files of a fit in a folder."""
+    import importlib.util
+
+    written = list(found.save(folder))
+    written.append(write_residuals(found, folder / "residuals.csv"))
+    if importlib.util.find_spec("matplotlib") is not None:
+        from vibrocap.faces.fit_plots import plot_fit, plot_residuals
+
+        written.append(plot_fit(found, folder / "fit.png"))
+        written.append(plot_residuals(found, folder / "residuals.png"))
+    return written
+
+
+def write_residuals(found: "Fit", path: Path) -> Path:
+    """Every sample of every record as a line of CSV: motion, force and what the fit makes of it, in SI units."""
+    import csv
+
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(("record", "held_out", "time_s", "velocity_m_per_s", "measured_N", "fitted_N", "error_N"))
+        for each in found.records:
+            columns = (each.time, each.velocity, each.measured, each.predicted, each.predicted - each.measured)
+            for row in zip(*columns, strict=True):
+                table.writerow((each.name, int(each.held_out), *(f"{value:.9g}" for value in row)))
+    return path
+
+
+def _records(
+    data: tuple[Path, ...], columns: Any, units: Any, rate: float | None, load: float | None, cutoff: float | None,
+    complaints: list[str],
+) -> "tuple[list[Record], list[str]]":  # fmt: skip
+    """The records ready for a fit, and what looks wrong with their units."""
+    from vibrocap.records.checks import RecordError, RecordWarning
+    from vibrocap.records.preparation import prepared
+    from vibrocap.records.readers import read_records
+
+    named: dict[str, str | int] = {}
+    for quantity, name in _pairs("columns", columns, complaints).items():
+        named[quantity] = int(name) if name.isdigit() else name
+    units = _pairs("units", units, complaints)
+    found: list[Record] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RecordWarning)
+        try:
+            if data:
+                found = read_records(list(data), named, units, sampling_rate=rate, normal_force=load)
+        except RecordError as error:
+            complaints += [f"{error.source}:", *(f"  {_by_option(each)}" for each in error.complaints)]
+        except (OSError, UnicodeDecodeError) as error:
+            complaints.append(str(error))
+        try:
+            found = [prepared(record, cutoff=cutoff) for record in found]
+        except ValueError as error:
+            complaints.append(_by_option(str(error)))
+    return found, [str(each.message) for each in caught if issubclass(each.category, RecordWarning)]
+
+
+def _parameters(laws: list[str], fixed: Any, free: Any, complaints: list[str]) -> dict[str, float]:
+    """Parameters that are held, checked against the laws."""
+    from vibrocap.identification.choice import law_class, nearest
+    from vibrocap.parameters import parameter_table
+
+    known: set[str] | None = set()
+    for law in laws:
+        try:
+            names = {info.name for info in parameter_table(law_class(law))}
+            known = known | names if known is not None else None
+        except ValueError as error:
+            complaints.append(_by_option(str(error)))
+            known = None
+    held: dict[str, float] = {}
+    for name, text in _pairs("fixed", fixed, complaints).items():
+        try:
+            held[name] = float(text)
+        except ValueError:
+            complaints.append(f"--fixed {name}={text}: should be a number")
+    for option, given in (("fixed", held), ("free", _pieces(free))):
+        for name in given:
+            if known and name not in known:
+                complaints.append(f"--{option}: {', '.join(laws)} has no parameter {name!r}; {nearest(name, known)}")
+    return held
+
+
+def _hidden(patterns: Any, records: "list[Record]", complaints: list[str]) -> list[str]:
+    """Names of the records that are held out."""
+    from fnmatch import fnmatchcase
+
+    names = [record.name for record in records]
+    hidden = []
+    for pattern in _pieces(patterns):
+        found = [name for name in names if fnmatchcase(name, pattern)]
+        if not found and names:
+            complaints.append(f"--hold-out: no record is called {pattern!r}; there is {', '.join(names)}")
+        hidden += [name for name in found if name not in hidden]
+    if names and len(hidden) == len(names):
+        complaints.append("--hold-out: leaves no record to fit")
+    return hidden
+
+
+def _destinations(out: Path | None, plot: Path | None, complaints: list[str]) -> None:
+    """What cannot be written, and why."""
+    if out is not None:
+        try:
+            writable_folder("--out", out)
+        except Refusal as refusal:
+            complaints.append(str(refusal))
+    if plot is not None:
+        try:
+            writable_file("--plot", plot, PICTURES)
+            needs("--plot", "plot", "matplotlib")
+        except Refusal as refusal:
+            complaints.append(str(refusal))
+
+
+def _pieces(texts: "list[str] | None") -> list[str]:
+    """Texts, each of which may be several with commas between."""
+    return [piece.strip() for text in texts or () for piece in text.split(",") if piece.strip()]
+
+
+def _pairs(option: str, texts: "list[str] | None", complaints: list[str]) -> dict[str, str]:
+    """KEY=VALUE pairs."""
+    example = {"fixed": "stribeck_velocity=0.01", "units": "force=kN"}.get(option, "force=F1")
+    pairs = {}
+    for text in _pieces(texts):
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if key and equals and value:
+            pairs[key] = value
+        else:
+            complaints.append(f"--{option} {text}: should be written as {example}")
+    return pairs
+
+
+def _by_option(text: str) -> str:
+    """A message that names the option instead of the field."""
+    fields = "|".join(sorted(map(re.escape, OPTIONS), key=len, reverse=True))
+    return re.sub(rf"^(\s*)({fields}):", lambda match: f"{match[1]}--{OPTIONS[match[2]]}:", text, flags=re.MULTILINE)
+
+
+def _print_json(record: dict[str, Any]) -> None:
+    from vibrocap.faces.record import json_text
+
+    print(json_text(record))
+
+
+def _print_written(page: Page, written: list[Path]) -> None:
+    for path in written:
+        page.print(f"Written: {path}", soft_wrap=True)
