@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 import vibrocap as vc
-from benchmarks import attractors, canonical, cold_start, driven_law, gpu, growth, named_sweeps, orders
+from benchmarks import attractors, branches, canonical, cold_start, driven_law, gpu, growth, named_sweeps, orders
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100, NamedMotion
 
 Run = Callable[[], np.ndarray]
@@ -92,6 +92,7 @@ def main() -> None:
         "gpu": gpu,
         "driven": driven_law,
         "attractors": attractors,
+        "branches": branches,
     }
     wanted = set(sys.argv[1:]) or {"single", *tables, "orders", "cold"}
     del sys.argv[1:]  # the tables below read it when they are run alone

@@ -54,12 +54,18 @@ from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_vel
 from vibrocap.orbits.attractors import Attractor, Attractors, attractors
 from vibrocap.orbits.basins import Basins, basins
 from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+from vibrocap.orbits.branch import Branch, SpecialPoint
+from vibrocap.orbits.branch_diagram import BranchDiagram, branches
+from vibrocap.orbits.branch_following import branch
 from vibrocap.orbits.classification import MotionClass, classify
+from vibrocap.orbits.continuation import BranchEnd
 from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
 from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.shooting import shoot
+from vibrocap.orbits.special_points import SpecialKind
 from vibrocap.orbits.steady import orbit
+from vibrocap.orbits.words import WordChange
 from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.records.checks import RecordError, RecordWarning
 from vibrocap.records.preparation import prepared
@@ -79,6 +85,7 @@ from vibrocap.scaling import (
 )
 from vibrocap.simulate import simulate
 from vibrocap.studies.adaptive import adaptive_map, border
+from vibrocap.studies.branch_datasets import branch_dataset
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.export import write_study
@@ -220,4 +227,13 @@ __all__ = [
     "backlash",
     "contact_sizes",
     "ContactSizes",
+    "branch",
+    "Branch",
+    "branches",
+    "BranchDiagram",
+    "BranchEnd",
+    "SpecialPoint",
+    "SpecialKind",
+    "WordChange",
+    "branch_dataset",
 ]

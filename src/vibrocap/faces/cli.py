@@ -16,6 +16,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case import CaseError
 from vibrocap.faces.cli_branch import basins, branch
+from vibrocap.faces.cli_fit import fit
 from vibrocap.faces.cli_friction import friction
 from vibrocap.faces.cli_orbit import crossing, orbit
 from vibrocap.faces.cli_plot import PICTURES, plot
@@ -62,6 +63,7 @@ app.command(branch)
 app.command(basins)
 app.command(crossing)
 app.command(friction)
+app.command(fit)
 app.command(stick_slip)
 app.command(datasets)
 

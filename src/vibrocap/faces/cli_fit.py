@@ -1,30 +1,25 @@
 """`vibrocap fit`: the parameters of a friction law from measured records, or several laws ranked on them."""
 
-import re
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.faces.cli_plot import PICTURES
 from vibrocap.faces.exits import INCOMPLETE, OK, complain
-from vibrocap.faces.terminal import Page, Refusal, needs, progress, writable_file, writable_folder
+from vibrocap.faces.fit_request import (
+    by_option,
+    destinations,
+    held_out,
+    held_parameters,
+    is_refusal,
+    own_settings,
+    pieces,
+    read,
+)
+from vibrocap.faces.terminal import Page, Refusal, progress
 
 if TYPE_CHECKING:
     from vibrocap.identification.comparison import Comparison
     from vibrocap.identification.fit_result import Fit
     from vibrocap.records.record import Record
-
-# a field that a fit or a reader complains of: the option that sets it
-OPTIONS = {
-    "held_out": "hold-out",
-    "sampling_rate": "sampling-rate",
-    "dt, sampling_rate": "sampling-rate",
-    "normal_force": "load",
-    "least_speed": "least-speed",
-    "laws": "compare",
-    **{name: name for name in ("law", "free", "fixed", "loss", "starts", "weights", "start", "intervals", "seed")},
-    **{name: name for name in ("columns", "units", "cutoff", "load")},
-}
 
 
 def fit(
@@ -117,29 +112,33 @@ def fit(
         print one JSON object in full precision
     """
     complaints: list[str] = []
-    laws = _pieces([law]) if law else _pieces(compare)
-    held = _parameters(laws, fixed, free, complaints)
+    laws = pieces([law]) if law else pieces(compare)
+    held = held_parameters(laws, fixed, free, complaints)
     if bool(law) == bool(compare):
         complaints.append("--law: give one law, or several with --compare")
+    if compare and steady:
+        complaints.append("--steady: is for --law; laws are compared by driving them through the records")
     if not data:
         complaints.append("DATA: give at least one file with force and motion")
-    _destinations(out, plot, complaints)
-    records, doubts = _records(data, columns, units, sampling_rate, load, cutoff, complaints)
-    hidden = _hidden(hold_out, records, complaints)
+    destinations(out, plot, complaints)
+    found, doubts = read(data, columns, units, sampling_rate, load, cutoff, complaints)
+    hidden = held_out(hold_out, found, complaints)
     if complaints:
         raise Refusal("\n".join(complaints))
     for doubt in doubts:
         complain(f"warning: {doubt}")
-    settings: dict[str, Any] = {"fixed": held, "free": _pieces(free) or None, "held_out": hidden, "loss": loss}
+    settings: dict[str, Any] = {"fixed": held, "free": pieces(free) or None, "held_out": hidden, "loss": loss}
     settings |= {"weights": weights, "offset": offset, "starts": starts, "seed": seed}
     settings |= {} if intervals is None else {"intervals": intervals}
     settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
     try:
         if compare:
-            return _compared(records, laws, steady, settings, out, plot, json)
-        return _fitted(records, laws[0], steady, settings, out, plot, json)
+            return _compared(found, laws, settings, out, plot, json)
+        return _fitted(found, laws[0], steady, settings, out, plot, json)
     except ValueError as error:
-        raise Refusal(_by_option(str(error))) from None
+        if not is_refusal(str(error)):  # a fault of ours, which must not pass for one of the user's
+            raise
+        raise Refusal(by_option(str(error))) from None
 
 
 def _fitted(
@@ -174,14 +173,13 @@ def _fitted(
 
 
 def _compared(
-    records: "list[Record]", laws: list[str], steady: bool, settings: dict[str, Any], out: Any, plot: Any, json: bool
+    records: "list[Record]", laws: list[str], settings: dict[str, Any], out: Any, plot: Any, json: bool
 ) -> int:
     from vibrocap.identification.comparison import compare
 
-    if steady:
-        raise ValueError("steady: is for --law; laws are compared by driving them through the records")
     with progress(f"Fitting {len(laws)} laws") as report:
-        found = compare(records, laws, progress=lambda share: report(share, None), **settings)
+        own = {law: own_settings(law, settings) for law in laws}
+        found = compare(records, laws, options=own, progress=lambda share: report(share, None), **settings)
     good = [each.fit for each in found.laws if each.fit.ok]
     written = [path for each in good for path in _write(each, out / each.law_name)] if out is not None else []
     if out is not None:
@@ -244,117 +242,6 @@ def write_residuals(found: "Fit", path: Path) -> Path:
             for row in zip(*columns, strict=True):
                 table.writerow((each.name, int(each.held_out), *(f"{value:.9g}" for value in row)))
     return path
-
-
-def _records(
-    data: tuple[Path, ...], columns: Any, units: Any, rate: float | None, load: float | None, cutoff: float | None,
-    complaints: list[str],
-) -> "tuple[list[Record], list[str]]":  # fmt: skip
-    """The records ready for a fit, and what looks wrong with their units."""
-    from vibrocap.records.checks import RecordError, RecordWarning
-    from vibrocap.records.preparation import prepared
-    from vibrocap.records.readers import read_records
-
-    named: dict[str, str | int] = {}
-    for quantity, name in _pairs("columns", columns, complaints).items():
-        named[quantity] = int(name) if name.isdigit() else name
-    units = _pairs("units", units, complaints)
-    found: list[Record] = []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", RecordWarning)
-        try:
-            if data:
-                found = read_records(list(data), named, units, sampling_rate=rate, normal_force=load)
-        except RecordError as error:
-            complaints += [f"{error.source}:", *(f"  {_by_option(each)}" for each in error.complaints)]
-        except (OSError, UnicodeDecodeError) as error:
-            complaints.append(str(error))
-        try:
-            found = [prepared(record, cutoff=cutoff) for record in found]
-        except ValueError as error:
-            complaints.append(_by_option(str(error)))
-    return found, [str(each.message) for each in caught if issubclass(each.category, RecordWarning)]
-
-
-def _parameters(laws: list[str], fixed: Any, free: Any, complaints: list[str]) -> dict[str, float]:
-    """Parameters that are held, checked against the laws."""
-    from vibrocap.identification.choice import law_class, nearest
-    from vibrocap.parameters import parameter_table
-
-    known: set[str] | None = set()
-    for law in laws:
-        try:
-            names = {info.name for info in parameter_table(law_class(law))}
-            known = known | names if known is not None else None
-        except ValueError as error:
-            complaints.append(_by_option(str(error)))
-            known = None
-    held: dict[str, float] = {}
-    for name, text in _pairs("fixed", fixed, complaints).items():
-        try:
-            held[name] = float(text)
-        except ValueError:
-            complaints.append(f"--fixed {name}={text}: should be a number")
-    for option, given in (("fixed", held), ("free", _pieces(free))):
-        for name in given:
-            if known and name not in known:
-                complaints.append(f"--{option}: {', '.join(laws)} has no parameter {name!r}; {nearest(name, known)}")
-    return held
-
-
-def _hidden(patterns: Any, records: "list[Record]", complaints: list[str]) -> list[str]:
-    """Names of the records that are held out."""
-    from fnmatch import fnmatchcase
-
-    names = [record.name for record in records]
-    hidden = []
-    for pattern in _pieces(patterns):
-        found = [name for name in names if fnmatchcase(name, pattern)]
-        if not found and names:
-            complaints.append(f"--hold-out: no record is called {pattern!r}; there is {', '.join(names)}")
-        hidden += [name for name in found if name not in hidden]
-    if names and len(hidden) == len(names):
-        complaints.append("--hold-out: leaves no record to fit")
-    return hidden
-
-
-def _destinations(out: Path | None, plot: Path | None, complaints: list[str]) -> None:
-    """What cannot be written, and why."""
-    if out is not None:
-        try:
-            writable_folder("--out", out)
-        except Refusal as refusal:
-            complaints.append(str(refusal))
-    if plot is not None:
-        try:
-            writable_file("--plot", plot, PICTURES)
-            needs("--plot", "plot", "matplotlib")
-        except Refusal as refusal:
-            complaints.append(str(refusal))
-
-
-def _pieces(texts: "list[str] | None") -> list[str]:
-    """Texts, each of which may be several with commas between."""
-    return [piece.strip() for text in texts or () for piece in text.split(",") if piece.strip()]
-
-
-def _pairs(option: str, texts: "list[str] | None", complaints: list[str]) -> dict[str, str]:
-    """KEY=VALUE pairs."""
-    example = {"fixed": "stribeck_velocity=0.01", "units": "force=kN"}.get(option, "force=F1")
-    pairs = {}
-    for text in _pieces(texts):
-        key, equals, value = (part.strip() for part in text.partition("="))
-        if key and equals and value:
-            pairs[key] = value
-        else:
-            complaints.append(f"--{option} {text}: should be written as {example}")
-    return pairs
-
-
-def _by_option(text: str) -> str:
-    """A message that names the option instead of the field."""
-    fields = "|".join(sorted(map(re.escape, OPTIONS), key=len, reverse=True))
-    return re.sub(rf"^(\s*)({fields}):", lambda match: f"{match[1]}--{OPTIONS[match[2]]}:", text, flags=re.MULTILINE)
 
 
 def _print_json(record: dict[str, Any]) -> None:

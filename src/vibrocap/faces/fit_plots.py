@@ -14,9 +14,10 @@ from vibrocap.identification.fit_result import Fit, FittedParameter, RecordResul
 from vibrocap.identification.identifiability import Verdict
 
 MOST_RECORDS = 6  # of one sheet
-PERIODS = 6  # of the motion that a row shows
+HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops
 MOST_POINTS = 6000  # of a line
 BINS = 60
+NEGLIGIBLE = 1e-4  # of the upper end: a value that is as good as zero has no place on a logarithmic scale
 DECADES = 1.0  # shown to either side of a parameter's value
 MEASURED = {"color": "#8C8C8C", "linewidth": 1.6, "label": "measured"}
 FITTED = {"color": BLUE, "linewidth": 1.0, "label": "fitted"}
@@ -40,7 +41,7 @@ def plot_comparison(comparison: Comparison, path: str | Path) -> Path:
 
 
 def fit_figure(fit: Fit) -> Figure:
-    """A row for each record: force over time, displacement and velocity of a stretch; below, the parameters' intervals."""
+    """A row for each record, force over time, displacement and velocity; below, the intervals of the parameters."""
     shown = _chosen(fit.records)
     searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
     heights = (2.15 * len(shown) + 0.25, 0.9 + 0.24 * len(searched))
@@ -95,9 +96,7 @@ def residual_figure(fit: Fit) -> Figure:
             right.set(xlabel=f"error ({prefix}N)", ylabel="samples")
         fig.align_ylabels()
         fig.suptitle(f"{fit.law_name}: fitted less measured force", fontsize=10.5, x=0.01, ha="left", weight="bold")
-        footnote(
-            fig, "Lines on the right: normal distributions of the same mean and deviation. " + _left_out(fit, shown)
-        )
+        footnote(fig, "Lines on the right: normal distribution. " + _left_out(fit, shown))
     return fig
 
 
@@ -122,22 +121,26 @@ def comparison_figure(comparison: Comparison) -> Figure:
 
 
 def _history(axes: np.ndarray, record: RecordResult) -> None:
-    """Force over time, displacement and velocity of a stretch of a record."""
-    begin, end, whole = _stretch(record)
-    steps = 0.5 * (record.velocity[1:] + record.velocity[:-1]) * np.diff(record.time)
-    displacement = np.concatenate(([0.0], np.cumsum(steps)))[begin:end]
-    displacement = displacement - 0.5 * (displacement.max() + displacement.min())
+    """Force over time, and over displacement and velocity in a shorter stretch, whose loops can be told apart."""
     scale, prefix = _scale(record.measured)
-    columns = [(record.time[begin:end], "time (s)")]
-    for values, name, unit in ((displacement, "displacement", "m"), (record.velocity[begin:end], "velocity", "m/s")):
-        factor, sign = _scale(values)
-        columns.append((values / factor, f"{name} ({sign}{unit})"))
-    at = _even_choice(end - begin, MOST_POINTS)
-    for ax, (x, label) in zip(axes, columns, strict=True):
+    wide, narrow = _stretch(record, HISTORY), _stretch(record, LOOPS)
+    steps = 0.5 * (record.velocity[1:] + record.velocity[:-1]) * np.diff(record.time)
+    displacement = np.concatenate(([0.0], np.cumsum(steps)))
+    part = displacement[narrow]
+    displacement = displacement - 0.5 * (part.max() + part.min())
+    columns = (
+        (record.time, wide, 1.0, "time (s)"),
+        (displacement, narrow, *_labelled(displacement[narrow], "displacement", "m")),
+        (record.velocity, narrow, *_labelled(record.velocity[narrow], "velocity", "m/s")),
+    )
+    for ax, (x, stretch, factor, label) in zip(axes, columns, strict=True):
+        at = np.arange(len(x))[stretch]
+        at = at[_even_choice(len(at), MOST_POINTS)]
         for force, style in ((record.measured, MEASURED), (record.predicted, _style(record))):
-            ax.plot(x[at], force[begin:end][at] / scale, **style)
+            ax.plot(x[at] / factor, force[at] / scale, **style)
         ax.set(xlabel=label, ylabel=f"force ({prefix}N)")
-    axes[0].set_title(_title(record) + ("" if whole else f", {record.time[end - 1] - record.time[begin]:.3g} s of it"))
+    axes[0].set_title(_title(record) + _part(record, wide))
+    axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
 
 
 def _curve(ax: Axes, record: RecordResult) -> None:
@@ -159,7 +162,7 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
     for place, p in zip(range(len(parameters))[::-1], parameters, strict=True):
         firm = p.determined
         colour = GREEN if firm else VERMILION
-        if p.value > 0:
+        if p.value > (NEGLIGIBLE * p.high if p.low <= 0 and math.isfinite(p.high) else 0.0):
             low, high = (min(max(end / p.value, least), most) for end in (max(p.low, 0.0), p.high))
             ax.plot((low, high), (place, place), color=colour, linewidth=1.4, solid_capstyle="butt")
             for end, place_of_end, open_mark in ((p.low / p.value, low, "<"), (p.high / p.value, high, ">")):
@@ -173,6 +176,8 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
                 markersize=5,
                 markerfacecolor=colour if firm else "white",
             )
+        else:
+            ax.text(1.0, place, "as good as zero", ha="center", va="center", fontsize=8, color=colour)
         text = f"{p.value:.4g} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
         note = "" if firm else f"  {p.verdict}"
         ax.text(1.02, place, text + note, transform=ax.get_yaxis_transform(), va="center", fontsize=8, color="#222222")
@@ -206,7 +211,7 @@ def _left_out(fit: Fit, shown: list[RecordResult]) -> str:
 def _small_print(fit: Fit, shown: list[RecordResult]) -> str:
     text = "Percentages: root mean square error over the standard deviation of the measured force. "
     if not fit.options.get("method", "").startswith("steady"):
-        text += "Displacement: about the middle of the stretch. "
+        text += "Displacement: about the middle of what is shown. "
     return text + _left_out(fit, shown)
 
 
@@ -218,18 +223,31 @@ def _style(record: RecordResult) -> dict:
     return HELD_OUT if record.held_out else FITTED
 
 
-def _stretch(record: RecordResult) -> tuple[int, int, bool]:
-    """First and last sample of some periods of the motion around its fastest, and whether they are the whole record."""
+def _stretch(record: RecordResult, most: int) -> slice:
+    """Samples of at most so many periods of the motion, around its fastest."""
     time, velocity = record.time, record.velocity
     even = np.linspace(time[0], time[-1], min(len(time), 1 << 16))
     spectrum = np.abs(np.fft.rfft(np.interp(even, time, velocity - velocity.mean())))
     periods = max(int(np.argmax(spectrum)), 1)
-    if periods <= PERIODS + 2:
-        return 0, len(time), True
-    half = 0.5 * PERIODS * (time[-1] - time[0]) / periods
+    if periods <= most:
+        return slice(0, len(time))
+    half = 0.5 * most * (time[-1] - time[0]) / periods
     middle = min(max(float(time[int(np.argmax(np.abs(velocity)))]), time[0] + half), time[-1] - half)
-    begin, end = np.searchsorted(time, (middle - half, middle + half))
-    return int(begin), int(max(end, begin + 2)), False
+    begin, end = (int(place) for place in np.searchsorted(time, (middle - half, middle + half)))
+    return slice(begin, max(end, begin + 2))
+
+
+def _part(record: RecordResult, stretch: slice) -> str:
+    """Which part of a record a stretch is, where it is not the whole."""
+    if stretch == slice(0, len(record.time)):
+        return ""
+    return f", {record.time[stretch.start]:.3g} to {record.time[stretch.stop - 1]:.3g} s"
+
+
+def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
+    """The factor of the unit that suits the values, and the label of their axis."""
+    factor, prefix = _scale(values)
+    return factor, f"{name} ({prefix}{unit})"
 
 
 def _even_choice(count: int, most: int) -> np.ndarray:

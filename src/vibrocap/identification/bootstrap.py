@@ -1,13 +1,15 @@
 """Bootstrap: how parameters scatter when the fit sees the records, or stretches of them, in other numbers."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from vibrocap.identification.fit_result import Fit, Problem
 from vibrocap.identification.following import followed
 from vibrocap.identification.prediction import Prediction
+from vibrocap.identification.search import Minimum
 
 FEWEST_RECORDS = 4
 BLOCKS = 20  # stretches that a single record is cut into
@@ -33,13 +35,16 @@ class Bootstrap:
 def bootstrap(fit: Fit, *, replicates: int = 200, over: str | None = None, seed: int = 0) -> Bootstrap:
     """Bootstrap the parameters of a finished fit, each replicate searched from the fit's own minimum.
 
-    over: "records" draws whole records, which asks for at least four; "blocks" draws stretches of each record (20 of them,
-    so that stretches are longer than the errors' correlation where that is below a twentieth of the record). The law is
+    over: "records" draws whole records, which asks for at least four; "blocks" draws stretches of each record (20 of
+    them, so that stretches are longer than the errors' correlation where that is below a twentieth of the record).
+    The law is
     driven through whole records in either case; drawn is how often a sample counts. None: records where there are four.
     What it tells beyond the profiles: whether records want different parameters, with no model of their errors.
     """
     if fit.problem is None or not fit.ok:
-        raise ValueError("fit: should be a fit of this session that found a law; fit again after reading one from a file")
+        raise ValueError(
+            "fit: should be a fit of this session that found a law; fit again after reading one from a file"
+        )
     if isinstance(replicates, bool) or not isinstance(replicates, int) or replicates < 10:
         raise ValueError(f"replicates: should be a whole number of at least 10, got {replicates!r}")
     problem = fit.problem
@@ -51,11 +56,11 @@ def bootstrap(fit: Fit, *, replicates: int = 200, over: str | None = None, seed:
         raise ValueError("over: 'records' needs several records; there is one, use 'blocks'")
     base = problem.draft if problem.prediction.size > LARGE else problem.prediction
     rng = np.random.default_rng(seed)
-    begin = _refit(base, problem.best.u, base.slopes(problem.best.u), problem)
+    begin = _refit(base, problem.best.u, problem)
     columns = [base.space.names.index(name) for name in base.law_names]
     found, failed = [], 0
     for _ in range(replicates):
-        u = _refit(_drawn(base, over, rng), begin.u, begin.slopes, problem, weights=True)
+        u = _refit(_drawn(base, over, rng), begin.u, problem)
         if np.isfinite(u.cost):
             found.append(base.space.values(u.u)[columns])
         else:
@@ -64,15 +69,22 @@ def bootstrap(fit: Fit, *, replicates: int = 200, over: str | None = None, seed:
     low, high = np.quantile(values, [0.025, 0.975], axis=0)
     names = base.law_names
     return Bootstrap(
-        names, values, over, dict(zip(names, low.tolist(), strict=True)), dict(zip(names, high.tolist(), strict=True)), failed
+        names,
+        values,
+        over,
+        dict(zip(names, low.tolist(), strict=True)),
+        dict(zip(names, high.tolist(), strict=True)),
+        failed,
     )
 
 
 def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Prediction:
     """The same records, in which a sample that was drawn k times counts k times."""
-    units: list = []
+    units: list[Any] = []
     if over == "records":
-        counts = np.bincount(rng.integers(0, len(prediction.records), len(prediction.records)), minlength=len(prediction.records))
+        counts = np.bincount(
+            rng.integers(0, len(prediction.records), len(prediction.records)), minlength=len(prediction.records)
+        )
         units = [_unit(unit, np.array(float(k))) for unit, k in zip(prediction.units, counts, strict=True)]
     else:
         for record, unit in zip(prediction.records, prediction.units, strict=True):
@@ -82,16 +94,13 @@ def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Predi
     return prediction.of(prediction.records, units)
 
 
-def _unit(unit: float, count: np.ndarray) -> np.ndarray:
+def _unit(unit: Any, count: np.ndarray) -> np.ndarray:
     """Unit of an error that counts `count` times; infinite for none."""
     with np.errstate(divide="ignore"):
         return unit / np.sqrt(count)
 
 
-def _refit(prediction: Prediction, start: np.ndarray, slopes: np.ndarray, problem: Problem, weights: bool = False):
-    if weights:
-        slopes = prediction.slopes(start)
+def _refit(prediction: Prediction, start: np.ndarray, problem: Problem) -> Minimum:
+    """The minimum of all coordinates near a start."""
+    slopes = prediction.slopes(start)
     return followed(prediction, start, slopes, problem.loss, held=-1, evaluations=40, stop=1e-6)
-
-
-Names = Sequence[str]

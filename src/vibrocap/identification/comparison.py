@@ -22,8 +22,8 @@ class ComparedLaw:
     """One law of a comparison.
 
     parameters: number of searched ones, those of the measurement included; relative_rmse: of the fit to all records;
-    held_out: relative RMSE where the law was not fitted, NaN where that failed; aic, bic: see `compare`, their least among
-    the laws is 0; seconds: of all its fits; fit: to all records.
+    held_out: relative RMSE where the law was not fitted, NaN where that failed; aic, bic: see `compare`, their least
+    among the laws is 0; seconds: of all its fits; fit: to all records.
     """
 
     law: str
@@ -69,7 +69,9 @@ class Comparison:
             )
             for each in self.laws
         ]
-        tail = f"Held out: {self.method}. AIC and BIC over the least, for {self.effective_samples:.0f} independent samples."
+        tail = (
+            f"Held out: {self.method}. AIC and BIC: over the least, for {self.effective_samples:.0f} effective samples."
+        )
         return "\n".join([*table([head, *rows]), "", tail])
 
 
@@ -85,8 +87,8 @@ def compare(
 ) -> Comparison:
     """Fit several laws to the same records and rank them by the error where they were not fitted.
 
-    held_out: records (or names of some) that no fit sees; without: each record is left out in turn where there are 2 to 8,
-        the last third of a single record otherwise.
+    held_out: records (or names of some) that no fit sees; without: each record is left out in turn where there are 2
+        to 8, the last third of a single record otherwise.
     options: settings of `fit` for single laws, by law name; **settings: of `fit` for all.
     With n_eff independent samples, p parameters and the mean square error s^2 (over the records' units)
 
@@ -127,9 +129,7 @@ def compare(
     return _ranked(rows, method)
 
 
-def _folds(
-    fitted: list[Samples], unseen: list[Samples]
-) -> tuple[list[tuple[list[Samples], list[Samples]]], str]:
+def _folds(fitted: list[Samples], unseen: list[Samples]) -> tuple[list[tuple[list[Samples], list[Samples]]], str]:
     """(seen, hidden) records of each further fit, and what that is called."""
     if unseen:
         return [], "records " + ", ".join(each.name for each in unseen)
@@ -156,7 +156,10 @@ def _ranked(rows: list[tuple[str, Fit, float, float]], method: str) -> Compariso
         fit_term = effective * math.log(square) if whole.ok and square > 0 else math.nan
         aic, bic = fit_term + 2 * count, fit_term + count * math.log(max(effective, 2.0))
         found.append(ComparedLaw(name, count, whole.relative_rmse, held, aic, bic, seconds, whole))
-    least = [min((getattr(each, k) for each in found if math.isfinite(getattr(each, k))), default=0.0) for k in ("aic", "bic")]
+    least = [
+        min((getattr(each, k) for each in found if math.isfinite(getattr(each, k))), default=0.0)
+        for k in ("aic", "bic")
+    ]
     found = [dataclasses.replace(each, aic=each.aic - least[0], bic=each.bic - least[1]) for each in found]
     found.sort(key=lambda each: each.held_out if math.isfinite(each.held_out) else math.inf)
     return Comparison(tuple(found), method, effective)

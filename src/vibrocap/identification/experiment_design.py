@@ -59,8 +59,8 @@ def candidate_motions(
 ) -> tuple[Motion, ...]:
     """Motions that a rig can make: sinusoids over a grid of amplitude and frequency, ramps, and two multi-sines.
 
-    amplitude m, frequency Hz: (lowest, highest), of which 4 and 3 values are taken on a logarithmic grid; speed m/s: the
-    rig's largest, which leaves out what is faster (by default what the largest sinusoid asks for).
+    amplitude m, frequency Hz: (lowest, highest), of which 4 and 3 values are taken on a logarithmic grid; speed m/s:
+    the rig's largest, which leaves out what is faster (by default what the largest sinusoid asks for).
     """
     for name, (low, high) in (("amplitude", amplitude), ("frequency", frequency)):
         if not 0 < low < high:
@@ -92,7 +92,8 @@ def experiment_design(
 
         information M = sum over samples of (dR/dlog p)^T (dR/dlog p) / noise^2,  covariance of log p at least M^-1
 
-    D maximises log det M (the volume of what remains possible), A minimises the trace of M^-1 (the mean variance). What is
+    D maximises log det M (the volume of what remains possible), A minimises the trace of M^-1 (the mean variance).
+    What is
     known before is that each logarithm has a standard deviation of 10, and with a `Fit` also what its records told.
 
     law: a law with the parameters as far as they are known, or a fit; the design is as good as these (it is local)
@@ -139,15 +140,21 @@ def experiment_design(
 
 def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tuple[str, ...]:
     numbers = [
-        info.name for info in parameter_table(law) if isinstance(getattr(law, info.name), float) and getattr(law, info.name) > 0
+        info.name
+        for info in parameter_table(law)
+        if isinstance(getattr(law, info.name), float) and getattr(law, info.name) > 0
     ]
     if parameters is None:
-        wanted = fitted.free if fitted is not None else [
-            name
-            for name in numbers
-            if role(name).fitted
-            and not (name in law.shape_parameters and getattr(law, name) == int(getattr(law, name)))
-        ]
+        wanted = (
+            fitted.free
+            if fitted is not None
+            else [
+                name
+                for name in numbers
+                if role(name).fitted
+                and not (name in law.shape_parameters and getattr(law, name) == int(getattr(law, name)))
+            ]
+        )
         return tuple(name for name in wanted if name in numbers)
     chosen = tuple(parameters)
     for name in chosen:

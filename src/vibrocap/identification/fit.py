@@ -62,7 +62,7 @@ def fit(
     load: normal force (N) of records without their own; without both, coefficients are forces in N.
     progress: called with the share that is done.
 
-    Returns a `Fit`; where all starts fail its status says so and its law is None. The same input gives the same numbers.
+    Returns a `Fit`; where all starts fail its status says so and its law is None. Same input, same numbers.
     Raises ValueError for input that makes no sense: unknown names (with the nearest), bounds reversed, nothing free,
     fewer samples than parameters, unusable records.
     """

@@ -47,8 +47,8 @@ class FittedParameter:
 class RecordResult:
     """How a fit does on one record: measured and predicted force [n] in N over time [n] in s.
 
-    relative_rmse: root mean square error over the standard deviation of the measured force, so that 1 is what a constant
-    force would reach. held_out: the fit did not see this record. correlation_time: of the errors, in samples.
+    relative_rmse: root mean square error over the standard deviation of the measured force, so that 1 is what a
+    constant force would reach. held_out: the fit did not see this record. correlation_time: of the errors, in samples.
     """
 
     name: str

@@ -20,12 +20,12 @@ def followed(
     evaluations: int = 20,
     stop: float = 1e-6,
 ) -> Minimum:
-    """The minimum over all coordinates but the one numbered `held`, from a start close to it.
+    """The minimum over all coordinates but the one numbered `held` (-1: none is), from a start close to it.
 
     Levenberg-Marquardt steps within the bounds. slopes [n, p]: at a neighbouring point; each step corrects them by what
     it saw (Broyden), and they are made anew where a step fails and once where the search would end. It ends when the
-    model promises less than `stop` of the cost. A profile asks for many such minima: this takes a third of the work of a
-    search that knows nothing.
+    model promises less than `stop` of the cost. A profile asks for many such minima: this takes a small part of the
+    work of a search that knows nothing.
     """
     low, high = prediction.space.low, prediction.space.high
     free = np.arange(len(start)) != held
@@ -74,6 +74,7 @@ def _step(
     low, high = bounds
     stuck = ((u <= low) & (gradient > 0)) | ((u >= high) & (gradient < 0))
     matrix = weighted.T @ slopes
+    move = np.zeros_like(u)
     for _ in range(
         len(u)
     ):  # a coordinate that the step would take over its bound stays there, and the others step anew

@@ -30,7 +30,7 @@ class Verdict(enum.StrEnum):
 
 @dataclasses.dataclass(frozen=True)
 class Direction:
-    """A combination of parameters, prod p_i^e_i, and the standard deviation of its logarithm, from the Fisher information.
+    """A combination of parameters, prod p_i^e_i, and the standard deviation of its logarithm (Fisher information).
 
     exponents: by name, of unit length; determined: whether the deviation is below LOOSE.
     """
@@ -88,7 +88,7 @@ def identifiability(
 
     slopes [n, p]: change of the errors per e-fold of each parameter (at a parameter of zero: per its smallest visible
     amount); nuisances [n, q]: change with the nuisance parameters, which take their share of the information first;
-    unit, inflation: s^2 and the median correlation time of `uncertainty`; intervals: profile-likelihood intervals by name.
+    unit, inflation: s^2 and the median correlation time of `uncertainty`; intervals: by name.
     """
     n = len(slopes)
     effects = {name: float(np.linalg.norm(slopes[:, i]) / math.sqrt(n)) for i, name in enumerate(names)}
@@ -147,9 +147,9 @@ def _sentence(name: str, verdict: Verdict, interval: Interval | None) -> str:
     if verdict == Verdict.UNDETERMINED:
         return f"{name} is not determined: the data agree with any value of the search's range; {experiment}"
     if verdict == Verdict.BOUNDED_BELOW:
-        return f"{name} is only bounded below, by {_number(interval.low)}: the data agree with any larger value; {experiment}"
+        return f"{name} is only bounded below, by {_number(interval.low)}: any larger value agrees; {experiment}"
     if verdict == Verdict.BOUNDED_ABOVE:
-        return f"{name} is only bounded above, by {_number(interval.high)}: the data agree with any smaller value; {experiment}"
+        return f"{name} is only bounded above, by {_number(interval.high)}: any smaller value agrees; {experiment}"
     return f"{name} is loosely determined, {_number(interval.low)} to {_number(interval.high)}; {experiment}"
 
 

@@ -58,7 +58,8 @@ def match(
     brought as close to the other as it can be.
 
     law: a law, its class or its name; to: the target, with its parameters
-    velocity: (lowest, highest) speed > 0: the steady curves are matched there, at points of even or "logarithmic" spacing
+    velocity: (lowest, highest) speed > 0: the steady curves are matched there, at points of even or "logarithmic"
+    spacing
     motion: both laws are driven by it from rest (one of velocity and motion)
     Parameters that the curves do not show keep the values of `law`. Raises ValueError for input that makes no sense,
     and where the law cannot be driven through the motion.
@@ -69,7 +70,9 @@ def match(
         raise ValueError(f"to: should be a friction law with its parameters, got {to!r}")
     if motion is not None:
         record = synthetic_record(to, motion, load=load)
-        found = fit(record, law, free=free, fixed=fixed, starts=starts, start="relaxed", intervals="covariance", seed=seed)
+        found = fit(
+            record, law, free=free, fixed=fixed, starts=starts, start="relaxed", intervals="covariance", seed=seed
+        )
         over, time, speeds, target = f"the motion {motion.name}", record.time, record.velocity, record.force
     else:
         assert velocity is not None
@@ -81,7 +84,9 @@ def match(
         speeds = np.linspace(low, high, CURVE) if spacing == "even" else np.geomspace(low, high, CURVE)
         target = steady_force(to, speeds, load)
         time = np.empty(0)
-        points = Samples("curve", np.arange(float(CURVE)), speeds, target, np.zeros(CURVE), load, float(np.std(target)) or 1.0)
+        points = Samples(
+            "curve", np.arange(float(CURVE)), speeds, target, np.zeros(CURVE), load, float(np.std(target)) or 1.0
+        )
         found = steady_fit([points], law, free=free, fixed=fixed, starts=starts, intervals="covariance", seed=seed)
         over = f"velocities from {low:g} to {high:g}"
     if found.law is None:

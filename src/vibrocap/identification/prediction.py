@@ -1,7 +1,8 @@
 """Prediction: the force of a law driven by the measured motions, its error and how that changes with each parameter."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,13 +25,13 @@ class Prediction:
 
     template: the law that carries what is not searched; space: coordinates of the law's parameters, then of the
     nuisances "offset" (N), "mass" (kg) and "start[<record>].<state>": the internal state at the first sample over its
-    natural size (`internal_scales`). units [records] N: error of a record that counts as 1.
+    natural size (`internal_scales`). units [records] N: error that counts as 1, of a record or of each of its samples.
     """
 
     template: Law
     space: Space
     records: tuple[Samples, ...]
-    units: tuple[float, ...]
+    units: tuple[Any, ...]
     threads: int | None = None
     tolerance: float = TOLERANCE
 
@@ -44,7 +45,7 @@ class Prediction:
         """Number of samples."""
         return sum(len(each) for each in self.records)
 
-    def of(self, records: Sequence[Samples], units: Sequence[float]) -> "Prediction":
+    def of(self, records: Sequence[Samples], units: Sequence[Any]) -> "Prediction":
         """The same law and coordinates for other samples."""
         return dataclasses.replace(self, records=tuple(records), units=tuple(units))
 
@@ -145,7 +146,7 @@ def start_scales(law: Law, load: float) -> tuple:
     return scales
 
 
-def unchecked(law: Law, values: dict[str, float]) -> Law:
+def unchecked(law: Law, values: Mapping[str, Any]) -> Law:
     """A law with other parameters, without the checks (which take longer than a driven step)."""
     copy = object.__new__(type(law))
     copy.__dict__.update(law.__dict__)

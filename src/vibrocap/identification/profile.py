@@ -13,6 +13,7 @@ from vibrocap.identification.uncertainty import Uncertainty
 
 CLOSE = 0.03  # relative accuracy of an interval's half width
 TRIALS = 9
+NO_EFFECT = 1e-9  # change of every error per coordinate, below which a parameter does nothing
 REFIT = 25  # evaluations of the others' search at one value
 LONGEST = 2.5  # first step of a coordinate at most: a factor of 12
 
@@ -21,8 +22,8 @@ LONGEST = 2.5  # first step of a coordinate at most: a factor of 12
 class Interval:
     """A 95 % interval of one parameter.
 
-    An end that the data do not set is open: it is 0 or -inf below and inf above where the parameter went to the bound of
-    its search without objection. curve: (value, rise), where rise is sqrt(2 (cost - least)/s^2), below `threshold` inside.
+    An end that the data do not set is open: it is 0 or -inf below and inf above where the parameter went to the bound
+    of its search without objection. curve: (value, rise), rise = sqrt(2 (cost - least)/s^2), below `threshold` inside.
     """
 
     low: float
@@ -69,7 +70,12 @@ def profile_intervals(
     """
     found = {}
     for i, name in enumerate(names):
-        found[name] = _Profile(prediction, best, spread, loss, name).interval()
+        j = prediction.space.names.index(name)
+        if np.abs(best.slopes[:, j]).max() < NO_EFFECT:
+            signed = prediction.space.coordinates[j].form == "linear"
+            found[name] = Interval(-math.inf if signed else 0.0, math.inf, True, True)
+        else:
+            found[name] = _Profile(prediction, best, spread, loss, name).interval()
         if progress is not None:
             progress((i + 1) / len(names))
     return found

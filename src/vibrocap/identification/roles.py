@@ -1,4 +1,4 @@
-"""Roles of parameters: what a parameter does in a law, hence its dimension, its likely size and what would determine it.
+"""Roles of parameters: what one does in a law, hence its dimension, its likely size and what would determine it.
 
 Laws share few parameter names but many roles. A parameter finds its role by its name; one of an unknown role is fitted
 from the value that the law starts with.

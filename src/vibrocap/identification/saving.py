@@ -88,13 +88,12 @@ def _parameter(p: FittedParameter) -> dict[str, Any]:
 
 def _provenance() -> dict[str, str]:
     import platform
+    from importlib.metadata import version
 
     import scipy
 
-    import vibrocap
-
     return {
-        "vibrocap": getattr(vibrocap, "__version__", "unknown"),
+        "vibrocap": version("vibrocap"),
         "numpy": np.__version__,
         "scipy": scipy.__version__,
         "python": platform.python_version(),

@@ -4,6 +4,7 @@ import dataclasses
 import enum
 import warnings
 from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from vibrocap.identification.prediction import Prediction
@@ -13,6 +14,7 @@ FAILED_ERROR = 1e2  # error of every sample of a run that failed: far above any 
 SCREENED = 8  # points looked at per start
 SHORT, LONG, POLISH = 12, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
 CARRIED = 3  # drafts that are carried on
+TIE = 1e-7
 STOP = 1e-8  # relative change of cost or coordinates at which a search has converged
 
 
@@ -121,6 +123,13 @@ def minimum(
         found = prediction.slopes(whole(part), errors(part), held)
         return np.nan_to_num(found[:, searched], nan=0.0, posinf=0.0, neginf=0.0)
 
+    # A coordinate without effect would leave the step undetermined: a tie that costs nothing keeps it where it is.
+    def tied_errors(part: np.ndarray) -> np.ndarray:
+        return np.concatenate([errors(part), TIE * (part - start[searched])])
+
+    def tied_slopes(part: np.ndarray) -> np.ndarray:
+        return np.concatenate([slopes(part), TIE * np.eye(len(searched))])
+
     if not searched:
         found = errors(np.empty(0))
         return Minimum(
@@ -128,9 +137,9 @@ def minimum(
         )
     room = 1e-10 * (high - low)[searched]
     result = least_squares(
-        errors,
+        tied_errors,
         np.clip(start[searched], low[searched] + room, high[searched] - room),
-        slopes,  # type: ignore[arg-type]
+        tied_slopes,  # type: ignore[arg-type]
         bounds=(low[searched], high[searched]),
         loss=loss.kind,
         f_scale=loss.scale,
@@ -144,7 +153,7 @@ def minimum(
     found = errors(result.x)
     # SciPy scales the slopes by the loss; here they are wanted as they are.
     plain = np.zeros((len(found), len(start)))
-    plain[:, searched] = slopes(result.x) if loss.kind != "linear" else result.jac
+    plain[:, searched] = slopes(result.x) if loss.kind != "linear" else result.jac[: len(found)]
     failed = bool(np.all(found == FAILED_ERROR))
     status = SearchStatus.FAILED if failed else SearchStatus.STOPPED if result.status == 0 else SearchStatus.CONVERGED
     return Minimum(u, float(loss.cost(found)), found, plain, int(result.nfev), status)

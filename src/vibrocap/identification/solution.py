@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.identification.choice import Choice
+from vibrocap.identification.coordinates import Space
 from vibrocap.identification.fit_report import failed_fit, finished_fit
 from vibrocap.identification.fit_result import Fit, Problem
 from vibrocap.identification.intervals import INTERVALS, with_intervals
@@ -50,7 +51,7 @@ def solution(
 ) -> Fit:
     """The fit of a prediction, whose first coordinates are those of the choice.
 
-    draft: the same for few samples; unseen: held-out samples; options: for the report; begin: perf_counter at the start.
+    draft: the same for few samples; unseen: held-out samples; options: for the report; begin: perf_counter at start.
     """
     space = prediction.space
     if prediction.size <= len(space.coordinates):
@@ -74,9 +75,33 @@ def solution(
     if best.status == SearchStatus.FAILED:
         seconds = clock.perf_counter() - begin
         return failed_fit(prediction.template.name, ended, prediction.size, all_options, seconds)
+    ordered = elements_in_order(prediction.space, best.u)
+    if ordered is not None:
+        best = minimum(prediction, ordered, rule, stop=1e-8)
     best, spread, found = with_intervals(
         prediction, draft, best, rule, settings.intervals, lambda done: said(0.8 + 0.2 * done)
     )
     problem = Problem(prediction, draft, rule, best, spread)
     said(1.0)
     return finished_fit(problem, found, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
+
+
+def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:
+    """Coordinates at which elements in parallel stand in the order in which they give way; None where they do.
+
+    Elements of a Maxwell-slip law may change places without changing the force: stiffness_i with share_i, of which the
+    last share is what the others leave. Without an order a fit would name them by chance.
+    """
+    values = dict(zip(space.names, space.values(u).tolist(), strict=True))
+    stiffness = sorted(name for name in values if name.startswith("stiffness_"))
+    shares = sorted(name for name in values if name.startswith("share_"))
+    if len(stiffness) < 2 or len(shares) != len(stiffness) - 1:
+        return None
+    parts = [values[name] for name in shares]
+    elements = list(zip([values[name] for name in stiffness], [*parts, 1.0 - sum(parts)], strict=True))
+    order = sorted(elements, key=lambda each: each[1] / each[0])
+    if order == elements:
+        return None
+    values |= dict(zip(stiffness, (k for k, _ in order), strict=True))
+    values |= dict(zip(shares, (share for _, share in order[:-1]), strict=True))
+    return space.of(values)

@@ -1,6 +1,7 @@
 """Fits of rate-and-state friction to velocity steps that are imposed through a spring: the machine's own elasticity."""
 
 import dataclasses
+import itertools
 import math
 import time as clock
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -8,66 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.choice import choice
+from vibrocap.identification.choice import choice, law_class
 from vibrocap.identification.coordinates import Coordinate
 from vibrocap.identification.data_scales import data_scales
 from vibrocap.identification.fit import split_records
 from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.prediction import Prediction, unchecked
 from vibrocap.identification.samples import Samples
 from vibrocap.identification.solution import Settings, solution
-from vibrocap.identification.steady_fit import Column
-
-FIRST, STEPS = 1e-3, 2000  # first step, over the time of a critical distance; largest number of steps of a transient
-ACCURACY = 1e-4  # error of ln V and of the state per step
-WINDOWS, FEWEST = (1.0, 0.2, 0.05, 0.02), 20  # windows over the record's length; samples on each side of a step
-DIFFERENCE, UNITS = 1e-7, np.eye(2)[:, :, None]
-IMAGINARY = 1e-30  # step of a derivative along the imaginary axis, exact to rounding
-
-
-@dataclasses.dataclass(frozen=True)
-class Step:
-    """The load point's speed (m/s) from a time (s, on the record's clock from its first sample) on."""
-
-    time: float
-    speed: float
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class SpringPrediction(Prediction):
-    """A contact that slides steadily, pulled through a spring whose far end changes its speed in steps.
-
-        dR/dt = k (V_load - V),   R = R(V, phi),   phi' of the law: without inertia, from steady sliding at the first speed.
-
-    "machine_stiffness" k (N/m), "drift" (N per m of the load point) are nuisance parameters, as is "offset".
-    program: the load point's steps, the first at time 0. machine_stiffness: k where it is not searched.
-    """
-
-    program: tuple[Step, ...] = ()
-    machine_stiffness: float | None = None
-
-    def forces(self, table: np.ndarray, which: int) -> np.ndarray:
-        """Force [m, n] of record number `which` at coordinates [m, p]."""
-        record, names = self.records[which], self.space.names
-        values = self.space.values(np.atleast_2d(table))
-        columns = {name: values[:, names.index(name)].view(Column) for name in self.law_names}
-        law = unchecked(self.template, columns)
-        load = float(np.mean(record.load))
-        if self.machine_stiffness is None:
-            stiffness = values[:, names.index("machine_stiffness")]
-        else:
-            stiffness = np.full(len(values), self.machine_stiffness)
-        with np.errstate(all="ignore"):
-            found = _pulled(law, load, stiffness, self.program, record.time)
-        pulled = np.interp(record.time, *_path(self.program, record.time[-1]))
-        if "drift" in names:
-            found = found + values[:, [names.index("drift")]] * (pulled - pulled[-1] / 2)
-        return found
-
-
-    def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
-        """As `Prediction.slopes`; the reference is computed along, for all columns of a table share their steps."""
-        return super().slopes(u, None, held)
+from vibrocap.identification.spring_prediction import SpringPrediction
+from vibrocap.identification.velocity_step import (
+    Step,
+    check_program,
+    found_step,
+    measured_stiffness,
+    path_of,
+    relaxation_distance,
+)
 
 
 def spring_fit(
@@ -88,36 +45,38 @@ def spring_fit(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Fit:
-    """Fit rate-and-state friction to a step of the sliding velocity (a, b, D_c and the level, with the machine's spring).
+    """Fit rate-and-state friction to a step of the sliding velocity: a, b, D_c, level and the machine's spring.
 
     What such a machine imposes and measures is the motion of the load point. The contact lags behind it by the elastic
-    shortening of machine and rock, F/k; a law driven by the load point's velocity would see a jump in a that the contact
-    never made. So the contact is pulled through a spring, whose stiffness is searched along with the law.
+    shortening of machine and rock, F/k; a law driven by the load point's velocity would see a jump in a that the
+    contact never made. So the contact is pulled through a spring, whose stiffness is searched along with the law.
 
     record: friction force (or coefficient, for a load of 1) and displacement of the load point, sliding one way
-    law: a law with one internal state, rate-and-state-ageing or rate-and-state-slip; its reference velocity is the first
-        speed, so that the reference coefficient is the level before the step
+    law: a law with one internal state, rate-and-state-ageing or rate-and-state-slip; its reference velocity is the
+        first speed, so that the reference coefficient is the level before the step
     program: speeds of the load point; None: one step, found in the displacement
-    machine_stiffness: N/m, where it is known; "measured": from the record, see `measured_stiffness`; None: searched. drift: search a level that changes with displacement.
+    machine_stiffness: N/m, where it is known; "measured": from the record, see `measured_stiffness`;
+        None: searched. drift: search a level that changes with displacement.
     The other arguments, the result and the errors are those of `fit.fit`.
     """
     begin = clock.perf_counter()
     settings = Settings(starts, loss, loss_scale, intervals, seed)
+    cls = law_class(law)
+    if cls.internal != ("log_age",):
+        raise ValueError(f"law: should be a rate-and-state law, got {cls.name}")
     (samples,), _ = split_records(record, (), load)
     steps = tuple(program) if program is not None else found_step(samples, _displacement(record, samples))
     if machine_stiffness == "measured":
         machine_stiffness = measured_stiffness(samples, steps)
-    _check_program(steps, samples, machine_stiffness)
+    check_program(steps, samples, machine_stiffness)
     assert not isinstance(machine_stiffness, str)
     scales = data_scales([samples])
     held = {"reference_velocity": abs(steps[0].speed), **(fixed or {})}
     rise = abs(float(np.ptp(samples.force)))
-    rates = [abs(math.log(after.speed / before.speed)) for before, after in zip(steps, steps[1:], strict=False)]
+    rates = [abs(math.log(after.speed / before.speed)) for before, after in itertools.pairwise(steps)]
     effect = 0.7 * rise / max(rates) / scales.load
     chosen = choice(law, scales, free, held, bounds)
-    if chosen.template.internal != ("log_age",):
-        raise ValueError(f"law: should be a rate-and-state law, got {chosen.template.name}")
-    distance = _relaxation(samples, steps)
+    distance = relaxation_distance(samples, steps)
     guess = {"direct_effect": effect, "evolution_effect": effect, "critical_distance": distance}
     start = dict(zip(chosen.space.names, chosen.space.values(chosen.start).tolist(), strict=True))
     chosen = dataclasses.replace(chosen, start=chosen.space.of(start | {k: v for k, v in guess.items() if k in start}))
@@ -127,13 +86,23 @@ def spring_fit(
         extra.append(Coordinate("machine_stiffness", "log", 0.01 * spring, 100 * spring, spread=0.5))
         starts_at.append(math.log(spring))
     if drift:
-        size = rise / float(np.ptp(_path(steps, samples.time[-1])[1]))
+        size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))
         extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0))
         starts_at.append(0.0)
     chosen = dataclasses.replace(
-        chosen, space=chosen.space.with_more(tuple(extra)), start=np.concatenate([chosen.start, starts_at]), own_start=None
+        chosen,
+        space=chosen.space.with_more(tuple(extra)),
+        start=np.concatenate([chosen.start, starts_at]),
+        own_start=None,
     )
-    prediction = SpringPrediction(chosen.template, chosen.space, (samples,), (samples.deviation,), program=steps, machine_stiffness=machine_stiffness)
+    prediction = SpringPrediction(
+        chosen.template,
+        chosen.space,
+        (samples,),
+        (samples.deviation,),
+        program=steps,
+        machine_stiffness=machine_stiffness,
+    )
     options = {
         "method": "pulled through a spring",
         "program": [(step.time, step.speed) for step in steps],
@@ -145,180 +114,6 @@ def spring_fit(
     return solution(prediction, prediction, chosen, settings, (), options, begin, progress)
 
 
-def found_step(samples: Samples, displacement: np.ndarray) -> tuple[Step, Step]:
-    """The one step of speed in a displacement: two straight lines that meet where the errors are least.
-
-    The meeting point is sought in ever narrower windows, and the speeds are medians over stretches, so that jumps of the
-    sensor elsewhere move neither.
-    """
-    time, low, high = samples.time, 0, len(samples)
-    at = float(time[len(time) // 2])
-    for share in WINDOWS:
-        low, high = np.searchsorted(time, [at - share * time[-1], at + share * time[-1]])
-        if min(np.searchsorted(time, at) - low, high - np.searchsorted(time, at)) < FEWEST:
-            break
-        at = _meeting_point(time[low:high], displacement[low:high])
-    return Step(0.0, _median_speed(time, displacement, time < at)), Step(at, _median_speed(time, displacement, time > at))
-
-
-def _meeting_point(time: np.ndarray, displacement: np.ndarray) -> float:
-    """Where two lines meet that fit a displacement best."""
-    from scipy.optimize import minimize_scalar
-
-    def square(at: float) -> float:
-        matrix = np.stack([np.ones_like(time), np.minimum(time - at, 0.0), np.maximum(time - at, 0.0)], axis=1)
-        solution, *_ = np.linalg.lstsq(matrix, displacement, rcond=None)
-        return float(np.sum((matrix @ solution - displacement) ** 2))
-
-    places = np.linspace(time[0], time[-1], 102)[1:-1]
-    least = places[int(np.argmin([square(at) for at in places]))]
-    width = float(places[1] - places[0])
-    best = minimize_scalar(square, bounds=(least - width, least + width), method="bounded", options={"xatol": 1e-4 * width})
-    return float(best.x)
-
-
-def _median_speed(time: np.ndarray, displacement: np.ndarray, where: np.ndarray) -> float:
-    """Median of the slopes over 20 stretches."""
-    stretches = np.array_split(np.flatnonzero(where), 20)
-    return float(np.median([np.polyfit(time[s] - time[s[0]], displacement[s], 1)[0] for s in stretches if len(s) > 2]))
-
-
 def _displacement(record: Any, samples: Samples) -> np.ndarray:
     measured = getattr(record, "displacement", None)
     return samples.displacement if measured is None else np.asarray(measured, float)
-
-
-def measured_stiffness(samples: Samples, steps: Sequence[Step]) -> float:
-    """Stiffness (N/m) of what pulls the contact, as experimenters read it: the slope of the rise after the first step.
-
-    The slope of the force over the load point's displacement until half of the peak, over 1 - V1/V2, for the contact goes
-    on at V1 at first. It speeds up during the rise, so that this is rather too small: a lower bound.
-    """
-    first, step = steps[0], steps[1]
-    before, after = samples.time < step.time, samples.time >= step.time
-    level = float(np.median(samples.force[before][-400:]))
-    time, force = samples.time[after], samples.force[after]
-    width = max(int(np.searchsorted(time, time[0] + 0.002 * (time[-1] - time[0]))), 1)
-    smooth = np.convolve(force, np.ones(width) / width, mode="valid") - level
-    top = int(np.argmax(np.abs(smooth)))
-    half = int(np.flatnonzero(np.abs(smooth) >= 0.5 * abs(smooth[top]))[0]) + width // 2
-    rising = slice(0, max(half, 3) + 1)
-    slope = np.polyfit(time[rising] - step.time, force[rising], 1)[0] / step.speed
-    found = float(slope / (1.0 - first.speed / step.speed))
-    if not (np.isfinite(found) and found > 0):
-        raise ValueError("machine_stiffness: the record does not show it (the force does not rise with the step); give N/m")
-    return found
-
-
-def _check_program(steps: Sequence[Step], samples: Samples, stiffness: Any) -> None:
-    if len(steps) < 2:
-        raise ValueError(f"program: should have at least two speeds, got {len(steps)}")
-    if any(not (np.isfinite(step.speed) and step.speed > 0) for step in steps):
-        raise ValueError(
-            "program: every speed should be > 0 m/s, got " + ", ".join(f"{step.speed:.3g}" for step in steps)
-        )
-    times = [step.time for step in steps]
-    if times[0] != 0 or any(b <= a for a, b in zip(times, times[1:], strict=False)) or times[-1] >= samples.time[-1]:
-        raise ValueError(f"program: times should begin at 0, increase and end within the record, got {times}")
-    if any(abs(math.log(b.speed / a.speed)) < 0.01 for a, b in zip(steps, steps[1:], strict=False)):
-        raise ValueError("program: the speed hardly changes; a step of it is needed")
-    if stiffness is not None and (isinstance(stiffness, str) or not (np.isfinite(stiffness) and stiffness > 0)):
-        raise ValueError(f"machine_stiffness: should be > 0 N/m or 'measured', got {stiffness!r}")
-
-
-def _relaxation(samples: Samples, steps: Sequence[Step]) -> float:
-    """Distance over which the force falls from its extreme after the first step by two thirds: near D_c."""
-    step = steps[1]
-    after = samples.time > step.time
-    time, force = samples.time[after], samples.force[after]
-    width = min(max(len(force) // 400, 1), len(force) // 2)
-    smooth = np.convolve(force, np.ones(width) / width, mode="valid")
-    change = np.abs(smooth - np.median(force))
-    top = int(np.argmax(change[: max(len(change) // 2, 1)]))
-    below = np.flatnonzero(change[top:] < change[top] / 3)
-    span = time[top + below[0]] - step.time if len(below) else 0.1 * (time[-1] - step.time)
-    return float(max(span, 1e-9) * step.speed)
-
-
-def _path(steps: Sequence[Step], end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times and displacements of the load point at which its speed changes."""
-    times = np.array([*(step.time for step in steps), end])
-    return times, np.concatenate(([0.0], np.cumsum(np.diff(times) * [step.speed for step in steps])))
-
-
-def _pulled(law: Any, load: float, stiffness: np.ndarray, steps: Sequence[Step], time: np.ndarray) -> np.ndarray:
-    """Force [m, n] of a law whose parameters are columns [m]: transients after each step, steady before them."""
-    first = np.full(len(stiffness), math.log(steps[0].speed)).view(Column)
-    state = np.stack([first, -first + np.log(np.broadcast_to(law.reference_velocity, first.shape))])  # ln V, phi
-    found = np.empty((len(stiffness), len(time)))
-    known = np.asarray(law.steady_force(np.exp(first), load))[:, None]
-    found[:] = known
-    for i, step in enumerate(steps[1:], 1):
-        end = steps[i + 1].time if i + 1 < len(steps) else float(time[-1])
-        grid, states = _transient(law, load, stiffness, step.speed, state, end - step.time)
-        values = np.stack([np.asarray(law.force(np.exp(s[0].view(Column)), (s[1].view(Column),), 1.0, load)[0]) for s in states])
-        slopes = stiffness * (step.speed - np.exp(states[:, 0]))
-        inside = (time >= step.time) & (time <= end)
-        found[:, inside] = _hermite(grid, values, slopes, time[inside] - step.time)
-        state = states[-1]
-    return found
-
-
-def _transient(
-    law: Any, load: float, stiffness: np.ndarray, pulled: float, state: np.ndarray, span: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Times [t] since a step and states [t, 2, m] of a contact that is pulled at a new speed.
-
-    Rodas3 (Sandu et al. 1997), of order 3 and L-stable, for a stiff spring relaxes fast; one step size for all columns.
-    """
-
-    def rates(y: np.ndarray) -> np.ndarray:
-        speed, phi = np.exp(y[0]).view(Column), y[1].view(Column)
-        _, (aging,) = law.force(speed, (phi,), 1.0, load)
-        by_speed = np.imag(law.force((speed + IMAGINARY * speed * 1j).view(Column), (phi,), 1.0, load)[0]) / IMAGINARY
-        by_state = np.imag(law.force(speed, ((phi + IMAGINARY * 1j).view(Column),), 1.0, load)[0]) / IMAGINARY
-        return np.stack([(stiffness * (pulled - speed) - by_state * aging) / by_speed, aging]).view(np.ndarray)
-
-    y = state.view(np.ndarray)
-    time, times, states = 0.0, [0.0], [y]
-    h = FIRST * float(np.nanmin(np.asarray(law.critical_distance))) / max(pulled, float(np.exp(np.nanmax(y[0]))))
-    for _ in range(STEPS):
-        if time >= span * (1 - 1e-12):
-            break
-        h = min(h, span - time)
-        one = rates(y)
-        slope = np.stack([(rates(y + DIFFERENCE * unit) - one) / DIFFERENCE for unit in UNITS], axis=1)
-        k1 = _solved(slope, h, one)
-        k2 = _solved(slope, h, one + 4.0 / h * k1)
-        k3 = _solved(slope, h, rates(y + 2.0 * k1) + (k1 - k2) / h)
-        k4 = _solved(slope, h, rates(y + 2.0 * k1 + k3) + (k1 - k2 - 8.0 / 3.0 * k3) / h)
-        error = np.abs(k4).max(axis=0)
-        good = np.isfinite(error)
-        worst = float(error[good].max()) / ACCURACY if good.any() else 0.0
-        if worst <= 1.0:
-            time, y = time + h, y + 2.0 * k1 + k3 + k4
-            times.append(time)
-            states.append(y)
-        h *= min(max(0.9 * max(worst, 1e-9) ** (-1 / 3), 0.2), 4.0)
-    if times[-1] < span * (1 - 1e-9):
-        y = np.full_like(y, np.nan)
-        times.append(span)
-        states.append(y)
-    return np.array(times), np.array(states)
-
-
-def _solved(slope: np.ndarray, h: float, right: np.ndarray) -> np.ndarray:
-    """x [2, m] of (2/h - slope) x = right, for slopes [2, 2, m]."""
-    a, b = 2.0 / h - slope[0, 0], -slope[0, 1]
-    c, d = -slope[1, 0], 2.0 / h - slope[1, 1]
-    determinant = a * d - b * c
-    return np.stack([(d * right[0] - b * right[1]) / determinant, (a * right[1] - c * right[0]) / determinant])
-
-
-def _hermite(grid: np.ndarray, values: np.ndarray, slopes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Cubic interpolation [m, n] of values [t, m] with slopes at times [n]."""
-    i = np.clip(np.searchsorted(grid, at, side="right") - 1, 0, len(grid) - 2)
-    h = (grid[i + 1] - grid[i])[:, None]
-    s = ((at - grid[i]) / (grid[i + 1] - grid[i]))[:, None]
-    first = (1 + 2 * s) * (1 - s) ** 2 * values[i] + s * (1 - s) ** 2 * h * slopes[i]
-    return (first + s**2 * (3 - 2 * s) * values[i + 1] - s**2 * (1 - s) * h * slopes[i + 1]).T

@@ -98,8 +98,8 @@ def steady_fit(
 ) -> Fit:
     """Fit the steady curve R(v) of a law to samples of force and velocity.
 
-    For measurements at constant speeds, and for set-valued laws, which have nothing else. Samples at rest tell nothing of
-    the curve and are left out, as are those slower than `least_speed` (m/s): near a reversal the contact is elastic.
+    For measurements at constant speeds, and for set-valued laws, which have nothing else. Samples at rest tell nothing
+    of the curve and are left out, as are those slower than `least_speed` (m/s): near a reversal the contact is elastic.
     Parameters that the steady curve does not show (stiffness, bristle damping) are held; `free` may not name them.
     The other arguments, the result and the errors are those of `fit.fit`.
     """
@@ -140,7 +140,7 @@ def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -
 
 
 def _moving(record: Samples, least_speed: float) -> Samples:
-    """The samples that move, in the order of their velocity's magnitude in time."""
+    """The samples that move."""
     moving = np.abs(record.velocity) > least_speed
     if moving.sum() < 8:
         raise ValueError(f"record {record.name!r}: has {int(moving.sum())} samples faster than {least_speed:g} m/s")

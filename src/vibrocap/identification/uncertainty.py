@@ -26,8 +26,8 @@ class Uncertainty:
     unit: s^2 = sum psi^2/(n - p) / mean psi', the cost by which -2 log(likelihood) changes by 2 for independent errors
         (psi: derivative of the loss; for squares s^2 = sum e^2/(n - p)).
     inflation [p]: tau of each parameter, at least 1; n/tau samples count as independent for it.
-    threshold [p]: t such that the interval of a parameter (95 %) ends where 2 (cost - least cost) = s^2 t^2; the quantile of
-        Student's t for n/tau - p degrees of freedom, times sqrt(tau).
+    threshold [p]: t such that the interval of a parameter (95 %) ends where 2 (cost - least cost) = s^2 t^2; the
+        quantile of Student's t for n/tau - p degrees of freedom, times sqrt(tau).
     covariance [p, p]: of the parameters, with the inflation; huge along what the data do not determine.
     tau: correlation time of each record's errors in samples; effective: sum of the records' n/tau.
     """
@@ -43,8 +43,8 @@ class Uncertainty:
 def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters: np.ndarray, loss: Loss) -> Uncertainty:
     """The uncertainty at a minimum.
 
-    errors: [n] per record; slopes [n, p]: their derivatives by the coordinates, all records in a row; to_parameters [p, p]:
-    derivatives of the parameters by the coordinates.
+    errors: [n] per record; slopes [n, p]: their derivatives by the coordinates, all records in a row; to_parameters
+    [p, p]: derivatives of the parameters by the coordinates.
     """
     from scipy.special import stdtrit
 
@@ -80,8 +80,8 @@ def _inflation(series: Sequence[np.ndarray], leverage: Sequence[np.ndarray] | No
     """tau of several stretches of one quantity of mean zero, at least 1 and at most half the longest stretch.
 
     leverage: weights of the samples in a sum whose variance is asked for; the quantity's correlations then count as
-    often as the weights have them. The sum of the correlations ends at the first lag that is WINDOW times the time found
-    until there; beyond, it would gather noise.
+    often as the weights have them. The sum of the correlations ends at the first lag that is WINDOW times the time
+    found until there; beyond, it would gather noise.
     """
     longest = max(len(each) for each in series)
     correlation = _correlation(series, longest)
@@ -107,7 +107,7 @@ def _correlation(series: Sequence[np.ndarray], longest: int) -> np.ndarray:
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
     """Inverse of a matrix J^T J; directions that it does not determine get a huge variance instead of an error."""
-    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-24 * max(float(np.diag(matrix).max()), 1e-200)))
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     values = np.maximum(values, 1e-14 * max(values.max(), 1e-300))
     return (vectors / values) @ vectors.T / np.outer(scale, scale)

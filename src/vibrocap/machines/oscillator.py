@@ -28,9 +28,7 @@ class Oscillator(Machine):
     stiffness: NonNegative = parameter(1.0, "k", "stiffness of the spring")
     damping: NonNegative = parameter(0.0, "c", "viscous damper beside the spring")
     belt_speed: Number = parameter(0.0, "v_b", "speed of the belt under the block")
-    normal_load: Positive = parameter(
-        1.0, "N", "load on the contact; 1 where the coefficients of the law are forces"
-    )
+    normal_load: Positive = parameter(1.0, "N", "load on the contact; 1 where the coefficients of the law are forces")
 
     name: ClassVar[str] = "oscillator"
     states: ClassVar = ("position", "sliding_velocity")

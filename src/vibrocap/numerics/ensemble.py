@@ -95,7 +95,7 @@ def ensemble_run(
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called now and then with the runs begun
     integrands: with functions of one's own, see `ensemble_source`
-    mark_distance: [runs] time between two marks where that is not the period of the drive; the drive begins anew at each
+    mark_distance: [runs] time between two marks, at each of which the drive begins anew, if not the period of the drive
     Returns the layout and the results [runs, layout.result_size], see `lanes.RESULT_HEAD`.
     """
     order = ensemble_order(budget.tolerance) if order is None else order

@@ -94,14 +94,23 @@ class Branch:
 
     def orbit(self, point: int) -> Orbit:
         """The orbit at a point of the branch, closed anew, with all that an `Orbit` tells."""
-        system = self.system.with_parameters({self.over: float(self.parameter[point])})
-        state = named_states(self.system, self.states[point])
+        return self._closed(self.states[point], float(self.parameter[point]))
+
+    def orbits_at(self, value: float) -> list[Orbit]:
+        """The orbits of the branch at a value of its parameter: one for each time that it passes there."""
+        found = []
+        for i in range(len(self) - 1):
+            left, right = self.parameter[i : i + 2]
+            if min(left, right) <= value < max(left, right) or (i == len(self) - 2 and value == right):
+                share = (value - left) / (right - left)
+                found.append(self._closed(self.states[i] + share * (self.states[i + 1] - self.states[i]), value))
+        return found
+
+    def _closed(self, state: np.ndarray, value: float) -> Orbit:
+        map_ = self.closing_map
+        system = self.system.with_parameters({self.over: value})
         return shoot(
-            system,
-            state,
-            self.response_period,
-            half=bool(self.closing_map.half),
-            tolerance=self.closing_map.tolerance,
+            system, named_states(system, state), self.response_period, half=map_.half, tolerance=map_.tolerance
         )
 
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:

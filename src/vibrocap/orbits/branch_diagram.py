@@ -8,9 +8,10 @@ import numpy as np
 
 from vibrocap.orbits.branch import Branch, SpecialPoint
 from vibrocap.orbits.branch_distance import branch_distance
-from vibrocap.orbits.branch_following import branch, leaving, starting_orbit
+from vibrocap.orbits.branch_following import branch, leaving, mirrored_all_over, starting_orbit
 from vibrocap.orbits.continuation import BranchEnd
-from vibrocap.orbits.orbit import Orbit
+from vibrocap.orbits.orbit import Orbit, OrbitStatus
+from vibrocap.orbits.shooting import shoot
 from vibrocap.orbits.special_points import SpecialKind
 from vibrocap.system import System
 
@@ -89,11 +90,10 @@ def branches(
     begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     options = {"points": points, "step": step, "tolerance": tolerance}
     diagram = _Growing(depth, points, step)
-    mirrored = begun.symmetric is not None
-    if mirrored and not begun.symmetric and begun.response_period <= 1:
-        first = branch(system, over, between, orbit=begun, half=True, **options)
-        if len(first):
-            diagram.add(first, 0)
+    if mirrored_all_over(system, over, between) and not begun.symmetric:
+        symmetric = shoot(begun.system, begun.state, 1, half=True, tolerance=tolerance)
+        if symmetric.status is OrbitStatus.CONVERGED:
+            diagram.add(branch(system, over, between, orbit=symmetric, **options), 0)
             diagram.grow()
     if not any(_holds(each, begun) for each in diagram.branches):
         diagram.add(branch(system, over, between, orbit=begun, **options), 0)

@@ -51,11 +51,11 @@ def branch(
     is empty. Raises ValueError, naming the argument, before any work.
     """
     _check_options(towards, points, step)
-    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
-    low, high = (float(each) for each in between)
-    mirrored = _mirrored(system, over, (low, high))
+    low, high = checked_range(system, over, between)
+    mirrored = mirrored_all_over(system, over, (low, high))
     if half and not mirrored:
         raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
+    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     if half is None:
         half = bool(begun.symmetric) and mirrored
     period = max(begun.response_period, 1)
@@ -170,7 +170,7 @@ def starting_orbit(
     return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)
 
 
-def _mirrored(system: System, over: str, between: tuple[float, float]) -> bool:
+def mirrored_all_over(system: System, over: str, between: tuple[float, float]) -> bool:
     """Whether the half-period symmetry holds all over the range of the parameter."""
     low, high = between
     values = (low, 0.5 * (low + high), high)

@@ -96,12 +96,16 @@ class ClosingMap:
         half: bool = False,
         tolerance: float = 1e-12,
         mirrored: bool | None = None,
+        plain: bool = False,
     ):
-        """between: range of the parameter; mirrored: whether the half-period symmetry holds all over it."""
+        """between: range of the parameter; mirrored: whether the half-period symmetry holds all over it.
+
+        plain: as plain Python, not compiled
+        """
         self.mirrored = system.mirrored if mirrored is None else mirrored
         self.system, self.path, self.between = system, path, between
         self.response_period, self.half, self.tolerance = response_period, half, tolerance
-        self.map = StroboscopicMap(recorded_with(system, path), tolerance)
+        self.map = StroboscopicMap(recorded_with(system, path), tolerance, plain=plain)
         self.index = self.map.equations.parameter_paths.index(path)
         self.row = self.map.parameters()
         self.row[self.index] = system.parameter(path)
@@ -155,7 +159,8 @@ class ClosingMap:
         return self._with(self.response_period, False) if self.half else self._with(2 * self.response_period, False)
 
     def _with(self, response_period: int, half: bool) -> "ClosingMap":
-        return ClosingMap(self.system, self.path, self.between, response_period, half, self.tolerance, self.mirrored)
+        options = self.tolerance, self.mirrored, self.map.plain
+        return ClosingMap(self.system, self.path, self.between, response_period, half, *options)
 
     def attempt(self, x: np.ndarray, like: Closing | None = None) -> Closing:
         map_, m = self.map, len(self.unknowns)
@@ -175,7 +180,14 @@ class ClosingMap:
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
         budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD)
         layout, results = ensemble_run(
-            variational_equations(map_.equations), rows, start, budget, order=ORDER, mark_distance=lengths
+            variational_equations(map_.equations),
+            rows,
+            start,
+            budget,
+            threads=1,
+            order=ORDER,
+            plain=map_.plain,
+            mark_distance=lengths,
         )
         first = len(memory.RESULT_HEAD) + layout.states
         ends = results[:, first : first + layout.states]

@@ -19,6 +19,8 @@ OFF = 0.3  # share of a step by which a point may be off the guess
 SAME = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
 SURE = 1e-4  # share of the largest step below which a step has not jumped to another branch
 CORNER = 1e-2  # share of the largest step from which on a corner is looked for
+CLOSE = 0.02  # share of the largest step below which a step is looked at closely
+TORN = (SpecialKind.UNLOCATED, SpecialKind.JUMP)
 QUICK = 3  # steps of Newton's method after which the next step may be longer
 
 
@@ -138,8 +140,8 @@ def _next_stretch(
             if ds < SMALLEST:
                 return _ended(closure, here, met_at)
             continue
-        between = special_points_between(closure, here, found, born=at_birth)
-        if way > SURE * longest and any(each.kind is SpecialKind.UNLOCATED for each in between):
+        between = special_points_between(closure, here, found, born=at_birth, closely=way < CLOSE * longest)
+        if way > SURE * longest and any(each.kind in TORN for each in between):
             ds = 0.2 * min(way, ds)
             continue
         return found, following, between, None

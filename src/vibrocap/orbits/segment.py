@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrocap.orbits.branch_point import BranchPoint, corrected, tangent
 from vibrocap.orbits.closing_map import Closure
+from vibrocap.orbits.words import same_cycle
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
@@ -72,6 +73,10 @@ class Segment:
     def parameter(self, share: float) -> float:
         """The parameter at a share that was visited."""
         return self.closure.parameter(self.points[self.shares.index(share)].x)
+
+    def same_word(self, left: float, right: float) -> bool:
+        """Whether the words at two shares are the same cycle."""
+        return same_cycle(self.point(left).closing.word, self.point(right).closing.word)
 
     def torn(self, left: float, right: float) -> bool:
         """Whether the orbits at two shares that were visited, as near as can be, differ: they are on two branches."""

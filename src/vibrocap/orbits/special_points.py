@@ -10,9 +10,9 @@ import numpy as np
 from vibrocap.orbits.branch_point import BranchPoint
 from vibrocap.orbits.closing_map import Closure
 from vibrocap.orbits.segment import Bracket, Lost, Segment
-from vibrocap.orbits.words import WordChange, cycle, word_change
+from vibrocap.orbits.word_cuts import word_cuts
+from vibrocap.orbits.words import WordChange, word_change
 
-MOST_CHANGES = 12  # of the word within one step of a branch
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity grazes zero
 NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
 
@@ -101,7 +101,12 @@ TESTS: dict[SpecialKind, Callable[[BranchPoint], float]] = {
 
 
 def special_points_between(
-    closure: Closure, first: BranchPoint, last: BranchPoint, born: bool = False, met: bool = False
+    closure: Closure,
+    first: BranchPoint,
+    last: BranchPoint,
+    born: bool = False,
+    met: bool = False,
+    closely: bool = False,
 ) -> list[Found]:
     """Special points between two neighbouring points of a branch, in order.
 
@@ -110,33 +115,19 @@ def special_points_between(
     jump. Two of a kind between the same two points are not seen.
 
     born, met: the first or the last point is where the branch is born, and its multiplier 1 that of its birth
+    closely: see `word_cuts`
     """
     segment = Segment(closure, first, last)
-    found: list[Found] = []
-    cuts: list[tuple[float, float]] = []
-    left = 0.0
-    while cycle(segment.point(left).closing.word) != cycle(last.closing.word):
-        here = cycle(segment.point(left).closing.word)
-        if len(cuts) == MOST_CHANGES:
-            found.append(_unlocated(segment, left, 1.0, "the word changes more often than it can be located"))
-            break
-        try:
-            cut = segment.change(lambda point, here=here: cycle(point.closing.word) == here, left, 1.0)
-        except Lost:
-            found.append(_unlocated(segment, left, 1.0, "the word changes, but orbits in between do not close"))
-            break
-        if segment.torn(*cut):
-            found.append(_unlocated(segment, left, 1.0, "the word changes where the orbits jump"))
-            break
-        cuts.append(cut)
-        left = cut[1]
+    cuts, complaint = word_cuts(segment, closely)
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
-    for i, (left, right) in enumerate(cuts):
-        began = edges[2 * i]
-        found += _smooth_points(segment, began, left, born and i == 0)
-        found.append(_word_change(segment, left, right))
-    if not found or found[-1].kind is not SpecialKind.UNLOCATED:
-        found += _smooth_points(segment, edges[-2], 1.0, met or (born and not cuts))
+    found = [_word_change(segment, left, right) for left, right in cuts]
+    if complaint:
+        found.append(_unlocated(segment, 0.0, 1.0, complaint))
+    for i in range(0, len(edges), 2):
+        left, right = edges[i : i + 2]
+        if segment.same_word(left, right):
+            birth = (born and left == 0.0) or (met and right == 1.0)
+            found += _smooth_points(segment, left, right, birth)
     return sorted(found, key=lambda each: each.share)
 
 

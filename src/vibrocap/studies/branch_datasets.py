@@ -1,0 +1,71 @@
+"""Branches of steady motions as labelled datasets, which say of themselves what they hold."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibrocap.case import Case, case_text
+from vibrocap.orbits.branch import Branch
+from vibrocap.studies.code_version import code_version
+from vibrocap.studies.variables import coordinate_attributes
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def branch_dataset(branch: Branch) -> "xarray.Dataset":
+    """The arrays of a branch along "point", in order of its arclength, and its special points along "special".
+
+    multiplier_real and multiplier_imag: Floquet multipliers along "multiplier", largest first
+    """
+    import xarray
+
+    names = branch.system.state_names
+    data: dict[str, Any] = {
+        name: ("point", branch.states[:, i], coordinate_attributes(f"initial.{name}") | {"long_name": name})
+        for i, name in enumerate(names)
+    }
+    data |= {
+        "drift": ("point", branch.drift, _words("drift over one response")),
+        "mean_velocity": ("point", branch.mean_velocity, _words("mean velocity")),
+        "multiplier_real": (
+            ("point", "multiplier"),
+            np.real(branch.multipliers),
+            _words("Floquet multiplier, real part"),
+        ),
+        "multiplier_imag": (
+            ("point", "multiplier"),
+            np.imag(branch.multipliers),
+            _words("Floquet multiplier, imaginary"),
+        ),
+        "stable": ("point", branch.stable, {"long_name": "all multipliers inside the unit circle"}),
+        "word": ("point", branch.word.astype(str), {"long_name": "phases: F forward, S stuck, B back"}),
+    }
+    special = branch.special_points
+    for name, values, meaning in (
+        ("special_kind", [each.kind.value for each in special], "kind of special point"),
+        ("special_parameter", [each.parameter for each in special], f"{branch.over} there"),
+        ("special_error", [each.error for each in special], "error of that at most"),
+        ("special_arclength", [each.arclength for each in special], "arclength of the branch there"),
+        ("special_stability", [each.stability for each in special], "what happens to the stability along the branch"),
+    ):
+        kind = str if name in ("special_kind", "special_stability") else float
+        data[name] = ("special", np.array(values, dtype=kind), {"long_name": meaning})
+    coordinates: dict[str, Any] = {
+        branch.over: ("point", branch.parameter, coordinate_attributes(branch.over)),
+        "arclength": ("point", branch.arclength, _words("arclength, in natural sizes and shares of the range")),
+    }
+    attributes = {
+        "title": f"Branch of steady motions over {branch.over}",
+        "response_period": branch.response_period,
+        "symmetric": "not defined" if branch.symmetric is None else str(branch.symmetric),
+        "begins": branch.ends[0].value,
+        "ends": branch.ends[1].value,
+        "source": f"vibrocap {code_version()['version']}",
+        "case": case_text(Case(branch.system, {})),
+    }
+    return xarray.Dataset(data, coordinates, attributes)
+
+
+def _words(meaning: str) -> dict[str, str]:
+    return {"long_name": meaning, "units": "1"}

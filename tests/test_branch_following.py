@@ -1,0 +1,269 @@
+"""Branches of maps in closed form: special points where they must be, ends for their reasons; words and refusals."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic
+from vibrocap.orbits import segment, special_points
+from vibrocap.orbits.birth import angled_births, born_point
+from vibrocap.orbits.branch_point import BranchPoint
+from vibrocap.orbits.closing_map import ClosingMap
+from vibrocap.orbits.continuation import BranchEnd, followed, started
+from vibrocap.orbits.special_points import SpecialKind
+from vibrocap.orbits.words import WordChange, closed_word, same_cycle, word_change
+
+STEP = 0.02
+LOCATED = 1e-8  # of the parameter, as asked; what follows is bracketed to rounding and checked a hundred times sharper
+
+
+def way(map_, u, p, towards=1.0, points=2000, step=STEP):
+    start = started(map_, map_.point(u, p))
+    assert start is not None
+    return followed(map_, start, towards, points, step)
+
+
+def places(map_, found, kind):
+    return [map_.parameter(each.point.x) for _, each in found.special if each.kind is kind]
+
+
+def pieces(u, p):
+    return "FB" if u[0] < 0.0 else "FSB"
+
+
+def test_fold_and_flip_of_henons_map():
+    map_ = PlainMap(henon, (-1.0, 1.0))
+    found = way(map_, (0.4, 0.4), 0.2, towards=-1.0)
+    (fold,) = places(map_, found, SpecialKind.FOLD)
+    assert abs(fold + 0.7**2 / 4.0) < 1e-2 * LOCATED
+    assert found.end is BranchEnd.PARAMETER_BOUND
+    assert abs(map_.parameter(found.points[-1].x) - 1.0) < 1e-12  # past the fold, by the other way round
+    found = way(map_, (0.3, 0.3), 0.2)
+    (flip,) = places(map_, found, SpecialKind.FLIP)
+    assert abs(flip - 0.75 * 0.7**2) < 1e-2 * LOCATED
+
+
+def test_doubled_branch_leaves_the_flip_and_meets_it_again():
+    map_ = PlainMap(henon, (0.0, 1.2))
+    (flip,) = [each for _, each in way(map_, (0.3, 0.3), 0.2).special if each.kind is SpecialKind.FLIP]
+    finer, birth = born_point(map_, flip)
+    doubled = followed(finer, birth, 1.0, 2000, STEP, born=True)
+    for point in doubled.points[1:]:
+        x, p = point.x[:2], finer.parameter(point.x)
+        once = np.array(henon(x, p))
+        assert abs(x[0] + once[0] - 0.7) < 1e-9  # of both points of the cycle: their sum is 1 - b
+    (second,) = places(finer, doubled, SpecialKind.FLIP)
+    assert abs(second - (0.7**2 + 1.3**2 / 4.0)) < 1e-2 * LOCATED
+    back = followed(finer, doubled.points[20], -1.0, 2000, STEP)
+    assert back.end is BranchEnd.FLIP
+    assert abs(finer.parameter(back.points[-1].x) - 0.75 * 0.7**2) < 1e-2 * LOCATED
+
+
+def test_neimark_sacker_point_of_the_delayed_logistic_map():
+    map_ = PlainMap(delayed_logistic, (1.2, 2.6))
+    found = way(map_, (1 / 3, 1 / 3), 1.5)
+    (place,) = places(map_, found, SpecialKind.NEIMARK_SACKER)
+    assert abs(place - 2.0) < 1e-2 * LOCATED
+    (point,) = [each.point for _, each in found.special]
+    assert np.allclose(np.sort_complex(point.own_multipliers), np.exp(np.array([-1j, 1j]) * math.pi / 3), atol=1e-8)
+
+
+def test_pitchfork_is_the_multiplier_minus_one_of_the_half_period_map():
+    map_ = OddMap(odd_cubic, (0.5, 1.9), half=True)
+    found = way(map_, (0.0,), 0.6)
+    (pitchfork,) = [each for _, each in found.special]
+    assert pitchfork.kind is SpecialKind.PITCHFORK
+    assert abs(map_.parameter(pitchfork.point.x) - 1.0) < 1e-2 * LOCATED
+    assert pitchfork.unstable == (0, 1)
+    finer, birth = born_point(map_, pitchfork)
+    twins = followed(finer, birth, 1.0, 2000, STEP, born=True)
+    for point in twins.points[1:]:
+        assert abs(point.x[0] ** 2 - (finer.parameter(point.x) - 1.0)) < 1e-9
+    back = followed(finer, twins.points[-1], -1.0, 2000, STEP)
+    assert back.end is BranchEnd.PITCHFORK
+    assert abs(finer.parameter(back.points[-1].x) - 1.0) < 1e-2 * LOCATED
+
+
+def test_closed_branch_is_followed_once():
+    map_ = PlainMap(isola)
+    found = way(map_, (0.2,), 0.5)
+    assert found.end is BranchEnd.CLOSED
+    assert np.allclose(sorted(places(map_, found, SpecialKind.FOLD)), [0.4, 0.6], atol=1e-2 * LOCATED)
+
+
+@pytest.mark.parametrize("right", [1.5, 3.0, 6.0, 40.0])  # turns of the branch from 53 degrees to 115
+def test_branch_turns_round_a_corner(right):
+    map_ = PlainMap(bent(0.5, right), (-1.0, 1.0), word=pieces)
+    found = way(map_, (-1.0,), -0.5)
+    (change,) = [each for _, each in found.special]
+    assert change.kind is SpecialKind.WORD_CHANGE
+    assert change.change is WordChange.CROSSING
+    assert change.passed is SpecialKind.FOLD
+    assert change.unstable == (0, 1)
+    assert abs(map_.parameter(change.point.x)) < LOCATED
+    assert found.points[-1].x[0] > 0.9 / (right - 1.0)
+    assert abs(found.points[-1].x[0] * (1.0 - right) - map_.parameter(found.points[-1].x)) < 1e-9
+
+
+def test_stability_lost_by_a_jump_is_told_from_a_flip():
+    map_ = PlainMap(bent(0.5, -3.0), (-1.0, 1.0), word=pieces)
+    (change,) = [each for _, each in way(map_, (-1.0,), -0.5).special]
+    assert (change.kind, change.passed, change.unstable) == (SpecialKind.WORD_CHANGE, SpecialKind.FLIP, (0, 1))
+    unseen = PlainMap(bent(0.5, -3.0), (-1.0, 1.0))  # the same without a word
+    assert {each.kind for _, each in way(unseen, (-1.0,), -0.5).special} == {SpecialKind.JUMP}
+
+
+def test_branch_that_leaves_at_an_angle_is_found():
+    map_ = PlainMap(bent(0.5, -1.5), (-1.0, 1.0), word=pieces)
+    (change,) = [each for _, each in way(map_, (-1.0,), -0.5).special]
+    finer, first = next(angled_births(map_, change))
+    p, u = finer.parameter(first.x), first.x[0]
+    wanted = {p * 1.5 / 1.75, -p * 0.5 / 1.75}  # one point on each side of the corner
+    assert min(abs(u - each) for each in wanted) < 1e-10
+    back = followed(finer, first, -1.0 if first.tangent[-1] > 0.0 else 1.0, 2000, STEP)
+    assert back.end is BranchEnd.FLIP
+    assert abs(finer.parameter(back.points[-1].x)) < 1e-6
+
+
+def test_why_a_branch_ends():
+    torn = PlainMap(bent(0.5, 0.5, jump=1.0), (-1.0, 1.0), word=pieces)
+    ended = way(torn, (-1.0,), -0.5)
+    assert ended.end is BranchEnd.ORBIT_CEASES
+    assert abs(torn.parameter(ended.points[-1].x)) < 1e-6
+    broken = PlainMap(lambda u, p: (0.5 * u[0] + p,), breaks=lambda p: p > 0.7)
+    ended = way(broken, (0.4,), 0.2)
+    assert ended.end is BranchEnd.NEWTON_FAILED
+    assert abs(broken.parameter(ended.points[-1].x) - 0.7) < 1e-6
+    assert way(broken, (0.4,), 0.2, points=5).end is BranchEnd.TOO_MANY_POINTS
+    assert len(way(broken, (0.4,), 0.2, points=5).points) == 5
+    assert all(end.advice for end in BranchEnd)
+    assert all(kind.meaning for kind in SpecialKind)
+
+
+def test_word_that_changes_too_fast_is_said_to_do_so():
+    def word(u, p):
+        return "FB" if p > 0.5 or math.sin(1.0 / (0.5 - p + 1e-9)) > 0.0 else "FSB"
+
+    map_ = PlainMap(lambda u, p: (0.5 * u[0] + p,), (0.0, 1.0), word=word)
+    found = way(map_, (0.8,), 0.4, step=0.1)
+    assert found.end is BranchEnd.PARAMETER_BOUND
+    unlocated = [each for _, each in found.special if each.kind is SpecialKind.UNLOCATED]
+    assert unlocated
+    assert all(abs(map_.parameter(each.point.x) - 0.5) < 0.05 for each in unlocated)
+
+
+@pytest.mark.parametrize("fault", ["tangent", "bracket", "sign"])
+def test_planted_faults_are_noticed(fault, monkeypatch):
+    """A wrong test, a bracket that is never narrowed and a multiplier of the wrong sign move what was found."""
+    if fault == "tangent":
+        tests = {**special_points.TESTS, SpecialKind.FOLD: lambda point: float(point.tangent[-1]) + 0.01}
+        monkeypatch.setattr(special_points, "TESTS", tests)
+    elif fault == "bracket":
+        monkeypatch.setattr(segment, "NARROW", 0.2)
+    else:
+        monkeypatch.setattr(
+            BranchPoint, "own_multipliers", property(lambda point: -np.linalg.eigvals(point.closing.jacobian))
+        )
+    map_ = PlainMap(henon, (-1.0, 1.0))
+    folds = places(map_, way(map_, (0.4, 0.4), 0.2, towards=-1.0), SpecialKind.FOLD)
+    flips = places(map_, way(map_, (0.3, 0.3), 0.2), SpecialKind.FLIP)
+    right = len(folds) == 1 and abs(folds[0] + 0.7**2 / 4.0) < 1e-2 * LOCATED
+    assert not (right and len(flips) == 1 and abs(flips[0] - 0.75 * 0.7**2) < 1e-2 * LOCATED)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "change", "text"),
+    [
+        ("FSB", "FB", WordChange.CROSSING, "a stick phase vanishes"),
+        ("FB", "FSBS", WordChange.CROSSING, "two stick phases appear"),
+        ("FBSB", "FB", WordChange.GRAZING, "a stick phase vanishes"),
+        ("FB", "FBFB", WordChange.GRAZING, "a slip phase appears"),
+        ("S", "SFSB", WordChange.SPLITTING, "two slip phases appear"),
+        ("FSBS", "FSBFBS", WordChange.SWITCHING, "two slip phases appear"),
+        ("FB", "S", WordChange.UNNAMED, "several phases change at once"),
+    ],
+)
+def test_changes_of_the_word_are_named(before, after, change, text):
+    if change is WordChange.SWITCHING:
+        before, after = "FBSBFS", "FBFSBFBS"
+    if (before, after) == ("FB", "FBFB"):
+        assert word_change(before, after)[0] is change
+    else:
+        assert word_change(before, after) == (change, text)
+
+
+def test_words_are_cycles():
+    assert closed_word("FSB", half=True) == "FSBS"
+    assert closed_word("S", half=True) == "S"
+    assert closed_word("FBFB") == "FBFB"
+    assert same_cycle("FSBS", "SBSF")
+    assert not same_cycle("FSB", "FBS")
+
+
+def test_closing_map_of_a_capsule_is_its_half_period_map():
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    state = np.array([0.6096747808962684, 1.5054134360110965, 0.0, 0.2628086761790408])
+    map_ = ClosingMap(system, "drive.amplitude", (1.0, 3.0), half=True, tolerance=1e-10, plain=True)
+    x = map_.point(state, 1.8)
+    with np.errstate(all="ignore"):  # free lanes are computed along
+        here = map_.attempt(x)
+        moved = map_.attempt(x + 1e-5 * np.array([1.0, 0.5, 0.3, 2.0]))
+    assert here.residual < 1e-8
+    assert (here.word, here.drift, map_.parameter(x)) == ("FB", 0.0, 1.8)
+    growth = (moved.mismatch - here.mismatch) / 1e-5
+    assert np.allclose(here.derivative @ [1.0, 0.5, 0.3, 2.0], growth, atol=1e-3)
+    half = np.linalg.eigvals(here.jacobian)
+    assert np.max(np.abs(half**2)) == pytest.approx(2.566591252, abs=1e-4)  # PHYSICS.md: multipliers of the period
+    assert np.min(half.real) < -1.0  # the direction that breaks the symmetry changes its sign in half a period
+
+
+def capsule(**parts):
+    given = {"machine": vc.PendulumCapsule(), "friction": vc.Exponential(), "drive": vc.Harmonic(), **parts}
+    return vc.System(**given)
+
+
+@pytest.mark.parametrize(
+    ("system", "arguments", "complaint"),
+    [
+        (capsule(), {"over": "drive.amplitud"}, "did you mean 'drive.amplitude'"),
+        (
+            capsule(machine=vc.PendulumCapsule(normal_load="weight")),
+            {"over": "machine.normal_load"},
+            "path of a number",
+        ),
+        (capsule(), {"between": (3.0, 1.0)}, "smaller one first"),
+        (capsule(), {"between": (1.0, 1.0)}, "smaller one first"),
+        (capsule(), {"between": (1.0, math.inf)}, "smaller one first"),
+        (capsule(), {"between": 3.0}, "two numbers"),
+        (capsule(), {"over": "machine.mass_ratio", "between": (-1.0, 3.0)}, "machine.mass_ratio cannot be -1.0"),
+        (capsule(), {"between": (2.0, 3.0)}, "within 2 to 3, got 1.8"),
+        (capsule(), {"towards": "left"}, "towards should be one of"),
+        (capsule(), {"points": 1}, "points should be a whole number"),
+        (capsule(), {"step": 2.0}, "step should be a share"),
+        (capsule(drive=vc.Biharmonic(second_amplitude=0.3)), {"half": True}, "no half-period symmetry"),
+        (capsule(drive=vc.Constant()), {"over": "machine.mass_ratio"}, "change in time"),
+    ],
+)
+def test_bad_input_is_refused_before_any_work(system, arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        vc.branch(system, **{"over": "drive.amplitude", "between": (1.0, 3.0), **arguments})
+
+
+def test_an_orbit_of_another_system_is_refused():
+    zeros = np.zeros(3)
+    system = capsule()
+    found = vc.Orbit(
+        system=system, state={}, period=1.0, response_period=1, drift=0.0, multipliers=zeros, residual=0.0,
+        symmetric=True, derivative=np.eye(4), status=vc.OrbitStatus.CONVERGED, iterations=0, tolerance=1e-12,
+    )  # fmt: skip
+    other = dataclasses.replace(system, machine=vc.PendulumCapsule(mass_ratio=3.0))
+    with pytest.raises(ValueError, match="another parameter differs"):
+        vc.branch(other, "drive.amplitude", (1.0, 3.0), orbit=found)
+    with pytest.raises(ValueError, match="not both"):
+        vc.branch(system, "drive.amplitude", (1.0, 3.0), orbit=found, initial={"angle": 1.0})
+    away = dataclasses.replace(found, system=system.with_parameters({"drive.amplitude": 5.0}))
+    with pytest.raises(ValueError, match=r"orbit should have its drive.amplitude within 1 to 3, got 5"):
+        vc.branch(system, "drive.amplitude", (1.0, 3.0), orbit=away)

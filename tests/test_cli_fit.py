@@ -1,0 +1,321 @@
+"""The command fit: exit codes, what it refuses and warns of, what it prints and writes."""
+
+import csv
+import importlib.util
+import json
+
+import numpy as np
+import pytest
+from scipy.special import erfinv
+
+from vibrocap.case import case_from_text
+from vibrocap.faces import cli
+from vibrocap.faces.cli import INCOMPLETE, OK, WRONG_INPUT, main
+from vibrocap.faces.cli_fit import fit
+from vibrocap.faces.fit_request import by_option, is_refusal
+from vibrocap.identification import steady_fit as steady_fits
+from vibrocap.identification.fit_result import Fit
+from vibrocap.identification.search import SearchStatus
+
+HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
+COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m
+NOISE, SAMPLES = 0.02, 400  # of the force's standard deviation
+STEADY = ("--law", "exponential", "--steady")  # a law whose curve needs no kernel
+
+
+@pytest.fixture(autouse=True)
+def registered():
+    """The command, also where the command line does not name it yet."""
+    if "fit" in cli.app:
+        yield
+        return
+    cli.app.command(fit)
+    yield
+    del cli.app["fit"]
+
+
+def force_of(velocity):
+    """The exponential law, 0 at rest."""
+    return np.sign(velocity) * (COULOMB + (STATIC - COULOMB) * np.exp(-RATE * np.abs(velocity)))
+
+
+def write_record(path, amplitude=0.1, *, header="time,velocity,force", scale=1.0, seed=0):
+    """A file with the force of the exponential law under a sinusoid; noise is normal quantiles in a shuffled order."""
+    time = np.linspace(0.0, 6.0, SAMPLES)
+    velocity = amplitude * np.sin(np.pi * time + 0.3)
+    force = force_of(velocity)
+    quantiles = np.sqrt(2) * erfinv(2 * (np.arange(SAMPLES) + 0.5) / SAMPLES - 1)
+    force = force + NOISE * np.std(force) * np.random.default_rng(seed).permutation(quantiles)
+    np.savetxt(path, np.stack([time, velocity, scale * force], axis=1), delimiter=",", header=header, comments="")
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder as the current one, with two records."""
+    monkeypatch.chdir(tmp_path)
+    write_record(tmp_path / "wide.csv", 0.1, seed=1)
+    write_record(tmp_path / "narrow.csv", 0.05, seed=2)
+    return tmp_path
+
+
+def command(*arguments) -> int:
+    return main(["fit", *map(str, arguments)])
+
+
+def refused(capsys, *arguments, code=WRONG_INPUT) -> str:
+    """What stands on stderr of a command that was refused."""
+    assert command(*arguments) == code
+    output = capsys.readouterr()
+    assert output.out == ""
+    return output.err
+
+
+# --- what is printed and written -------------------------------------------------------------------------------------
+
+
+def test_fit_prints_parameters_intervals_and_errors(folder, capsys):
+    assert command("wide.csv", "narrow.csv", *STEADY, "--hold-out", "narrow") == OK
+    text = capsys.readouterr().out
+    for words in ("exponential: converged", "95 % interval", "decay_rate", "held out", "wide", "narrow"):
+        assert words in text
+
+
+def test_numbers_of_the_fit_are_those_of_the_law(folder, capsys):
+    assert command("wide.csv", *STEADY, "--json") == OK
+    found = json.loads(capsys.readouterr().out)
+    assert set(found) >= {"law", "status", "values", "parameters", "records", "identifiability", "options"}
+    for parameter in found["parameters"]:
+        true = {"coulomb_coefficient": COULOMB, "static_coefficient": STATIC, "decay_rate": RATE}[parameter["name"]]
+        # 4.5 standard errors: 1 in 1e5 for each parameter, and the noise is the same in each run
+        assert abs(parameter["value"] - true) < 4.5 * parameter["standard_error"]
+        assert parameter["low"] < parameter["value"] < parameter["high"]
+    # the noise is NOISE of the clean deviation; a fit of three parameters takes about 3/400 of its square
+    assert found["relative_rmse"] == pytest.approx(NOISE, rel=0.03)
+
+
+def test_files_of_a_fit(folder, capsys):
+    assert command("wide.csv", "narrow.csv", *STEADY, "--hold-out", "narrow", "--out", "new/fit") == OK
+    names = {path.name for path in (folder / "new" / "fit").iterdir()}
+    assert names >= {"fit.json", "friction.toml", "residuals.csv"}
+    assert ({"fit.png", "residuals.png"} <= names) == HAS_PICTURES
+    text = capsys.readouterr().out
+    assert all(f"new/fit/{name}" in text for name in names)
+    data = json.loads((folder / "new/fit/fit.json").read_text())
+    section = (folder / "new/fit/friction.toml").read_text()
+    case = '[machine]\nkind = "pendulum-capsule"\n' + section + '[drive]\nwaveform = "harmonic"\n[initial]\n[run]\n'
+    assert vars(case_from_text(case).system.friction)["decay_rate"] == data["values"]["decay_rate"]
+    with (folder / "new/fit/residuals.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {(row["record"], row["held_out"]) for row in rows} == {("wide", "0"), ("narrow", "1")}
+    error = np.array([float(row["error_N"]) for row in rows if row["record"] == "narrow"])
+    fitted, actual = (np.array([float(row[column]) for row in rows]) for column in ("fitted_N", "measured_N"))
+    assert np.array([float(row["error_N"]) for row in rows]) == pytest.approx(fitted - actual, abs=1e-8)
+    held_out = next(each for each in data["records"] if each["name"] == "narrow")
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
+
+
+@pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
+def test_picture_shows_records_and_parameters(folder):
+    from vibrocap.faces.fit_plots import fit_figure, residual_figure
+    from vibrocap.records.readers import read_records
+
+    records = read_records(["wide.csv", "narrow.csv"])
+    found = steady_fits.steady_fit(records, "exponential", held_out="narrow")
+    drawn = fit_figure(found).get_axes()
+    assert [ax.get_title(loc="left").partition(":")[0] for ax in drawn] == ["wide", "narrow", "Parameters"]
+    assert "held out" in drawn[1].get_title(loc="left")
+    labels = [line.get_label() for line in drawn[1].get_lines()]
+    assert "measured" in labels
+    assert "predicted (held out)" in labels
+    rows = np.array(residual_figure(found).get_axes()).reshape(2, 3)
+    for (over_time, *_), result in zip(rows, found.records, strict=True):
+        line = over_time.get_lines()[0]
+        assert np.max(np.abs(line.get_ydata())) == pytest.approx(
+            1e3 * np.max(np.abs(result.predicted - result.measured))  # errors below 1 N are drawn in mN
+        )
+
+
+@pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
+def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
+    from vibrocap.faces.fit_plots import _envelope, _stretch
+    from vibrocap.identification.fit_result import RecordResult
+
+    time = np.linspace(0.0, 100.0, 20_001)
+    velocity = np.sin(2 * np.pi * time) * np.where(np.abs(time - 70.0) < 1.0, 2.0, 1.0)
+    record = RecordResult("long", False, time, velocity, velocity, velocity, 0.0, 0.0, 1.0)
+    stretch = _stretch(record, 8)
+    assert time[stretch.stop - 1] - time[stretch.start] == pytest.approx(8.0, abs=0.02)  # two intervals of samples
+    assert time[stretch.start] < 69.5
+    assert time[stretch.stop - 1] > 70.5
+    assert _stretch(record, 100) == slice(0, len(time))
+    force = np.zeros(20_001)
+    force[7_777] = 1.0
+    assert _envelope(time, force)[1].max() == 1.0
+
+
+def test_columns_and_units_are_named(folder, capsys):
+    write_record(folder / "odd.csv", header="a,b,c", scale=1e-3)
+    names = ("--columns", "time=a,velocity=1", "--columns", "force=c", "--units", "force=kN")
+    assert command("odd.csv", *STEADY, *names, "--json") == OK
+    assert json.loads(capsys.readouterr().out)["values"]["coulomb_coefficient"] == pytest.approx(COULOMB, rel=0.02)
+
+
+def test_fixed_parameters_are_held(folder, capsys):
+    assert command("wide.csv", *STEADY, "--fixed", f"decay_rate={RATE}", "--json") == OK
+    found = json.loads(capsys.readouterr().out)
+    assert found["values"]["decay_rate"] == RATE
+    assert {p["name"]: p["verdict"] for p in found["parameters"]}["decay_rate"] == "held"
+
+
+def test_loss_and_seed_and_starts_are_passed_on(folder, capsys):
+    asked = ("--loss", "soft_l1", "--seed", "3", "--starts", "2", "--intervals", "covariance", "--offset")
+    assert command("wide.csv", *STEADY, *asked, "--json") == OK
+    found = json.loads(capsys.readouterr().out)
+    assert {k: found["options"][k] for k in ("loss", "seed", "starts", "intervals", "offset")} == {
+        "loss": "soft_l1",
+        "seed": 3,
+        "starts": 2,
+        "intervals": "covariance",
+        "offset": True,
+    }
+    assert [p["name"] for p in found["nuisances"]] == ["offset"]
+
+
+def test_load_makes_coefficients(folder, capsys):
+    assert command("wide.csv", *STEADY, "--load", "4", "--json") == OK
+    found = json.loads(capsys.readouterr().out)
+    assert found["values"]["coulomb_coefficient"] == pytest.approx(COULOMB / 4, rel=0.02)
+
+
+# --- what is refused, and warned of ----------------------------------------------------------------------------------
+
+
+def test_every_complaint_comes_at_once(folder, capsys):
+    arguments = ("--law", "exponential", "--hold-out", "none", "--fixed", "decay=1", "--fixed", "x", "--plot", "p.jpeg")
+    text = refused(capsys, "wide.csv", *arguments, "--out", "wide.csv/fit")
+    for words in ("--hold-out: no record", "did you mean 'decay_rate'", "--fixed x: should", "--plot: should end"):
+        assert words in text
+    assert "--out: " in text
+    assert {path.name for path in folder.iterdir()} == {"wide.csv", "narrow.csv"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--law", "exponental"), "--law: no law is called 'exponental'; did you mean 'exponential'?"),
+        ((), "--law: give one law, or several with --compare"),
+        (("--law", "dahl", "--compare", "dahl"), "--law: give one law"),
+        (("--compare", "dahl", "--steady"), "--steady: is for --law"),
+        ((*STEADY, "--loss", "square"), "--loss: should be one of linear"),
+        ((*STEADY, "--starts", "0"), "--starts: should be a whole number"),
+        ((*STEADY, "--hold-out", "w*"), "--hold-out: leaves no record to fit"),
+        ((*STEADY, "--free", "decay_rate", "--fixed", "decay_rate=1"), "--free: decay_rate is also in fixed"),
+        ((*STEADY, "--columns", "force=f2"), "f2"),
+        ((*STEADY, "--cutoff", "1e6"), "cutoff: should be"),
+        ((*STEADY, "--least-speed", "1"), "samples faster than 1 m/s"),
+    ],
+)
+def test_wrong_settings_are_refused(folder, capsys, arguments, words):
+    assert words in refused(capsys, "wide.csv", *arguments)
+
+
+def test_a_file_is_needed(folder, capsys):
+    assert "DATA: give at least one file" in refused(capsys, *STEADY)
+    assert "none.csv: no such file" in refused(capsys, "none.csv", *STEADY)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda rows: [*rows[:9], "0.1,nan,0.3", *rows[10:]], "NaN"),
+        (lambda rows: rows[:2], "at least 8 samples"),
+        (lambda rows: [rows[0], *reversed(rows[1:])], "time: runs backwards"),
+        (lambda rows: [rows[0], *(f"{i},{i % 3},1.5" for i in range(50))], "force: is 1.5 at all 50 samples"),
+        (lambda rows: ["time,speeed", *(row.rpartition(",")[0] for row in rows[1:])], "force: no column"),
+    ],
+)
+def test_bad_data_get_a_message_and_not_a_number(folder, capsys, spoil, words):
+    rows = (folder / "wide.csv").read_text().splitlines()
+    (folder / "bad.csv").write_text("\n".join(spoil(rows)) + "\n")
+    assert words in refused(capsys, "bad.csv", *STEADY)
+
+
+def test_units_that_look_wrong_are_warned_of(folder, capsys):
+    assert command("wide.csv", *STEADY, "--load", "4e4") == OK
+    assert "warning: record 'wide': force, normal_force: imply a friction coefficient" in capsys.readouterr().err
+
+
+def test_a_fit_without_a_law_is_incomplete(folder, capsys, monkeypatch):
+    def failed(*arguments, **settings):
+        status, nothing = SearchStatus.FAILED, float("nan")
+        numbers = (nothing, nothing, nothing, 400, nothing, nothing, nothing)
+        return Fit(None, "exponential", status, (), (), (), *numbers, None, (), 0.0, {})
+
+    monkeypatch.setattr(steady_fits, "steady_fit", failed)
+    text = refused(capsys, "wide.csv", *STEADY, "--out", "fit", "--plot", "fit.png", code=INCOMPLETE)
+    assert "No fit of exponential: no start could be driven" in text
+    assert {path.name for path in folder.iterdir()} == {"wide.csv", "narrow.csv"}
+
+
+def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
+    def broken(*arguments, **settings):
+        raise ValueError("operands could not be broadcast")
+
+    monkeypatch.setattr(steady_fits, "steady_fit", broken)
+    with pytest.raises(ValueError, match="broadcast"):
+        command("wide.csv", *STEADY)
+
+
+def test_messages_name_options():
+    assert by_option("held_out: no record is called 'x'") == "--hold-out: no record is called 'x'"
+    assert by_option("record 'a': held_out: x") == "record 'a': held_out: x"
+    assert is_refusal("records: have 5 samples")
+    assert not is_refusal("values should be finite, got nan")
+
+
+# --- laws that are driven --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_laws_are_ranked(folder, capsys):
+    arguments = ("--compare", "stribeck,exponential", "--compare", "dahl", "--fixed", f"decay_rate={RATE}")
+    outputs = ("--out", "fits", *(("--plot", "laws.png") if HAS_PICTURES else ()))
+    assert command("wide.csv", "narrow.csv", *arguments, *outputs) == OK
+    text = capsys.readouterr().out
+    assert text.index("exponential") < text.index("stribeck")
+    assert (folder / "laws.png").exists() == HAS_PICTURES
+    found = json.loads((folder / "fits/comparison.json").read_text())
+    assert {each["law"] for each in found["laws"]} == {"stribeck", "exponential", "dahl"}
+    assert found["laws"][0]["law"] == "exponential"
+    assert found["laws"][0]["values"]["decay_rate"] == RATE
+    for name in ("stribeck", "exponential", "dahl"):
+        assert (folder / "fits" / name / "friction.toml").exists()
+
+
+@pytest.mark.slow
+def test_lugre_is_fitted_to_displacement_alone(folder, capsys):
+    """Data in mm without velocity, filtered; the levels are found though the filter blurs reversals."""
+    from vibrocap import LuGre, driven_force
+
+    contact = LuGre(
+        bristle_stiffness=2e5,
+        bristle_damping=300.0,
+        viscous_damping=5.0,
+        coulomb_coefficient=4.0,
+        static_coefficient=6.0,
+        stribeck_velocity=0.01,
+    )
+    time = np.linspace(0.0, 8.0, 4001)
+    velocity = 0.03 * np.sin(np.pi * time)
+    force = driven_force(contact, time, velocity).force
+    displacement = 30.0 / np.pi * (1 - np.cos(np.pi * time))
+    header = "time,displacement_mm,force"
+    np.savetxt("x.csv", np.stack([time, displacement, force], axis=1), delimiter=",", header=header, comments="")
+    plot = ("--plot", "fit.png") if HAS_PICTURES else ()
+    assert command("x.csv", "--law", "lugre", "--cutoff", "40", "--starts", "2", "--json", *plot) == OK
+    found = json.loads(capsys.readouterr().out)
+    assert found["relative_rmse"] < 0.01
+    assert found["values"]["coulomb_coefficient"] == pytest.approx(4.0, rel=0.02)
+    assert found["values"]["static_coefficient"] == pytest.approx(6.0, rel=0.02)
+    assert (folder / "fit.png").exists() == HAS_PICTURES

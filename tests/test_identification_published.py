@@ -1,0 +1,77 @@
+"""Fits of the published measurements: what was reached with them, and what they do not determine."""
+
+import numpy as np
+import pytest
+
+from published_data import published_folder
+from vibrocap.identification.fit import fit
+from vibrocap.identification.spring_fit import spring_fit
+from vibrocap.records.published import basalt_velocity_step, rotary_damper
+
+EARTHQUAKE = "eq_KocaeliMCE_window"
+
+
+@pytest.fixture(scope="module")
+def damper():
+    return rotary_damper(published_folder("arts-rotary-damper"))
+
+
+@pytest.fixture(scope="module")
+def basalt():
+    return basalt_velocity_step(published_folder("basalt-velocity-step"))[0]
+
+
+def test_lugre_on_the_rotary_damper(damper):
+    """Over the standard deviation of the force, as 25.1 % is counted: over the root mean square it would be 24.8 %."""
+    one = fit(damper, "lugre", held_out=EARTHQUAKE, starts=2, start="relaxed", intervals="covariance")
+    assert one.relative_rmse == pytest.approx(0.251, abs=0.001)
+    force = np.concatenate([r.measured for r in one.records if not r.held_out])
+    assert one.rmse / np.sqrt(np.mean(force**2)) == pytest.approx(0.248, abs=0.001)
+    assert 0.50 < one.held_out_relative_rmse < 0.60
+    assert not one["bristle_damping"].determined
+    # errors of a law that misses the asymmetry are correlated over thousands of samples
+    assert one.effective_samples < one.samples / 100
+
+
+@pytest.mark.slow
+def test_laws_on_the_rotary_damper(damper):
+    reached = {}
+    for law in ("lugre", "anisotropic-lugre", "backlash-anisotropic-lugre"):
+        one = fit(damper, law, held_out=EARTHQUAKE, intervals="covariance")
+        reached[law] = one.relative_rmse
+        assert 0.50 < one.held_out_relative_rmse < 0.60, law
+    assert reached["lugre"] <= 0.252
+    assert reached["anisotropic-lugre"] <= 0.205
+    assert reached["backlash-anisotropic-lugre"] <= 0.75 * reached["anisotropic-lugre"]
+
+
+@pytest.mark.slow
+def test_profiles_of_the_rotary_damper_name_what_is_open(damper):
+    one = fit([r for r in damper if r.name != EARTHQUAKE], "backlash-anisotropic-lugre")
+    assert one["gap"].determined
+    assert 4e-3 < one["gap"].low < one["gap"].high < 8e-3  # the plateau at zero force in the loops
+    assert "bristle_damping" in one.identifiability.undetermined
+    assert "bristle_damping" in one.identifiability.experiments
+
+
+def test_basalt_with_the_spring_as_measured(basalt):
+    """The published a, b and D_c lie within the intervals where the machine's spring is that of the initial rise."""
+    one = spring_fit(basalt, machine_stiffness="measured", starts=1, intervals="covariance")
+    assert 0.00765 in one["direct_effect"]
+    assert 0.00772 in one["evolution_effect"]
+    assert 7.7e-6 in one["critical_distance"]
+    for name in ("direct_effect", "evolution_effect", "critical_distance"):
+        assert one[name].determined, name
+
+
+@pytest.mark.slow
+def test_basalt_with_the_spring_searched_fits_better_and_is_stiffer(basalt):
+    measured = spring_fit(basalt, machine_stiffness="measured", starts=1)
+    searched = spring_fit(basalt, starts=1)
+    assert searched.cost < measured.cost
+    assert searched["machine_stiffness"].low > measured.options["machine_stiffness"]
+    # stated, not hidden: with the spring that fits best the published a and b are outside
+    assert searched["direct_effect"].low > 0.00765
+    assert searched["evolution_effect"].low > 0.00772
+    for name in ("direct_effect", "evolution_effect", "critical_distance"):
+        assert measured[name].determined, name
