@@ -10,9 +10,10 @@ import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic
 from vibrocap.orbits import segment, special_points
 from vibrocap.orbits.birth import angled_births, born_point
+from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_point import BranchPoint
 from vibrocap.orbits.closing_map import ClosingMap
-from vibrocap.orbits.continuation import BranchEnd, followed, started
+from vibrocap.orbits.continuation import followed, started
 from vibrocap.orbits.special_points import SpecialKind
 from vibrocap.orbits.words import WordChange, closed_word, same_cycle, word_change
 
@@ -145,10 +146,12 @@ def test_why_a_branch_ends():
 
 def test_word_that_changes_too_fast_is_said_to_do_so():
     def word(u, p):
-        return "FB" if p > 0.5 or math.sin(1.0 / (0.5 - p + 1e-9)) > 0.0 else "FSB"
+        if p < 0.48 or p > 0.5:
+            return "FSB" if p < 0.48 else "FB"
+        return "FB" if math.sin(1.0 / (0.5 - p + 1e-9)) > 0.0 else "FSB"
 
     map_ = PlainMap(lambda u, p: (0.5 * u[0] + p,), (0.0, 1.0), word=word)
-    found = way(map_, (0.8,), 0.4, step=0.1)
+    found = way(map_, (0.4,), 0.2, step=0.1)
     assert found.end is BranchEnd.PARAMETER_BOUND
     unlocated = [each for _, each in found.special if each.kind is SpecialKind.UNLOCATED]
     assert unlocated
@@ -163,6 +166,8 @@ def test_planted_faults_are_noticed(fault, monkeypatch):
         monkeypatch.setattr(special_points, "TESTS", tests)
     elif fault == "bracket":
         monkeypatch.setattr(segment, "NARROW", 0.2)
+        monkeypatch.setattr(segment, "TORN", 10.0)  # nor is it noticed that the ends are far apart,
+        monkeypatch.setattr(segment.Bracket, "jumps", False)  # and that the function does not vanish there
     else:
         monkeypatch.setattr(
             BranchPoint, "own_multipliers", property(lambda point: -np.linalg.eigvals(point.closing.jacobian))

@@ -56,9 +56,9 @@ from vibrocap.orbits.basins import Basins, basins
 from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
 from vibrocap.orbits.branch import Branch, SpecialPoint
 from vibrocap.orbits.branch_diagram import BranchDiagram, branches
+from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_following import branch
 from vibrocap.orbits.classification import MotionClass, classify
-from vibrocap.orbits.continuation import BranchEnd
 from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
 from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
 from vibrocap.orbits.orbit import Orbit, OrbitStatus

@@ -159,8 +159,7 @@ def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale:
 def _title(system: Any) -> str:
     parts = (system.machine, system.friction, system.drive)
     return "\n".join(
-        f"{part.name}:  "
-        + ",  ".join(f"{name} {_short(value)}" for name, value in given_parameters(part).items())
+        f"{part.name}:  " + ",  ".join(f"{name} {_short(value)}" for name, value in given_parameters(part).items())
         for part in parts
     )
 

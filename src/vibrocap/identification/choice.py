@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap import catalogue
 from vibrocap.friction.law import Law
-from vibrocap.identification.coordinates import Coordinate, Space
+from vibrocap.identification.coordinates import COARSE_STEP, Coordinate, Space
 from vibrocap.identification.data_scales import DataScales
 from vibrocap.identification.roles import Role, role
 from vibrocap.parameters import parameter_table
@@ -106,6 +106,8 @@ def choice(
             elif led and led not in chosen:
                 coordinate = dataclasses.replace(coordinate, form="below", partner=led)
                 constants[led] = start[led]
+        if role(name).name == "gap":
+            coordinate = dataclasses.replace(coordinate, step=COARSE_STEP)
         coordinates.append(coordinate)
     shares = tuple(name for name in names if name.startswith("share_"))
     constants |= {name: start[name] for name in shares}

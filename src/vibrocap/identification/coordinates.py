@@ -12,6 +12,10 @@ import numpy as np
 
 Form = Literal["log", "foot", "linear", "above", "below"]
 LARGEST_RATIO = 20.0
+STEP, COARSE_STEP = (
+    1e-4,
+    5e-3,
+)  # the first: square root of the driven law's tolerance, where rounding and curvature meet
 LARGEST_SUM = 0.98  # of shares of one whole
 
 
@@ -21,7 +25,8 @@ class Coordinate:
 
     log: p = exp(u); foot: p = scale sinh(u), p >= 0; linear: p = scale u;
     above: p = partner exp(u) with u >= 0; below: p = partner exp(-u) with u >= 0 (partner: another parameter's value).
-    low, high: bounds of p. spread: standard deviation of u among the starts.
+    low, high: bounds of p. spread: standard deviation of u among the starts. step: change of u for differences; a
+    coarse one for a parameter in which the force is not smooth (a gap moves the instants at which a joint closes).
     """
 
     name: str
@@ -31,6 +36,7 @@ class Coordinate:
     scale: float = 1.0
     partner: str = ""
     spread: float = 0.5
+    step: float = STEP
 
     @property
     def range(self) -> tuple[float, float]:

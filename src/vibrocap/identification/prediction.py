@@ -12,7 +12,6 @@ from vibrocap.identification.samples import Samples
 from vibrocap.laboratory.driven import driven_forces
 
 TOLERANCE = 1e-8  # of the driven law, over the natural size of its states
-STEP = 1e-4  # of a coordinate, for differences: square root of TOLERANCE, where rounding and curvature meet
 START = "start"  # prefix of the nuisance parameters that are the state of the contact at the first sample
 
 
@@ -61,14 +60,19 @@ class Prediction:
         names, law_names = self.space.names, self.law_names
         columns = [names.index(name) for name in law_names]
         law_values = values[:, columns]
-        found = driven_forces(
+        lawful = np.array([self._lawful(row) for row in law_values.tolist()])
+        if not lawful.any():
+            return np.full((len(values), len(record)), np.nan)
+        found = np.full((len(values), len(record)), np.nan)
+        start = self._start(values, law_values, record)
+        found[lawful] = driven_forces(
             self.template,
-            law_values,
+            law_values[lawful],
             law_names,
             record.time,
             record.velocity,
             load=record.load,
-            internal=self._start(values, law_values, record),
+            internal=None if start is None else start[lawful],
             tolerance=self.tolerance,
             threads=self.threads,
         ).force
@@ -76,6 +80,14 @@ class Prediction:
             if name in names:
                 found = found + values[:, [names.index(name)]] * column
         return found
+
+    def _lawful(self, row: list[float]) -> bool:
+        """Whether the law takes these parameters: some laws check them together."""
+        try:
+            dataclasses.replace(self.template, **dict(zip(self.law_names, row, strict=True)))  # type: ignore[type-var]
+        except ValueError:
+            return False
+        return True
 
     def errors(self, u: np.ndarray) -> np.ndarray:
         """Errors [n] of all samples, over the records' units."""
@@ -97,8 +109,9 @@ class Prediction:
         All rows of one record are one call of the driven law. A state at the start changes its own record only.
         """
         low, high = self.space.low, self.space.high
-        steps = np.where(u + STEP <= high, STEP, -STEP)
-        steps = np.where((steps < 0) & (u - STEP < low), 0.5 * (high - low), steps)
+        own = np.array([each.step for each in self.space.coordinates])
+        steps = np.where(u + own <= high, own, -own)
+        steps = np.where((steps < 0) & (u - own < low), 0.5 * (high - low), steps)
         found = np.zeros((self.size, len(u)))
         begin = 0
         for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True)):

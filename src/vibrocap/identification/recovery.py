@@ -18,8 +18,8 @@ from vibrocap.parameters import parameter_table
 class RecoveredParameter:
     """One parameter over all repetitions.
 
-    inside: how many intervals (95 %) hold its true value; determined: how many fits call it determined; bias: mean error
-    over the mean standard error; width: median of half the interval over the true value (inf where it is open).
+    inside: how many intervals (95 %) hold its true value; determined: how many fits call it determined; bias: mean
+    error over the mean standard error; width: median of half the interval over the true value (inf where it is open).
     """
 
     name: str
@@ -56,11 +56,11 @@ def recovery(
     progress: Callable[[float], None] | None = None,
     **settings: Any,
 ) -> Recovery:
-    """Simulate an experiment many times with new noise, fit each from the data alone, and count the intervals that hold.
+    """Simulate an experiment many times with new noise, fit each from its data alone, count the intervals that hold.
 
-    motions: what is imposed; None: a motion that tells of every parameter (`telling_motion`). noise: standard deviation of
-    the force's white noise over that of the force. **settings: of `fit`; by default 4 starts and a relaxed contact at the
-    start. The fit knows the law's class, its conventions and whole exponents, and nothing else.
+    motions: what is imposed; None: a motion that tells of every parameter (`telling_motion`). noise: standard
+    deviation of the force's white noise over that of the force. **settings: of `fit`; by default 4 starts and a
+    relaxed contact at the start. The fit knows the law's class, its conventions and whole exponents, and nothing else.
     """
     motions = [telling_motion(law, load)] if motions is None else list(motions)
     settings = {"starts": 4, "start": "relaxed", **settings}
@@ -125,7 +125,9 @@ def telling_motion(law: Law, load: float = 1.0) -> Motion:
         for stroke in (1.0, 3.0, 10.0):
             parts.append(sinusoid(0.5 * (stroke * distance + 2 * gap), slow / stroke, 2, 240))
         parts.append(sinusoid(0.3 * distance + gap, 10 * slow, 4, 240))
-        parts.append(multisine(60 * distance + 2 * gap, [far / (600 * distance + 20 * gap) * f for f in (1.0, 2.3)], 480))
+        parts.append(
+            multisine(60 * distance + 2 * gap, [far / (600 * distance + 20 * gap) * f for f in (1.0, 2.3)], 480)
+        )
     for speed in speeds:
         parts.append(ramp(4 * speed, 40.0 * _settling(law, speed, load), 480))
     parts.append(ramp(far, 40.0 * _settling(law, far, load), 240))

@@ -75,7 +75,7 @@ ROLES = (
         "repeated slow break-aways from rest, or a sweep down to speeds far below the Stribeck velocity,",
     ),
     Role("ratio", "ratio", NUMBER, 1.0, 0.1, 0.02, 50.0, BOTH),
-    Role("direct effect", "direct_effect", (1, 0, 0, 0), 0.015, 0.5, 1e-6, 1.0, STEPS),
+    Role("direct effect", "direct_effect", (1, 0, 0, 0), 0.015, 0.5, 3.5e-3, 1.0, STEPS),
     Role("evolution effect", "evolution_effect", (1, 0, 0, 0), 0.015, 0.5, 1e-6, 1.0, STEPS),
     Role("critical distance", "critical_distance", (0, 0, 1, 0), 0.02, 0.7, 1e-6, 10.0, STEPS),
     Role(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from vibrocap.identification.coordinates import STEP
 from vibrocap.identification.prediction import Prediction
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
@@ -15,6 +16,7 @@ SCREENED = 8  # points looked at per start
 SHORT, LONG, POLISH = 12, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
 CARRIED = 3  # drafts that are carried on
 TIE = 1e-7
+SCAN, REACH = 81, 8.0  # points of a scan and its reach, in coarse steps
 STOP = 1e-8  # relative change of cost or coordinates at which a search has converged
 
 
@@ -194,9 +196,28 @@ def search(
         drafts[i] = (minimum(draft, u, loss, evaluations=LONG, stop=1e-6), drafts[i][1])
         said(0.55 + 0.15 * (i + 1) / CARRIED)
     drafts.sort(key=lambda each: each[0].cost)
-    best = minimum(prediction, drafts[0][0].u, loss, evaluations=POLISH)
+    best = _scanned(prediction, minimum(prediction, drafts[0][0].u, loss, evaluations=POLISH), loss)
     said(0.8)
     return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in drafts)
+
+
+def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:
+    """The minimum, after a look along coordinates in which the force is not smooth: there a descent ends too soon."""
+    for j, coordinate in enumerate(prediction.space.coordinates):
+        if coordinate.step <= STEP:
+            continue
+        table = np.tile(best.u, (SCAN, 1))
+        table[:, j] = np.clip(
+            best.u[j] + coordinate.step * np.linspace(-REACH, REACH, SCAN),
+            prediction.space.low[j],
+            prediction.space.high[j],
+        )
+        costs = loss.cost(finite(prediction.error_table(table)))
+        i = int(np.argmin(costs))
+        if costs[i] < best.cost:
+            again = minimum(prediction, table[i], loss, evaluations=POLISH)
+            best = again if again.cost < best.cost else best
+    return best
 
 
 def _promising(draft: Prediction, centre: np.ndarray, count: int, loss: Loss, seed: int) -> list[np.ndarray]:

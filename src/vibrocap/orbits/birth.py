@@ -18,7 +18,7 @@ BORN = "this branch is born here"
 DIFFERENT = 1e-5  # mismatch under the parent's map from which on an orbit is another
 
 
-def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint) -> Found | None:
+def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint, slack: float = 0.0) -> Found | None:
     """Where a branch is born from one of the coarser map, between two of its points; None where it is not.
 
     A branch of mirror twins meets that of symmetric orbits where the parameter has an extremum along it, since the
@@ -26,14 +26,16 @@ def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint) -> Fo
     period. There a multiplier of the coarser map is -1 (a pitchfork or a flip), or they jump over -1 at a change of the
     word, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser branch,
     where nothing is singular.
+
+    slack: how much farther from `first` than `last` it may be
     """
-    segment = _coarser_segment(closure, first, last)
+    near = float(np.linalg.norm(last.x - first.x)) + slack
+    segment = _coarser_segment(closure, first, last, near)
     if segment is None:
         return None
-    reach = 2.0 * float(np.linalg.norm(last.x - first.x)) + NARROWEST
     for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
         smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
-        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= reach:
+        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= near:
             return _seen_from(closure, first, special)
     return None
 
@@ -47,17 +49,16 @@ def unlocated_birth(closure: Closure, last: BranchPoint, beyond: BranchPoint) ->
     return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=BORN)
 
 
-def _coarser_segment(closure: Closure, first: BranchPoint, last: BranchPoint) -> Segment | None:
+def _coarser_segment(closure: Closure, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
     """A stretch of the coarser branch about two points, the shortest with a multiplier -1 or a change of the word."""
     coarser = closure.coarser()
     if coarser is None:
         return None
     guess = 0.5 * (first.x + last.x)
-    near = float(np.linalg.norm(last.x - first.x))
     across = np.zeros(len(guess))
     across[-1] = 1.0
     middle, _ = corrected(coarser, guess, across, float(guess[-1]), first.closing)
-    if middle is None or np.linalg.norm(middle.x - guess) > max(near, NARROWEST):
+    if middle is None or np.linalg.norm(middle.x - guess) > near:
         return None
     reach = NARROWEST
     while reach <= WIDEST:

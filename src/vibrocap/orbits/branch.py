@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_point import CLOSE_TO_CIRCLE, BranchPoint
 from vibrocap.orbits.closing_map import ClosingMap
-from vibrocap.orbits.continuation import BranchEnd, Followed
+from vibrocap.orbits.continuation import Followed
 from vibrocap.orbits.orbit import Orbit
 from vibrocap.orbits.shooting import named_states, shoot
 from vibrocap.orbits.special_points import Found, SpecialKind

@@ -8,8 +8,8 @@ import numpy as np
 
 from vibrocap.orbits.branch import Branch, SpecialPoint
 from vibrocap.orbits.branch_distance import branch_distance
+from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_following import branch, leaving, mirrored_all_over, starting_orbit
-from vibrocap.orbits.continuation import BranchEnd
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.shooting import shoot
 from vibrocap.orbits.special_points import SpecialKind

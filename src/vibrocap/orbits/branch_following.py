@@ -10,9 +10,10 @@ from vibrocap.equations import equations
 from vibrocap.numerics.graph import depends_on_time
 from vibrocap.orbits.birth import angled_births, born_point
 from vibrocap.orbits.branch import Branch, SpecialPoint, empty_branch, joined
+from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_point import BranchPoint
 from vibrocap.orbits.closing_map import ClosingMap, recorded_with
-from vibrocap.orbits.continuation import BranchEnd, followed, started
+from vibrocap.orbits.continuation import followed, started
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.special_points import SpecialKind
 from vibrocap.orbits.steady import orbit as steady_orbit

@@ -7,7 +7,7 @@ from vibrocap.orbits.words import cycle
 
 MOST_CHANGES = 12  # within one step of a branch
 SHORTEST = 1e-6  # share of a segment within which no further changes are looked for
-PROBES = (0.31, 0.5, 0.73)  # shares of a short step at which the word is looked at
+PROBES = (0.08, 0.17, 0.26, 0.35, 0.43, 0.54, 0.63, 0.72, 0.81, 0.9, 0.97)  # shares of a step that is looked at closely
 TOO_MANY = "the word changes more often than it can be located"
 NOT_CLOSED = "the word changes, but orbits in between do not close"
 JUMPS = "the word changes where the orbits jump"
@@ -19,7 +19,7 @@ def word_cuts(segment: Segment, closely: bool = False) -> tuple[list[tuple[float
     A change is bracketed by bisection. Bisection sees one where there are three: the middle of each stretch that it
     leaves is looked at too, and if its word is another, the search goes on there.
 
-    closely: look between points of the same word too, since the branch needed short steps here
+    closely: look between points of the same word too, since there were too many changes here for a longer step
     """
     found: list[tuple[float, float]] = []
     try:

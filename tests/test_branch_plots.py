@@ -1,0 +1,128 @@
+"""Pictures and datasets of branches, of one made by hand: what is drawn, where it is cut, what stands beside."""
+
+import types
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.faces import branch_plots
+from vibrocap.orbits.branch import Branch, SpecialPoint
+from vibrocap.orbits.branch_diagram import BranchDiagram
+from vibrocap.orbits.branch_end import BranchEnd
+from vibrocap.orbits.special_points import SpecialKind
+from vibrocap.orbits.words import WordChange
+
+SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)
+
+
+def special(kind, parameter, drift, arclength, after, counts, **more):
+    given = {
+        "word_before": "FB", "word_after": "FB", "change": None, "passed": None, "text": "", "found": None, **more,
+    }  # fmt: skip
+    return SpecialPoint(
+        kind=kind, parameter=parameter, error=1e-9, state={}, drift=drift, multipliers=np.ones(3),
+        arclength=arclength, after_point=after, unstable_before=counts[0], unstable_after=counts[1], **given,
+    )  # fmt: skip
+
+
+def branch(parameter, drift, stable, special_points=(), symmetric=True, period=1):
+    parameter, drift = np.array(parameter), np.array(drift)
+    n = len(parameter)
+    return Branch(
+        system=SYSTEM, over=OVER, between=BETWEEN, response_period=period, symmetric=symmetric, parameter=parameter,
+        states=np.arange(4.0 * n).reshape(n, 4), drift=drift, mean_velocity=drift / (2.0 * np.pi * period),
+        multipliers=np.where(np.array(stable), 0.5, 1.5)[:, None] * np.ones(3, dtype=complex), stable=np.array(stable),
+        word=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), special_points=tuple(special_points),
+        ends=(BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND), start=0,
+        closing_map=types.SimpleNamespace(map=types.SimpleNamespace(cyclic=2)),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def symmetric_branch():
+    pitchfork = special(SpecialKind.PITCHFORK, 1.4, 0.0, 0.8, 0, (0, 1))
+    regained = special(
+        SpecialKind.WORD_CHANGE, 2.6, 0.0, 2.6, 2, (1, 0), word_after="FSBS", change=WordChange.CROSSING,
+        passed=SpecialKind.PITCHFORK, text="two stick phases appear",
+    )  # fmt: skip
+    return branch([1.0, 1.5, 2.0, 3.0], [0.0] * 4, [True, False, False, True], [pitchfork, regained])
+
+
+def travelling_branch():
+    fold = special(SpecialKind.FOLD, 2.7, 0.1, 2.2, 2, (0, 1))
+    return branch([1.4, 2.0, 2.68, 2.6], [0.0, 0.3, 0.12, 0.0], [False, True, True, False], [fold], symmetric=False)
+
+
+def diagram():
+    return BranchDiagram(SYSTEM, OVER, BETWEEN, (symmetric_branch(), travelling_branch()), (), ())
+
+
+def test_lines_are_cut_where_stability_changes():
+    found = branch_plots.stretches(symmetric_branch(), "drift")
+    assert [stable for _, _, stable in found] == [True, False, True]
+    assert [x.tolist() for x, _, _ in found] == [[1.0, 1.4], [1.4, 1.5, 2.0, 2.6], [2.6, 3.0]]
+    found = branch_plots.stretches(travelling_branch(), "drift")
+    assert [(x.tolist(), stable) for x, _, stable in found] == [([1.4, 2.0, 2.68, 2.7], True), ([2.7, 2.6], False)]
+
+
+def test_stable_is_solid_and_twins_are_drawn():
+    _, axes = branch_plots.figure(1, 1)
+    used = branch_plots.draw_branches(axes[0, 0], diagram().branches, "mean_velocity")
+    lines = [line for line in axes[0, 0].lines if len(line.get_xdata()) > 1 and line.get_xdata()[0] >= 1.0]
+    styles = {(line.get_color(), line.get_linestyle()) for line in lines}
+    black, blue = branch_plots.BLACK, branch_plots.BLUE
+    assert styles == {(black, "-"), (black, "--"), (blue, "-"), (blue, "--")}
+    peaks = [float(line.get_ydata()[1]) for line in lines if line.get_color() == blue and line.get_linestyle() == "-"]
+    assert sorted(peaks) == pytest.approx([-0.3 / (2.0 * np.pi), 0.3 / (2.0 * np.pi)])
+    assert {"stable", "unstable", "pitchfork", "fold", branch_plots.LOSS_WORDS} <= used
+    marks = [(line.get_marker(), float(line.get_xdata()[0])) for line in axes[0, 0].lines if len(line.get_xdata()) == 1]
+    assert sorted(marks) == [("<", 2.7), ("<", 2.7), ("D", 1.4), ("D", 2.6)]
+
+
+def test_picture_is_written_for_one_and_for_several(tmp_path):
+    one = branch_plots.plot_branches(diagram(), tmp_path / "one.png")
+    two = branch_plots.plot_branches([diagram(), diagram()], tmp_path / "two.svg", "drift", multipliers=True)
+    assert one.stat().st_size > 10_000
+    text = two.read_text()
+    again = branch_plots.plot_branches([diagram(), diagram()], tmp_path / "again.svg", "drift", multipliers=True)
+    assert again.read_text() == text
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="quantity should be one of mean_velocity, drift, got 'speed'"):
+        branch_plots.plot_branches(diagram(), tmp_path / "x.png", "speed")
+    with pytest.raises(ValueError, match="at least one branch"):
+        branch_plots.plot_branches([], tmp_path / "x.png")
+    with pytest.raises(ValueError, match="held to its place"):
+        branch_plots.plot_branches(branch([1.0, 2.0], [np.nan] * 2, [True] * 2), tmp_path / "x.png")
+
+
+def test_branch_in_words_and_as_a_table():
+    found = symmetric_branch()
+    (first, second) = found.table()
+    assert (first["kind"], first[OVER], first["stability"]) == ("pitchfork", 1.4, "lost")
+    assert second["remarks"] == (
+        "crossing; two stick phases appear; FB -> FSBS; multipliers jump as over a pitchfork; stability gained"
+    )
+    assert found.special_points[1].discontinuous
+    assert not found.special_points[0].discontinuous
+    assert found.parts == ((0, 0, True), (1, 2, False), (3, 3, True))
+    assert found.kind(SpecialKind.PITCHFORK) == (found.special_points[0],)
+    assert "symmetric orbits of 1 drive period(s) over drive.amplitude, 4 points" in str(found)
+    assert "[1] Branch of travelling orbits" in str(diagram())
+
+
+def test_dataset_says_what_it_holds():
+    pytest.importorskip("xarray")
+    found = symmetric_branch()
+    data = vc.branch_dataset(found)
+    assert data["drift"].dims == ("point",)
+    assert np.array_equal(data[OVER].values, found.parameter)
+    assert np.array_equal(data["velocity"].values, found.states[:, 3])
+    assert np.array_equal(data["multiplier_real"].values, found.multipliers.real)
+    assert data["special_kind"].values.tolist() == ["pitchfork", "change of word"]
+    assert data["special_stability"].values.tolist() == ["lost", "gained"]
+    assert data.attrs["ends"] == "parameter bound"
+    assert "[machine]" in data.attrs["case"]
+    assert data[OVER].attrs["symbol"] == "h"
