@@ -77,7 +77,7 @@ def test_stable_is_solid_and_twins_are_drawn():
     assert sorted(peaks) == pytest.approx([-0.3 / (2.0 * np.pi), 0.3 / (2.0 * np.pi)])
     assert {"stable", "unstable", "pitchfork", "fold", branch_plots.LOSS_WORDS} <= used
     marks = [(line.get_marker(), float(line.get_xdata()[0])) for line in axes[0, 0].lines if len(line.get_xdata()) == 1]
-    assert sorted(marks) == [("<", 2.7), ("<", 2.7), ("D", 1.4), ("D", 2.6)]
+    assert sorted(marks) == [("D", 1.4), ("D", 2.6), ("o", 2.7), ("o", 2.7)]
 
 
 def test_picture_is_written_for_one_and_for_several(tmp_path):

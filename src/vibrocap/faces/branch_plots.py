@@ -24,7 +24,7 @@ UNSTABLE = (0, (3.0, 2.2))
 # (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
 MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
     SpecialKind.PITCHFORK: ("D", 5.5, True),
-    SpecialKind.FOLD: ("<", 11.0, False),
+    SpecialKind.FOLD: ("o", 10.0, False),
     SpecialKind.FLIP: ("s", 5.0, True),
     SpecialKind.NEIMARK_SACKER: ("o", 5.5, True),
     SpecialKind.BRANCH_POINT: ("P", 6.0, True),

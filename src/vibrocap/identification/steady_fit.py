@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.friction.law import Law
 from vibrocap.identification.choice import Choice, choice
 from vibrocap.identification.data_scales import data_scales
-from vibrocap.identification.fit import split_records, units
+from vibrocap.identification.fit import DRAFT, split_records, units
 from vibrocap.identification.fit_result import Fit
 from vibrocap.identification.prediction import Prediction, nuisances, unchecked
 from vibrocap.identification.samples import Samples
@@ -131,7 +131,9 @@ def steady_fit(
         "load": load,
         "fixed": dict(fixed or {}),
     }
-    return solution(prediction, prediction, chosen, settings, unseen, options, begin, progress)
+    every = max(1, prediction.size // DRAFT)
+    draft = prediction.of([_each(record, every) for record in fitted], prediction.units)
+    return solution(prediction, draft, chosen, settings, unseen, options, begin, progress)
 
 
 def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -> Choice:
@@ -144,6 +146,15 @@ def _moving(record: Samples, least_speed: float) -> Samples:
     moving = np.abs(record.velocity) > least_speed
     if moving.sum() < 8:
         raise ValueError(f"record {record.name!r}: has {int(moving.sum())} samples faster than {least_speed:g} m/s")
-    load = record.load if np.ndim(record.load) == 0 else record.load[moving]
-    columns = {name: getattr(record, name)[moving] for name in ("time", "velocity", "force", "acceleration")}
+    return _kept(record, moving)
+
+
+def _each(record: Samples, every: int) -> Samples:
+    """Each `every`-th sample, for a draft."""
+    return _kept(record, slice(None, None, every))
+
+
+def _kept(record: Samples, which: Any) -> Samples:
+    load = record.load if np.ndim(record.load) == 0 else record.load[which]
+    columns = {name: getattr(record, name)[which] for name in ("time", "velocity", "force", "acceleration")}
     return dataclasses.replace(record, **columns, load=load)

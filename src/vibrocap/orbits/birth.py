@@ -12,6 +12,8 @@ from vibrocap.orbits.words import same_cycle, word_change
 
 WIDEST = 0.05  # share of the parameter's range within which a birth is looked for
 NARROWEST = 1e-4
+TWIN = 3.0  # how far off, over the distance of two points about a birth, the twin of one may be from the other
+REACH = 30.0  # the same of the birth, where the branch leaves at a sharp angle
 BESIDE = (-1e-3, 1e-3, -1e-2, 1e-2)  # shares of the range at which a branch that leaves at an angle is looked for
 OFF = tuple(10.0 ** np.arange(-4.0, -0.4, 0.5))  # distances from its parent there, in natural sizes
 BORN = "this branch is born here"
@@ -27,15 +29,22 @@ def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint, slack
     word, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser branch,
     where nothing is singular.
 
-    slack: how much farther from `first` than `last` it may be
+    Beyond a birth the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
+    birth from a fold beside it. slack: how much farther than `last` from `first` all this may be
     """
+    coarser = closure.coarser()
+    if coarser is None:
+        return None
     near = float(np.linalg.norm(last.x - first.x)) + slack
-    segment = _coarser_segment(closure, first, last, near)
+    twin = np.append(last.x[:-1] + coarser.attempt(last.x, last.closing).mismatch, last.x[-1])
+    if not np.linalg.norm(twin - first.x) <= TWIN * near:
+        return None
+    segment = _coarser_segment(coarser, first, last, TWIN * near)
     if segment is None:
         return None
     for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
         smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
-        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= near:
+        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= REACH * near:
             return _seen_from(closure, first, special)
     return None
 
@@ -49,11 +58,8 @@ def unlocated_birth(closure: Closure, last: BranchPoint, beyond: BranchPoint) ->
     return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=BORN)
 
 
-def _coarser_segment(closure: Closure, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
+def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
     """A stretch of the coarser branch about two points, the shortest with a multiplier -1 or a change of the word."""
-    coarser = closure.coarser()
-    if coarser is None:
-        return None
     guess = 0.5 * (first.x + last.x)
     across = np.zeros(len(guess))
     across[-1] = 1.0

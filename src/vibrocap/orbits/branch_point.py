@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.orbits.closing_map import Closing, Closure
 
 CLOSED = 1e-12  # residual at which a point is accepted
-ROUNDING = 1e-9  # the same where no step of Newton's method makes it smaller
+ROUNDING = 3e-11  # the same where no step of Newton's method makes it smaller
 MOST_STEPS = 10
 LONGEST_STRIDE = 0.5  # of a step of Newton's method, over natural sizes
 FORGOTTEN = 1e-13  # size of a multiplier that is zero but for rounding

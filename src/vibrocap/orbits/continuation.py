@@ -13,7 +13,7 @@ from vibrocap.orbits.special_points import Found, SpecialKind, special_points_be
 from vibrocap.orbits.word_cuts import TOO_MANY
 
 SAME = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
-MEETING = 1e-5  # distance at which a branch that becomes one of the coarser map may be from its birth
+MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its birth
 SURE = 1e-4  # share of the largest step below which a step has not jumped to another branch
 CROWDED = 0.03  # the same of a step whose changes of word are too many to be located one by one
 TORN = (SpecialKind.UNLOCATED, SpecialKind.JUMP)
@@ -93,7 +93,10 @@ class _Walk:
         while True:
             found, following, why = next_point(self.closure, here, self.ds, self.longest)
             if found is None:
-                return (None, [], why) if met_at is None else self._ended(here, met_at)
+                if met_at is not None:
+                    return self._ended(here, met_at)
+                special = birth_between(self.closure, here, here, MEETING)
+                return (None, [], why) if special is None else (special.point, [special], _end_at(special))
             way = float(np.linalg.norm(found.x - here.x))
             least = min(way, self.ds)
             if here.tangent[-1] * found.tangent[-1] < 0.0 and not at_birth:

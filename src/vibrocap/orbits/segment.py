@@ -13,6 +13,7 @@ from vibrocap.orbits.words import same_cycle
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
 TORN = 1e-3  # share of a segment's length by which neighbours at a place that was located may differ
+KINK = 1e-3  # share of a segment within which a kink may keep its points from being closed
 MOST_TRIALS = 80
 
 
@@ -59,16 +60,19 @@ class Segment:
             return self.points[place]
         left, right = self.shares[place - 1], self.shares[place]
         before, after = self.points[place - 1], self.points[place]
-        near = before if share - left <= right - share else after
-        guess = before.x + (share - left) / (right - left) * (after.x - before.x)
         level = self.start + share * self.length
-        found, _ = corrected(self.closure, guess, self.normal, level, near.closing)
-        if found is None or np.linalg.norm(found.x - guess) > self.length:
-            raise Lost(f"no closed point at {share:.6g} of a segment")
-        point = BranchPoint(found, tangent(found, self.normal))
-        self.shares.insert(place, share)
-        self.points.insert(place, point)
-        return point
+        between = before.x + (share - left) / (right - left) * (after.x - before.x)
+        for near, guess in ((before, between), (before, None), (after, None)):
+            if guess is None:  # along the neighbour's own tangent: on its own side of a kink
+                onward = float(near.tangent @ self.normal)
+                guess = near.x + (level - self.normal @ near.x) / (onward or 1.0) * near.tangent
+            found, _ = corrected(self.closure, guess, self.normal, level, near.closing)
+            if found is not None and np.linalg.norm(found.x - between) <= self.length:
+                point = BranchPoint(found, tangent(found, self.normal))
+                self.shares.insert(place, share)
+                self.points.insert(place, point)
+                return point
+        raise Lost(f"no closed point at {share:.6g} of a segment")
 
     def parameter(self, share: float) -> float:
         """The parameter at a share that was visited."""
@@ -116,7 +120,13 @@ class Segment:
             if right - left <= self.narrow:
                 break
             middle = 0.5 * (left + right)
-            if same(self.point(middle)):
+            try:
+                holds = same(self.point(middle))
+            except Lost:
+                if right - left < KINK:
+                    break
+                raise
+            if holds:
                 left = middle
             else:
                 right = middle

@@ -13,7 +13,7 @@ from vibrocap.orbits.segment import Bracket, Lost, Segment
 from vibrocap.orbits.word_cuts import word_cuts
 from vibrocap.orbits.words import WordChange, word_change
 
-SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity grazes zero
+SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
 NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
 
 
@@ -213,7 +213,7 @@ def _word_change(segment: Segment, left: float, right: float) -> Found:
             passed = SpecialKind.PITCHFORK if kind is SpecialKind.FLIP and segment.closure.half else kind
             break
     width = abs(segment.parameter(right) - segment.parameter(left))
-    if change is WordChange.GRAZING:
+    if change in (WordChange.GRAZING, WordChange.SPLITTING):
         width += SEEN * abs(segment.closure.parameter(np.array([1.0])) - segment.closure.parameter(np.array([0.0])))
     counts = before.unstable(), after.unstable()
     return Found(SpecialKind.WORD_CHANGE, left, before, width, counts, words, change, passed, beyond=after, text=text)

@@ -1,0 +1,19 @@
+"""Draws branches.png, the picture of docs/orbits.md: steady motions over the drive's amplitude, for both laws.
+
+python docs/images/branches.py
+"""
+
+import math
+from pathlib import Path
+
+import vibrocap as vc
+from vibrocap.faces.branch_plots import plot_branches
+
+if __name__ == "__main__":
+    start = {"angle": math.pi / 3}
+    diagrams = []
+    for law in (vc.Exponential(), vc.LuGre()):
+        system = vc.System(vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0), law, vc.Harmonic())
+        diagrams.append(vc.branches(system, "drive.amplitude", (1.0, 3.0), initial=start))
+        print(diagrams[-1])
+    plot_branches(diagrams, Path(__file__).with_suffix(".png"), multipliers=True)
