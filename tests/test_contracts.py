@@ -294,8 +294,8 @@ MOVING = [*laws(), "anisotropic-stribeck", "anisotropic-lugre", "backlash-dahl"]
 
 
 def law_marked(law):
-    """Every law is a compilation of its own: a few stand for all in .ci/run."""
-    return pytest.param(law, marks=[] if law in ("elasto-plastic", "lugre", "stribeck") else [pytest.mark.thorough])
+    """Every law is a compilation of its own: one stands for all in .ci/run."""
+    return pytest.param(law, marks=[] if law == "lugre" else [pytest.mark.thorough])
 
 
 @pytest.mark.slow
