@@ -8,8 +8,8 @@ from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics.ensemble import Budget, ensemble_run
 from vibrocap.numerics.lanes import RESULT_HEAD
 
-# The largest with one digit at which 99 % of the runs end within the error asked.
-TOLERANCE = {"exponential": 5e-8, "lugre": 1e-7}
+# The largest with two digits at which 99 % of the runs end within the error asked.
+TOLERANCE = {"exponential": 6e-8, "lugre": 2.4e-7}
 LAWS = {"exponential": vc.Exponential, "lugre": vc.LuGre}
 
 

@@ -5,6 +5,7 @@ import functools
 from typing import Any
 
 from vibrocap.machines.machine import Machine
+from vibrocap.numerics.balance import Balance
 from vibrocap.numerics.graph import Expression, Graph
 from vibrocap.parameters import parameter_table
 from vibrocap.system import PARTS, System
@@ -39,6 +40,7 @@ class Equations:
     kinked: bool
     observables: dict[str, Expression]
     base: int  # states of the motion itself; tangents may follow them
+    balance: Balance | None  # of momentum, where it gives the acceleration of the contact
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
 
 
@@ -124,6 +126,15 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         "momentum": recorded.machine.momentum(graph.node("time"), mechanical),
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
+    contact = system.state_names.index(system.machine.contact_state)
+    side = graph.node("side")
+    balance = Balance(
+        momentum=expression(observables["momentum"]),
+        outer=expression(flow.outer_force),
+        friction=expression(flow.sliding_friction),
+        share=expression(1.0) if flow.holding_limit is None else side * side,
+        acceleration=expression(flow.rates[contact]),
+    )
     if type(system.machine).outer_force is not Machine.outer_force:
         observables["outer_force"] = recorded.machine.outer_force(graph.node("time"), mechanical, flow.drive)
     return Equations(
@@ -148,6 +159,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         kinked=system.friction.kind == "kinked",
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
+        balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
     )
 
 

@@ -20,6 +20,8 @@ class Flow:
     drive: Any
     contact_velocity: Any
     friction: Any  # friction force R
+    sliding_friction: Any  # R where the contact slides
+    outer_force: Any  # along the line of sliding, other than friction
     holding_force: Any  # R that would keep a resting contact at rest
     holding_middle: Any  # of the forces that the contact can hold at rest
     holding_limit: Any  # how far they reach from their middle; None where the law is not set-valued
@@ -84,6 +86,7 @@ class System:
         velocity = self.machine.contact_velocity(t, mechanical)
         hold = self.machine.holding_force(t, mechanical, drive)
         force, internal_rates = self.friction.force(velocity, internal, side, load)
+        sliding_friction = force
         sliding_loss, bristle_loss = self.friction.losses(velocity, internal, side, load)
         limit = None
         if self.friction.kind == "set-valued":
@@ -97,6 +100,8 @@ class System:
             drive=drive,
             contact_velocity=velocity,
             friction=force,
+            sliding_friction=sliding_friction,
+            outer_force=self.machine.outer_force(t, mechanical, drive),
             holding_force=hold,
             holding_middle=self.friction.holding_middle(load),
             holding_limit=limit,

@@ -13,7 +13,7 @@ from vibrocap.identification.prediction import Prediction
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 FAILED_ERROR = 1e2  # error of every sample of a run that failed: far above any fit's, so that the search turns back
 SCREENED = 8  # points looked at per start
-SHORT, LONG, POLISH = 12, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
+SHORT, LONG, POLISH = 10, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
 CARRIED = 3  # drafts that are carried on
 TIE = 1e-7
 SCAN, REACH = 81, 8.0  # points of a scan and its reach, in coarse steps
@@ -188,7 +188,7 @@ def search(
     said(0.05)
     drafts: list[tuple[Minimum, np.ndarray]] = []
     for i, u in enumerate(begins):
-        drafts.append((minimum(draft, u, loss, evaluations=SHORT, stop=1e-5), u))
+        drafts.append((minimum(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
         said(0.05 + 0.5 * (i + 1) / len(begins))
     drafts.sort(key=lambda each: each[0].cost)
     for i in range(min(CARRIED, len(drafts))):

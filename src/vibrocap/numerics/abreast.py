@@ -11,7 +11,6 @@ from vibrocap.numerics.generated import (
     HOLD,
     IDLE,
     IMPLICIT_STEPS,
-    INVERSE_SCALE,
     KINKED,
     LANES,
     LIMIT,
@@ -24,7 +23,6 @@ from vibrocap.numerics.generated import (
     SET_VALUED,
     SIDE,
     STATE,
-    STATES,
     STATUS,
     STEP,
     STEP_LIMIT,
@@ -37,6 +35,7 @@ from vibrocap.numerics.generated import (
     VELOCITY,
     VISIBLE_SPEED,
     WINDOW_START,
+    WORK,
     ZEROS,
     guard_abreast,
     guard_at,
@@ -45,12 +44,10 @@ from vibrocap.numerics.generated import (
 from vibrocap.numerics.lanes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.loop import NEAR, step, turn_period
 from vibrocap.numerics.plain_vectors import (
+    align_stack,
     bits,
-    exponent,
-    floor,
     load,
-    mantissa,
-    power_of_two,
+    square_root,
     store,
     where,
     whole_above,
@@ -61,7 +58,8 @@ from vibrocap.numerics.plain_vectors import (
 )
 from vibrocap.numerics.roots import EPSILON
 from vibrocap.numerics.tangents import tangents_wait
-from vibrocap.numerics.taylor import SAFETY, series_value
+from vibrocap.numerics.taylor import series_value
+from vibrocap.numerics.taylor_abreast import greater, lesser, series_values, taylor_steps
 from vibrocap.numerics.window import on_piece
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
@@ -87,15 +85,16 @@ def advance(real, whole, tape, rounds):
 
 def step_abreast(real, whole, tape, running):
     """One step of all lanes on which it is plain; returns these lanes, as bits."""
+    align_stack()
     side = load(real, SIDE)
     period = load(real, PERIOD)
     remaining = period - load(real, TIME)
-    longest = taylor_steps(real, side)
+    longest, gentle = taylor_steps(real, side)
     h = lesser(longest, remaining)
     plain = running & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     plain = plain & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
     if not SET_VALUED:
-        free = whole_above(whole, PATIENCE, 1) | whole_above(whole, ZEROS, 0) | (longest >= remaining)
+        free = whole_above(whole, PATIENCE, 1) | whole_above(whole, ZEROS, 0) | (longest >= remaining) | gentle
         plain = plain & whole_equal(whole, STIFF, 0) & free
     start = load(real, VELOCITY)
     if KINKED:
@@ -114,17 +113,20 @@ def step_abreast(real, whole, tape, running):
             stuck = side == 0.0
             push, sure = hold_abreast(real, stuck, two, longest, h)
             plain = plain & sure
-        leading, last, changes = guard_abreast(real, side, stuck, push, one, two, h)
-        plain = plain & (leading > 0.0) & (changes <= 1.0)
-        event = plain & (changes == 1.0)
-        if bits(event) != 0:
-            root = root_abreast(real, leading, last, event)
-            early = event & stuck & (root > NEAR)  # as in `loop.step`: the last stretch is a step of its own
-            h = where(event, h * root, h)
-            h = where(early, (1.0 - 0.5 * NEAR) * h, h)
-            event = event & ~early
-    plain = plain & foreseen_abreast(real, start, h, period)
-    move_abreast(real, whole, tape, plain, h)
+        clear = ~plain | ahead_abreast(real, side, stuck, one, two, h)
+        if bits(~clear) != 0:
+            leading, last, changes = guard_abreast(real, side, stuck, push, one, two, h)
+            plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
+            event = plain & ~clear & (changes == 1.0)
+            if bits(event) != 0:
+                root = root_abreast(real, leading, last, event)
+                early = event & stuck & (root > NEAR)  # as in `loop.step`: the last stretch is a step of its own
+                h = where(event, h * root, h)
+                h = where(early, (1.0 - 0.5 * NEAR) * h, h)
+                event = event & ~early
+    end = series_values(real, VELOCITY, h)
+    plain = plain & foreseen_abreast(real, start, end, h, period)
+    move_abreast(real, whole, tape, plain, h, end)
     finish_abreast(real, whole, tape, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
     return bits(plain)
 
@@ -135,6 +137,30 @@ def within_piece(real, row, h):
     for k in range(ORDER - 1, 0, -1):
         others = (others + abs(load(real, row + k * LANES))) * h
     return load(real, row) > others
+
+
+def ahead_abreast(real, side, stuck, one, two, h):
+    """Where a slide lasts the step beyond doubt: its velocity's first four terms stay above the sum of all others.
+
+    As Bernstein coefficients those four are a bound from below, see `roots.py`.
+    """
+    others = abs(load(real, VELOCITY + ORDER * LANES))
+    for k in range(ORDER - 1, 5, -1):
+        others = others * h + abs(load(real, VELOCITY + k * LANES))
+    v1, v2, v3 = load(real, VELOCITY + LANES), load(real, VELOCITY + 2 * LANES), load(real, VELOCITY + 3 * LANES)
+    v4, v5 = load(real, VELOCITY + 4 * LANES), load(real, VELOCITY + 5 * LANES)
+    after_five = others * h + abs(v5)
+    after_four = after_five * h + abs(v4)
+    others = where(two, others, where(one, after_five, after_four))
+    first = side * where(two, v2, where(one, v1, load(real, VELOCITY)))
+    second = side * where(two, v3, where(one, v2, v1)) * h
+    third = side * where(two, v4, where(one, v3, v2)) * h * h
+    fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
+    third = third * (1.0 / 3.0)
+    early = first + second * (1.0 / 3.0)
+    late = early + (second * (1.0 / 3.0) + third)
+    least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
+    return (least > 0.0) & ~stuck
 
 
 def hold_abreast(real, stuck, two, longest, h):
@@ -157,67 +183,14 @@ def hold_abreast(real, stuck, two, longest, h):
     return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
 
 
-def lesser(x, y):
-    """The lesser of two numbers per lane; y where x is not a number."""
-    return where(x < y, x, y)
-
-
-def greater(x, y):
-    """The greater of two numbers per lane; y where x is not a number."""
-    return where(x > y, x, y)
-
-
-def taylor_steps(real, side):
-    """`taylor.taylor_step` of all lanes; 0 where a coefficient is not a number."""
-    last = 0.0 * side
-    before = 0.0 * side
-    for i in range(STATES):
-        inverse = load(real, INVERSE_SCALE + i * LANES)
-        last = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
-        before = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
-    if SET_VALUED:
-        limit = load(real, LIMIT)
-        holding = (side == 0.0) & (limit > 0.0)
-        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) / where(holding, limit, 1.0)
-        before = where(holding, greater(share, before), before)
-    wanted = rough_logarithms(load(real, TOLERANCE))
-    h = rough_powers(
-        lesser(
-            (wanted - rough_logarithms(last)) * (1.0 / ORDER),
-            (wanted - rough_logarithms(before)) * (1.0 / (ORDER - 1)),
-        )
-    )
-    return where(last <= 1e300, SAFETY * h, 0.0)
-
-
-def rough_logarithms(x):
-    """`taylor.rough_logarithm` of all lanes."""
-    f = mantissa(x) - 1.0
-    return exponent(x) + f * (1.3465 - 0.3465 * f)
-
-
-def rough_powers(y):
-    """`taylor.rough_power` of all lanes."""
-    y = lesser(greater(y, -1000.0), 1000.0)
-    whole = floor(y)
-    g = y - whole
-    return (1.0 + g * (0.6565 + 0.3435 * g)) * power_of_two(whole)
-
-
-def series_values(real, row, h):
-    """`taylor.series_value` of all lanes."""
-    result = load(real, row + ORDER * LANES)
-    for k in range(ORDER - 1, -1, -1):
-        result = result * h + load(real, row + k * LANES)
-    return result
-
-
 def root_abreast(real, first, last, wanted):
     """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
 
-    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving.
+    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving,
+    from the root of the parabola with the same ends and the same slope at the start.
     """
-    x = first / (first - last)
+    slope = load(real, WORK + LANES)
+    x = 2.0 * first / (square_root(slope * slope - 4.0 * first * (last - first - slope)) - slope)
     low = 0.0 * x
     high = low + 1.0
     x = where((x > 0.0) & (x < 1.0), x, 0.5)
@@ -239,19 +212,20 @@ def root_abreast(real, first, last, wanted):
     return x
 
 
-def foreseen_abreast(real, start, h, period):
+def foreseen_abreast(real, start, end, h, period):
     """Where `loop.foreseen` is certain without a look at the equations."""
     speed = abs(start)
     change = 0.0 * h
     for k in range(3, 0, -1):
         change = (change + abs(load(real, VELOCITY + k * LANES))) * h
-    far = series_values(real, VELOCITY, h) * start >= 0.75 * speed * speed
+    far = end * start >= 0.75 * speed * speed
     near = (speed <= load(real, VISIBLE_SPEED)) | (h <= 8.0 * EPSILON * period)
     return near | (change <= 0.2 * speed) | far
 
 
-def move_abreast(real, whole, tape, plain, h):
-    """Put the lanes at the ends of their steps, after the hook for measuring saw the pieces."""
+def move_abreast(real, whole, tape, plain, h, end):
+    """Put the lanes at the ends of their steps, with the contact velocity `end`, after the hook for measuring saw the
+    pieces."""
     store(real, STEP, h)
     measuring = bits(plain & whole_above(whole, WINDOW_START, -1))
     if measuring != 0:
@@ -260,7 +234,8 @@ def move_abreast(real, whole, tape, plain, h):
                 on_piece(real, whole, tape, lane, real[STEP + lane])
     finite = plain
     for i in range(ROWS):
-        following = series_values(real, SERIES + i * (ORDER + 1) * LANES, h)
+        row = SERIES + i * (ORDER + 1) * LANES
+        following = end if row == VELOCITY else series_values(real, row, h)
         finite = finite & (abs(following) <= 1e300)
         store(real, STATE + i * LANES, where(plain, following, load(real, STATE + i * LANES)))
     time = load(real, TIME)

@@ -23,9 +23,13 @@ from vibrocap.numerics.generated import (
     SET_VALUED,
     SIDE,
     STATE,
+    STATES,
     STATUS,
+    TIME,
     VELOCITY,
+    WORK,
     ZEROS,
+    holding_force,
 )
 from vibrocap.numerics.lanes import FIRST_SWITCH, GRAZE, REVERSAL, SLIP_BACK, SLIP_FORWARD, STICK, TOO_MANY_EVENTS
 from vibrocap.numerics.pieces import begin_piece, turned
@@ -167,10 +171,14 @@ def cross(real, whole, tape, lane, event, h):
 def rest(real, whole, tape, lane, h):
     """A set-valued contact is at rest, at time h of its series: it sticks or turns back where that is beyond doubt.
 
+    The series of the holding force is that of a contact at rest; here it was sliding, so the equations are asked.
+
     Where the force that would hold it is near the limit, `decide` looks at the series of the contact held at rest.
     """
     came_from = real[SIDE + lane]
-    hold = series_value(real, HOLD + lane, h)
+    for i in range(STATES):
+        real[WORK + i] = real[STATE + i * LANES + lane]
+    hold = holding_force(real, real[TIME + lane], WORK, lane)
     limit = series_value(real, LIMIT + lane, h)
     if came_from * hold < -(1.0 + DOUBT) * limit:
         real[SIDE + lane] = -came_from

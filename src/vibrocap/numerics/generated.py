@@ -82,6 +82,14 @@ def jacobian(real, t, point, side, lane, out):
     raise NotImplementedError
 
 
+def holding_force(real, t, point, lane):
+    """Force that would hold the contact of one lane, over the middle of what it can hold, at the state real[point:...].
+
+    Only of laws that can stick.
+    """
+    raise NotImplementedError
+
+
 def contact_velocity(real, t, point, lane):
     """Contact velocity of one lane at the state real[point:point + STATES]."""
     raise NotImplementedError

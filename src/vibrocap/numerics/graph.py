@@ -42,6 +42,10 @@ class Graph:
             self._known[key] = index
         return Expression(self, index)
 
+    def known(self, op: str, a: int, b: int) -> int | None:
+        """Index of the sum or product of two nodes, if it has been recorded."""
+        return self._known.get((op, min(a, b), max(a, b)))
+
     def constant(self, value: float) -> "Expression":
         """A number."""
         return self.node("constant", float(value))
@@ -226,7 +230,7 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
     graph = expressions[0].graph
     values: dict[int, Any] = {}
     binary = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide}
-    needed = _reachable(graph, [e.index for e in expressions])
+    needed = reachable(graph, [e.index for e in expressions])
     for index in needed:
         op, *operands = graph.nodes[index]
         if op == "constant":
@@ -248,7 +252,7 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
     return [values[e.index] for e in expressions]
 
 
-def _reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
+def reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
     """Indices of all nodes that the roots need, operands first."""
     seen: set[int] = set()
     waiting = list(roots)
@@ -257,13 +261,17 @@ def _reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
         if index in seen:
             continue
         seen.add(index)
-        op, *operands = graph.nodes[index]
-        if op not in ("constant", "time", "side", "state", "parameter"):
-            waiting.extend(operands)
+        waiting.extend(operands_of(graph, index))
     return sorted(seen)
+
+
+def operands_of(graph: Graph, index: int) -> list[int]:
+    """Indices of the nodes on which a node depends at once."""
+    op, *operands = graph.nodes[index]
+    return [] if op in ("constant", "time", "side", "state", "parameter") else operands
 
 
 def depends_on_time(expressions: Sequence[Expression]) -> bool:
     """Whether any of the expressions of a graph contains the time itself."""
     graph = expressions[0].graph
-    return any(graph.nodes[i][0] == "time" for i in _reachable(graph, [e.index for e in expressions]))
+    return any(graph.nodes[i][0] == "time" for i in reachable(graph, [e.index for e in expressions]))

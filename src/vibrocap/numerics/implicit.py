@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from vibrocap.numerics.generated import (
+    CONTACT_STATE,
     EVENT_WORK,
     IMPLICIT_STEP,
     LANES,
@@ -185,6 +186,8 @@ def implicit_series(real, whole, lane, h):
 
 def velocity_series(real, whole, lane, h):
     """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output."""
+    if VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+        return  # it is a state
     v0 = velocity_at(real, whole, lane, 0.0)
     v1 = velocity_at(real, whole, lane, 0.25 * h)
     v2 = velocity_at(real, whole, lane, 0.5 * h)
@@ -206,11 +209,16 @@ def velocity_at(real, whole, lane, s):
 
 def implicit_step(real, whole, lane, longest):
     """Take the series of an implicit step of at most `longest`; returns its length, or 0 where none succeeds."""
+    return attempted_step(real, whole, lane, longest, 60)
+
+
+def attempted_step(real, whole, lane, longest, tries):
+    """The same in at most so many attempts, each shorter than the one before."""
     for i in range(ROWS):
         real[POINT + i] = real[STATE + i * LANES + lane]
     jacobian(real, real[TIME + lane], POINT, real[SIDE + lane], lane, JACOBIAN)
     h = min(real[IMPLICIT_STEP + lane], longest)
-    for _ in range(60):
+    for _ in range(tries):
         error = implicit_stages(real, whole, lane, h)
         factor = 0.9 * error ** (-0.2) if error > 1e-10 else 6.0
         factor = min(6.0, max(0.2, factor))

@@ -5,11 +5,13 @@ those of f by one recurrence per operation (products are convolutions; Jorba and
 out for a fixed order, for one lane, or abreast: every name then stands for the numbers of all lanes (`vectors.py`).
 """
 
+from collections import Counter
 from collections.abc import Iterable
 
-from vibrocap.numerics.graph import Expression, Graph
+from vibrocap.numerics.balance import Balance, BalanceWriter
+from vibrocap.numerics.forms import Forms
+from vibrocap.numerics.graph import Expression, Graph, operands_of, reachable
 
-FREE = 10**9  # degree of a node that is no polynomial in time
 ABREAST = {  # functions of all lanes at once
     "exp": "exponential",
     "log": "logarithm",
@@ -22,44 +24,27 @@ ABREAST = {  # functions of all lanes at once
 class JetWriter:
     """Writes the coefficients of the nodes of one graph, each when first asked for."""
 
-    def __init__(self, graph: Graph, rates: list[Expression], abreast: bool = False):
+    def __init__(self, graph: Graph, rates: list[Expression], abreast: bool = False, balance: Balance | None = None):
         self.graph = graph
         self.rates = rates
         self.abreast = abreast
         self.lines: list[str] = []
-        self._written: dict[tuple[int, int], str] = {}
-        self._degrees: dict[int, int] = {}
+        self._written: dict[tuple, str] = {}
+        self.forms = Forms(graph, rates)
+        self._numbers: dict[int, int] = {}
+        needed = reachable(graph, [rate.index for rate in rates])
+        self._uses = Counter(operand for index in needed for operand in operands_of(graph, index))
+        self.balance = None if balance is None else BalanceWriter(self, balance)
+        if self.balance is not None and not self.balance.usable:
+            self.balance = None
 
     def entry(self, place: str) -> str:
         """What stands at a place of the memory, for the lane or abreast."""
         return f"load(real, {place})" if self.abreast else f"real[{place} + lane]"
 
-    def degree(self, index: int) -> int:
-        """Degree in time of a node if it is a polynomial for every motion, else FREE. Higher coefficients vanish."""
-        if index not in self._degrees:
-            op, *operands = self.graph.nodes[index]
-            if op == "time":
-                degree = 1
-            elif self.graph.is_constant_in_time(index) or self._is_switched(op, operands):
-                degree = 0
-            elif op in ("add", "sub", "neg"):
-                degree = max(self.degree(i) for i in operands)
-            elif op == "mul":
-                degree = min(FREE, self.degree(operands[0]) + self.degree(operands[1]))
-            elif op == "div" and self.degree(operands[1]) == 0:
-                degree = self.degree(operands[0])
-            else:
-                degree = FREE
-            self._degrees[index] = degree
-        return self._degrees[index]
-
-    def _is_switched(self, op: str, operands: list) -> bool:
-        """Whether a node is a state that changes at events only."""
-        return op == "state" and self.rates[operands[0]].value == 0.0
-
     def coefficient(self, index: int, k: int) -> str:
         """Name (or literal) of the k-th coefficient of a node; its code is written if it is new."""
-        if k > self.degree(index):
+        if k > self.forms.degree(index):
             return "0.0"
         key = (index, k)
         if key not in self._written:
@@ -67,29 +52,25 @@ class JetWriter:
             if op == "constant":
                 self._written[key] = repr(operands[0])
             else:
-                self._named(key, f"n{index}_{k}", self._formula(index, op, operands, k))
+                self.named(key, f"n{self.number(index)}_{k}", self._formula(index, op, operands, k))
         return self._written[key]
 
-    def _named(self, key: tuple[int, int], name: str, formula: str) -> str:
+    def named(self, key: tuple, name: str, formula: str) -> str:
         """The name under which a formula is kept; its line is written if it is new."""
         if key not in self._written:
             self._written[key] = name
             self.lines.append(f"{name} = {formula}")
         return self._written[key]
 
-    def _linear_form(self, index: int) -> tuple[Expression, int]:
-        """(factor, base): but for constants the node is factor * base; its coefficients k >= 1 are factor * base_k."""
-        op, *operands = self.graph.nodes[index]
-        varying = [i for i in operands if self.degree(i) > 0] if op in ("add", "sub", "mul", "neg") else []
-        if len(varying) != 1:
-            return self.graph.constant(1.0), index
-        factor, base = self._linear_form(varying[0])
-        if op == "neg" or (op == "sub" and operands[1] == varying[0]):
-            factor = -factor
-        if op == "mul":
-            other = operands[0] if operands[1] == varying[0] else operands[1]
-            factor = Expression(self.graph, other) * factor
-        return factor, base
+    def number(self, index: int) -> int:
+        """Number of a node in the text, which must not depend on what else was recorded in the graph."""
+        return self._numbers.setdefault(index, len(self._numbers))
+
+    def _scaled_exponential(self, factor: Expression, base: int) -> int | None:
+        """The node factor * exp(...), whose series is written in place of that of exp(...) if none else needs that."""
+        if self.graph.nodes[base][0] != "exp" or self._uses[base] > 1 or factor.value == 1.0:
+            return None
+        return (factor * Expression(self.graph, base)).index
 
     def _formula(self, index: int, op: str, operands: list, k: int) -> str:
         c = self.coefficient
@@ -102,9 +83,18 @@ class JetWriter:
         if op == "state":
             return self._state(operands[0], k)
         if k > 0:
-            factor, base = self._linear_form(index)
+            factor, base = self.forms.linear(index)
+            scaled = self._scaled_exponential(factor, base)
+            if scaled == index:
+                return self._slope_series(self.graph.nodes[base][1], index, k)
+            if scaled is not None:
+                return c(scaled, k)
             if base != index:
                 return self._scaled(factor, c(base, k))
+        if self.balance is not None:
+            balanced = self.balance.formula(index, op, operands, k)
+            if balanced is not None:
+                return balanced
         if op in ("add", "sub"):
             left, right = c(operands[0], k), c(operands[1], k)
             if right == "0.0":
@@ -131,7 +121,7 @@ class JetWriter:
         rate = self.coefficient(self.rates[state].index, k - 1)
         return rate if k == 1 else f"{rate} * {1.0 / k!r}"
 
-    def _terms(self, pairs: Iterable[tuple[tuple[int, int], tuple[int, int]]]) -> list[str]:
+    def terms(self, pairs: Iterable[tuple[tuple[int, int], tuple[int, int]]]) -> list[str]:
         """Products of coefficients, given as pairs of (node, order), those that vanish left out.
 
         The coefficients known longest come first, so that most of a sum is done before the newest arrive: additions are
@@ -146,63 +136,83 @@ class JetWriter:
 
     def _product(self, a: int, b: int, k: int) -> str:
         if a != b or k == 0:
-            return " + ".join(self._terms(((a, i), (b, k - i)) for i in range(k + 1))) or "0.0"
-        middle = self._terms([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else []
-        half = self._terms(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
+            return " + ".join(self.terms(((a, i), (b, k - i)) for i in range(k + 1))) or "0.0"
+        middle = self.terms([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else []
+        half = self.terms(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
         doubled = [f"2.0 * ({' + '.join(half)})"] if half else []
-        newest = self._terms([((a, 0), (a, k))])
+        newest = self.terms([((a, 0), (a, k))])
         return " + ".join([*doubled, *middle, *(f"2.0 * {term}" for term in newest)]) or "0.0"
 
     def _quotient(self, index: int, a: int, b: int, k: int) -> str:
-        inverse = self._named((b, -1), f"i{b}", f"1.0 / {self.coefficient(b, 0)}")
-        earlier = " + ".join(self._terms(((b, i), (index, k - i)) for i in range(1, k + 1)))
-        factor, base = self._linear_form(a) if k > 0 else (self.graph.constant(1.0), a)
+        """Newest terms with factors of their own, so that little is left to do once they are known."""
+        inverse = self.named(("inverse", b), f"i{self.number(b)}", f"1.0 / {self.coefficient(b, 0)}")
+        factor, base = self.forms.linear(a) if k > 0 else (self.graph.constant(1.0), a)
         numerator = self.coefficient(base, k)
-        if factor.value != 1.0:
-            scaled = f"{self.coefficient(factor.index, 0)} * {inverse}"
-            inverse_of_base = self._named((index, -1), f"f{index}", scaled)
-        else:
-            inverse_of_base = inverse
-        if self.abreast and earlier and numerator != "0.0":  # the fewest operations; one motion waits for the newest
-            scaled = numerator if factor.value == 1.0 else f"{self.coefficient(factor.index, 0)} * {numerator}"
-            return f"({scaled} - ({earlier})) * {inverse}"
-        if not earlier:
-            return f"{numerator} * {inverse_of_base}" if numerator != "0.0" else "0.0"
-        if numerator == "0.0":
-            return f"-({earlier}) * {inverse}"
-        return f"{numerator} * {inverse_of_base} - ({earlier}) * {inverse}"
+        if k == 0:
+            return f"{numerator} * {inverse}" if numerator != "0.0" else "0.0"
+        earlier = " + ".join(self.terms(((b, i), (index, k - i)) for i in range(1, k)))
+        settled = "" if numerator == "0.0" else self._scaled(factor, numerator)
+        if earlier:
+            settled += f" - ({earlier})"
+        parts = f"({settled}) * {inverse}" if settled else ""
+        newest = self.coefficient(b, k)
+        if newest != "0.0":
+            start = self.named(("over", index), f"f{self.number(index)}", f"{self.coefficient(index, 0)} * {inverse}")
+            parts += f" - {newest} * {start}"
+        return parts or "0.0"
 
     def _weighted(self, a: int, j: int) -> str:
         """j a_j, written once: the coefficient of the rate before, where a is a state or a multiple of one."""
         op, *operands = self.graph.nodes[a]
         if op == "state":
             return self.coefficient(self.rates[operands[0]].index, j - 1)
-        factor, base = self._linear_form(a)
+        factor, base = self.forms.linear(a)
+        number = self.number(a)
         if base != a:
-            value = self._weighted(base, j)
-            return value if value == "0.0" else self._named((a, -1 - j), f"w{a}_{j}", self._scaled(factor, value))
+            if self.graph.nodes[base][0] == "state":
+                scaled = self._scaled(factor, self._weighted(base, j))
+                return scaled if scaled == "0.0" else self.named(("weighted", a, j), f"w{number}_{j}", scaled)
+            value = self.coefficient(base, j)
+            if value == "0.0":
+                return value
+            if factor.value is not None:
+                return self.named(("weighted", a, j), f"w{number}_{j}", f"{j * factor.value!r} * {value}")
+            weight = self.coefficient(factor.index, 0)
+            for i in range(2, j + 1):
+                weight = self.named(
+                    ("weight", a, i), f"m{number}_{i}", f"{weight} + {self.coefficient(factor.index, 0)}"
+                )
+            return self.named(("weighted", a, j), f"w{number}_{j}", f"{weight} * {value}")
         value = self.coefficient(a, j)
         if j == 1 or value == "0.0":
             return value
-        return self._named((a, -1 - j), f"w{a}_{j}", f"{float(j)!r} * {value}")
+        return self.named(("weighted", a, j), f"w{number}_{j}", f"{float(j)!r} * {value}")
 
-    def _slope_series(self, a: int, f: int, k: int) -> str:
-        """1/k times the sum over j = 1..k of j a_j f_(k-j): the coefficient of an integral of f a'."""
-        scale = repr(1.0 / k)
+    def _slope_series(self, a: int, f: int, k: int, sign: float = 1.0) -> str:
+        """sign/k times the sum over j = 1..k of j a_j f_(k-j): the coefficient of an integral of f a'.
+
+        The newest coefficient of a has a factor of its own, so that little is left to do once it is known.
+        """
+        scale = repr(sign / k)
+        op, *operands = self.graph.nodes[a]
+        if op == "state" and self.balance is not None:
+            product = self.graph.known("mul", f, self.rates[operands[0]].index)
+            if product is not None and self.balance.level(product) == 1:  # of the momentum: known already
+                return f"{self.coefficient(product, k - 1)} * {scale}"
         terms = []
         for j in sorted(range(1, k), key=lambda j: max(j, k - j)):
             weighted = self._weighted(a, j)
             if weighted != "0.0":
                 terms.append(f"{weighted} * {self.coefficient(f, k - j)}")
-        newest = self._weighted(a, k)
-        if self.abreast:  # the fewest operations; for one motion the newest term should come last
-            if newest != "0.0":
-                terms.append(f"{newest} * {self.coefficient(f, 0)}")
-            return f"({' + '.join(terms)}) * {scale}" if terms else "0.0"
         sums = [f"({' + '.join(terms)}) * {scale}"] if terms else []
+        factor, base = self.forms.linear(a)
+        newest = self.coefficient(base, k)
         if newest != "0.0":
             start = self.coefficient(f, 0)
-            sums.append(f"{newest} * {self._named((f, -100 - k), f's{f}_{k}', f'{start} * {scale}')}")
+            if sign * (factor.value or 0.0) != 1.0:
+                name = f"s{self.number(f)}_{self.number(a)}"
+                start = self.named(("start", f, a), name, self._scaled(sign * factor, start))
+            sums.append(f"{newest} * {start}")
         return " + ".join(sums) or "0.0"
 
     def _start(self, op: str, a: int) -> str:
@@ -211,19 +221,25 @@ class JetWriter:
         if not self.abreast:
             return f"math.{op}({x})"
         if op in ("sin", "cos"):
-            pair = self._named((a, -1000), f"p{a}", f"sine_cosine({x})")
+            pair = self.named(("pair", a), f"p{self.number(a)}", f"sine_cosine({x})")
             return f"{pair}[{0 if op == 'sin' else 1}]"
         return f"{ABREAST[op]}({x})"
 
     def _function(self, index: int, op: str, a: int, k: int) -> str:
         if k == 0:
             return self._start(op, a)
+        if op in ("sin", "cos") and self.forms.degree(a) == 1 and k > 1:  # of a phase: f'' = -(a')^2 f
+            square = self.named(
+                ("square", a), f"q{self.number(a)}", f"{self.coefficient(a, 1)} * {self.coefficient(a, 1)}"
+            )
+            part = self.named(("share", a, k), f"q{self.number(a)}_{k}", f"{square} * {-1.0 / (k * (k - 1))!r}")
+            return f"{part} * {self.coefficient(index, k - 2)}"
         if op == "exp":
             return self._slope_series(a, index, k)
         if op == "sin":
             return self._slope_series(a, self.graph.node("cos", a).index, k)
         if op == "cos":
-            return f"-({self._slope_series(a, self.graph.node('sin', a).index, k)})"
+            return self._slope_series(a, self.graph.node("sin", a).index, k, -1.0)
         if op == "tanh":  # t' = (1 - t^2) a'
             value = Expression(self.graph, index)
             return self._slope_series(a, (1.0 - value * value).index, k)
@@ -237,6 +253,6 @@ class JetWriter:
             rest = f" - ({earlier}) * {1.0 / k!r}" if earlier else ""
             return f"({value}{rest}) / {self.coefficient(a, 0)}"
         if op == "sqrt":
-            earlier = " + ".join(self._terms(((index, i), (index, k - i)) for i in range(1, k)))
+            earlier = " + ".join(self.terms(((index, i), (index, k - i)) for i in range(1, k)))
             return f"0.5 * ({value} - ({earlier or '0.0'})) / {self.coefficient(index, 0)}"
         raise ValueError(f"no Taylor recurrence for {op}")

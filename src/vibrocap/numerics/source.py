@@ -30,21 +30,29 @@ def generated_source(equations: Any, layout: Layout, abreast: bool = False) -> s
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
         constants[name] = series + i * row_size
+    if velocity_is_state(equations):
+        constants["VELOCITY"] = series + equations.contact_state * row_size
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
         jet_source(equations, integrals, layout, abreast),
         rates_source(equations, integrals),
+        holding_source(equations),
         pieces_source(equations),
         jacobian_source(equations, integrals),
     ]
     return "\n".join([*lines, "", *functions, ""])
 
 
+def velocity_is_state(equations: Any) -> bool:
+    """Whether the contact velocity is one of the states, whose series is then its own."""
+    return equations.contact_velocity.index == equations.graph.node("state", equations.contact_state).index
+
+
 def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, abreast: bool) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
     graph, order = equations.graph, layout.order
-    writer = JetWriter(graph, list(equations.rates), abreast)
+    writer = JetWriter(graph, list(equations.rates), abreast, equations.balance)
     states, rows = layout.states, layout.rows
     head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
 
@@ -61,9 +69,12 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
                 keep(i, 0, writer.entry(f"STATE + {i} * LANES"))
             else:
                 keep(i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}")
-        keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
+        if not velocity_is_state(equations):
+            keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
         if equations.hold is not None and k < order:
-            keep(rows + 1, k, writer.coefficient(equations.hold.index, k))
+            resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
+            held = writer.coefficient(equations.hold.index, k) if resting is None else resting.holding(k)
+            keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         for i, guard in enumerate(equations.switches, start=rows + 4):
             keep(i, k, writer.coefficient(guard.index, k) if k < order else "0.0")
@@ -71,7 +82,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     if abreast:
         constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
         guard = guard_source(order, equations.hold is not None, constant)
-        return "\n".join(["def jet(real):", *_indented(body, 4), "", guard])
+        return "\n".join(["def jet(real):", "    align_stack()", *_indented(body, 4), "", guard])
     return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
 
@@ -125,6 +136,14 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     velocity = writer.name(equations.contact_velocity)
     head = "def contact_velocity(real, t, point, lane):"
     return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
+
+
+def holding_source(equations: Any) -> str:
+    """`holding_force` of one lane; 0 for a law that cannot stick."""
+    writer = ScalarWriter(equations.graph)
+    hold = "0.0" if equations.hold is None else writer.name(equations.hold)
+    head = "def holding_force(real, t, point, lane):"
+    return "\n".join([head, *_indented([*writer.lines, f"return {hold}"], 4), ""])
 
 
 def pieces_source(equations: Any) -> str:

@@ -5,16 +5,19 @@ import math
 from vibrocap.numerics.generated import (
     EXPLICIT_STEP,
     IMPLICIT_STEP,
+    IMPLICIT_STEPS,
     LANES,
     ORDER,
     PATIENCE,
     SIDE,
     STIFF,
+    TAYLOR_STEPS,
     TIME,
     VELOCITY,
     ZEROS,
 )
 from vibrocap.numerics.implicit import (
+    attempted_step,
     implicit_series,
     implicit_stages,
     implicit_step,
@@ -22,12 +25,11 @@ from vibrocap.numerics.implicit import (
     velocity_series,
 )
 from vibrocap.numerics.roots import EPSILON, first_root
-from vibrocap.numerics.taylor import series_value, taylor_step
+from vibrocap.numerics.taylor import GENTLE, STABLE, last_terms, series_value, taylor_step
 
 LOOK = 32  # steps between two looks at the choice of method
-REST = 256  # steps before the implicit method is tried again after it lost
+REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
 REACH = 2.0  # times the time to rest: the longest implicit step towards a reversal
-STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
 IMPLICIT_COST = 5.0  # in Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused
 
 
@@ -35,7 +37,9 @@ def chosen_step(real, whole, lane, remaining):
     """Step length by the method that is cheaper here; an implicit step replaces the series in memory.
 
     The implicit method is tried where stability, not accuracy, bounds the Taylor step, and kept while its steps are
-    longer by more than it costs. A start from rest is a Taylor step: |v| = 0 is never stiff.
+    longer by more than it costs. A start from rest is a Taylor step: |v| = 0 is never stiff. The eigenvalues of the
+    Jacobian are looked at now and then, and only where the last two terms grow like those of a fast decay,
+    exp(-rate s): their ratio is rate/ORDER then.
     """
     if whole[ZEROS + lane] > 0:
         whole[STIFF + lane] = 0
@@ -44,25 +48,40 @@ def chosen_step(real, whole, lane, remaining):
         explicit = taylor_step(real, whole, lane)
         if whole[ZEROS + lane] > 0 or whole[PATIENCE + lane] > 0 or not (explicit < remaining):
             return explicit
+        last, before = last_terms(real, lane)
+        if ORDER * last * explicit < GENTLE * before:
+            return explicit
         whole[PATIENCE + lane] = LOOK
         stretch = explicit * spectral_radius(real, whole, lane)
-        if stretch < 0.6 * STABLE:
-            if stretch < 0.3 * STABLE:
-                whole[PATIENCE + lane] = REST
+        if stretch < GENTLE:
+            if stretch < 0.5 * GENTLE:
+                whole[PATIENCE + lane] = rest_steps(whole, lane)
             return explicit
-        whole[STIFF + lane] = 1
         real[EXPLICIT_STEP + lane] = explicit
         real[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
         whole[PATIENCE + lane] = 0  # one step tells whether it pays
-    h = implicit_step(real, whole, lane, min(remaining, REACH * time_to_rest(real, lane)))
+        h = attempted_step(real, whole, lane, min(remaining, REACH * time_to_rest(real, lane)), 1)
+        if h == 0.0:
+            whole[PATIENCE + lane] = rest_steps(whole, lane)
+            return explicit
+        whole[STIFF + lane] = 1
+    else:
+        h = implicit_step(real, whole, lane, min(remaining, REACH * time_to_rest(real, lane)))
     if whole[PATIENCE + lane] <= 0:
         whole[PATIENCE + lane] = LOOK
         reach = real[IMPLICIT_STEP + lane] / IMPLICIT_COST
         lost = reach < real[EXPLICIT_STEP + lane]
         if lost or reach * spectral_radius(real, whole, lane) < STABLE:
             whole[STIFF + lane] = 0
-            whole[PATIENCE + lane] = REST if lost else LOOK
+            whole[PATIENCE + lane] = rest_steps(whole, lane) if lost else LOOK
     return h
+
+
+def rest_steps(whole, lane):
+    """Steps until the implicit method is tried again: the more, the longer a run has done without it."""
+    if whole[IMPLICIT_STEPS + lane] > 0:
+        return REST
+    return max(REST, min(whole[TAYLOR_STEPS + lane] // 2, MOST_REST))
 
 
 def time_to_rest(real, lane):

@@ -23,6 +23,8 @@ from vibrocap.numerics.generated import (
 )
 
 SAFETY = 0.9
+STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
+GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
 MANTISSA = 2**52 - 1  # bits of a double
 ONE = 1023 * 2**52  # bits of 1.0
 
@@ -34,15 +36,9 @@ def taylor_step(real, whole, lane):
     left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for a motion
     at rest; not a number if a coefficient is not.
     """
-    last = 0.0
-    before = 0.0
-    for i in range(STATES):
-        inverse = 1.0 / real[SCALE + i * LANES + lane]
-        row = SERIES + i * (ORDER + 1) * LANES + lane
-        last = max(last, abs(real[row + ORDER * LANES]) * inverse)
-        before = max(before, abs(real[row + (ORDER - 1) * LANES]) * inverse)
-        if not (abs(real[row + ORDER * LANES]) <= 1e300):
-            return math.nan
+    last, before = last_terms(real, lane)
+    if not (last <= 1e300):
+        return math.nan
     if SET_VALUED and real[SIDE + lane] == 0.0 and real[LIMIT + lane] > 0.0:
         # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides.
         before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) / real[LIMIT + lane])
@@ -56,6 +52,20 @@ def taylor_step(real, whole, lane):
         while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(real, lane, h):
             h *= 0.5
     return SAFETY * h
+
+
+def last_terms(real, lane):
+    """Largest last coefficient of a state, over its natural size, and largest last but one; inf for what is none."""
+    last = 0.0
+    before = 0.0
+    for i in range(STATES):
+        inverse = 1.0 / real[SCALE + i * LANES + lane]
+        row = SERIES + i * (ORDER + 1) * LANES + lane
+        last = max(last, abs(real[row + ORDER * LANES]) * inverse)
+        before = max(before, abs(real[row + (ORDER - 1) * LANES]) * inverse)
+        if not (abs(real[row + ORDER * LANES]) <= 1e300):
+            return math.inf, before
+    return last, before
 
 
 def sign_in_doubt(real, lane, h):

@@ -9,7 +9,6 @@ a lane gets does not depend on its neighbours.
 """
 
 import operator
-from typing import Any
 
 from llvmlite import ir
 from numba import types
@@ -56,10 +55,6 @@ class ChoicesModel(models.PrimitiveModel):
         super().__init__(manager, kind, BITS)
 
 
-def _is_number(kind: Any) -> bool:
-    return isinstance(kind, (Numbers, types.Float, types.Integer))
-
-
 def _spread(builder, value, kind):
     """The same scalar in every lane."""
     empty = ir.Constant(kind, ir.Undefined)
@@ -86,20 +81,18 @@ def _operator(function, instruction, arguments, result) -> None:
             return None
 
     def fits(kind):
-        return _is_number(kind) if arguments is Numbers else isinstance(kind, Choices)
+        return isinstance(kind, (Numbers, types.Float, types.Integer) if arguments is Numbers else Choices)
 
     def lower(context, builder, sig, args):
         given = zip(args, sig.args, strict=True)
         wide = [_wide(context, builder, *pair) if arguments is Numbers else pair[0] for pair in given]
         return instruction(builder, *wide)
 
-    unary = function in (operator.neg, operator.invert, abs)
-    scalars = (types.Float, types.Integer) if arguments is Numbers else ()
-    if unary:
+    if function in (operator.neg, operator.invert, abs):
         lower_builtin(function, arguments)(lower)
         return
     lower_builtin(function, arguments, arguments)(lower)
-    for scalar in scalars:
+    for scalar in (types.Float, types.Integer) if arguments is Numbers else ():
         lower_builtin(function, arguments, scalar)(lower)
         lower_builtin(function, scalar, arguments)(lower)
 
@@ -143,6 +136,21 @@ def load(typing, array, place):
         return builder.load(pointer, align=8, typ=DOUBLES)
 
     return numbers(array, place), code
+
+
+@intrinsic
+def align_stack(typing):
+    """align_stack(): the stack of the calling function begins a cache line, and no vector on it straddles two.
+
+    LLVM aligns to sixteen bytes; where the stack of a process happens to begin would decide what a step costs.
+    """
+
+    def code(context, builder, sig, args):
+        builder.function.attributes.add("nounwind")  # true of all kernels: llvmlite drops an alignment that is alone
+        builder.function.attributes.alignstack = 64
+        return context.get_dummy_value()
+
+    return types.void(), code
 
 
 @intrinsic

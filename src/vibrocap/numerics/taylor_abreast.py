@@ -1,0 +1,71 @@
+"""The Taylor step of all lanes at once, see `taylor.py`: its length, and a value of a series."""
+
+from vibrocap.numerics.generated import (
+    HOLD,
+    INVERSE_SCALE,
+    LANES,
+    LIMIT,
+    ORDER,
+    SERIES,
+    SET_VALUED,
+    STATES,
+    TOLERANCE,
+)
+from vibrocap.numerics.plain_vectors import exponent, floor, load, mantissa, power_of_two, where
+from vibrocap.numerics.taylor import GENTLE, SAFETY
+
+
+def lesser(x, y):
+    """The lesser of two numbers per lane; y where x is not a number."""
+    return where(x < y, x, y)
+
+
+def greater(x, y):
+    """The greater of two numbers per lane; y where x is not a number."""
+    return where(x > y, x, y)
+
+
+def taylor_steps(real, side):
+    """(`taylor.taylor_step`, where stability does not bound it) of all lanes; 0 where a coefficient is not a number."""
+    last = 0.0 * side
+    before = 0.0 * side
+    for i in range(STATES):
+        inverse = load(real, INVERSE_SCALE + i * LANES)
+        last = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
+        before = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
+    if SET_VALUED:
+        limit = load(real, LIMIT)
+        holding = (side == 0.0) & (limit > 0.0)
+        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) / where(holding, limit, 1.0)
+        before = where(holding, greater(share, before), before)
+    wanted = rough_logarithms(load(real, TOLERANCE))
+    h = rough_powers(
+        lesser(
+            (wanted - rough_logarithms(last)) * (1.0 / ORDER),
+            (wanted - rough_logarithms(before)) * (1.0 / (ORDER - 1)),
+        )
+    )
+    h = where(last <= 1e300, SAFETY * h, 0.0)
+    return h, ORDER * last * h < GENTLE * before
+
+
+def rough_logarithms(x):
+    """`taylor.rough_logarithm` of all lanes."""
+    f = mantissa(x) - 1.0
+    return exponent(x) + f * (1.3465 - 0.3465 * f)
+
+
+def rough_powers(y):
+    """`taylor.rough_power` of all lanes."""
+    y = lesser(greater(y, -1000.0), 1000.0)
+    whole = floor(y)
+    g = y - whole
+    return (1.0 + g * (0.6565 + 0.3435 * g)) * power_of_two(whole)
+
+
+def series_values(real, row, h):
+    """`taylor.series_value` of all lanes."""
+    result = load(real, row + ORDER * LANES)
+    for k in range(ORDER - 1, -1, -1):
+        result = result * h + load(real, row + k * LANES)
+    return result
