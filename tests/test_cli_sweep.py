@@ -353,6 +353,14 @@ def test_measures_are_listed_with_their_meaning(capsys):
         assert measure.meaning.split(",")[0].split(" (")[0] in text
 
 
+def test_measures_of_a_case_are_those_of_its_machine_and_law(case, capsys):
+    assert command("measures", case) == OK
+    listed = capsys.readouterr().out
+    assert "largest_angle " in listed
+    assert not any(name in listed for name in ("belt_work", "largest_bristle"))
+    assert not {"largest_slipping_1", "largest_bristle_sign"} & set(measure_table())  # which piece holds: no size
+
+
 @pytest.mark.parametrize("name", ["sweep", "plot", "measures"])
 def test_help_shows_an_example(name, capsys):
     assert command(name, "--help") == OK

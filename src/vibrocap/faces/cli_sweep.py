@@ -137,20 +137,28 @@ def sweep(
     return OK
 
 
-def measures() -> int:
+def measures(case: Path | None = None, /) -> int:
     """What `vibrocap sweep --measure` can ask for, with what it means.
 
-    Example: vibrocap measures
+    Example: vibrocap measures examples/bristles-lugre.toml
+
+    Parameters
+    ----------
+    case
+        list only what the machine and the law of this case file have; without it, those of all
     """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
+    from vibrocap.faces.export import read_source
     from vibrocap.measures.during_run import measure_table
+
+    system = None if case is None else read_source(case).system
 
     table = Table(box=SIMPLE_HEAD, header_style="dim")
     table.add_column("measure", no_wrap=True)
     table.add_column("meaning")
-    for name, each in measure_table().items():
+    for name, each in measure_table(system).items():
         table.add_row(name, each.meaning)
     page = Page()
     page.print(table)

@@ -23,9 +23,9 @@ from vibrocap.system import System
 from vibrocap.trajectory import Trajectory
 
 
-def measure_table() -> dict[str, Measure]:
-    """All measures that can be asked for by name, in the order of the documentation."""
-    return dict(standard_measures())
+def measure_table(system: System | None = None) -> dict[str, Measure]:
+    """The measures that can be asked for by name: those that a system has, or (None) all that there are."""
+    return dict(standard_measures(system))
 
 
 def measured(

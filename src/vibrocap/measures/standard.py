@@ -17,17 +17,20 @@ from vibrocap.numerics.lanes import (
     ASK_SYMMETRY,
     ASK_WORD,
 )
+from vibrocap.system import System
 
 
-@functools.cache
-def standard_measures() -> Mapping[str, Measure]:
-    """The standard measures by name, for all states and energy channels that the machines and laws have."""
-    states = dict.fromkeys(
-        state
-        for names in (*(kind.states for kind in machines().values()), *(law.internal for law in laws().values()))
-        for state in names
-    )
-    channels = dict.fromkeys(channel for kind in machines().values() for channel in kind.channels)
+@functools.lru_cache(maxsize=16)
+def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
+    """The standard measures by name: those of a system's states and energy channels, or (None) of all that there are.
+
+    The switched states of a law say which of its pieces holds; their largest and least values mean nothing.
+    """
+    kinds = machines().values() if system is None else (type(system.machine),)
+    contacts = laws().values() if system is None else (type(system.friction),)
+    lawful = (tuple(name for name in law.internal if name not in law.switched) for law in contacts)
+    states = dict.fromkeys(state for names in (*(kind.states for kind in kinds), *lawful) for state in names)
+    channels = dict.fromkeys(channel for kind in kinds for channel in kind.channels)
     found = [
         *TRAVEL,
         *STICKING,
