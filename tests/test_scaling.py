@@ -11,6 +11,7 @@ from pydantic import ValidationError
 import vibrocap as vc
 from vibrocap import scaling
 from vibrocap.catalogue import drives, laws, machines
+from vibrocap.scales import Scales
 
 EPSILON = 2.0**-52
 CAPSULE = scaling.PendulumCapsuleInSI(
@@ -110,7 +111,7 @@ def test_equations_agree_in_si_and_without_units():
 
 def test_units_belong_together():
     """Energy = force * length = torque, momentum = force * time = mass * velocity, power = energy/time."""
-    s = scaling.Scales(0.12, 0.27, 9.81)
+    s = Scales(0.12, 0.27, 9.81)
     same = (
         (s.energy_J, s.force_N * s.length_m, s.torque_N_m, s.mass_kg * s.velocity_m_s**2),
         (s.momentum_N_s, s.force_N * s.time_s, s.mass_kg * s.velocity_m_s, s.damping_N_s_m * s.length_m),
@@ -135,7 +136,7 @@ def test_round_trip_is_exact_to_rounding(values, phase):
     low, high = sorted((values[10], values[11]))
     law = scaling.LuGreInSI(values[12], values[0], values[1], low, high, values[2], values[3], values[4])
     given_system = scaling.SystemInSI(capsule, law, drive)
-    returned = given_system.scales.in_si(given_system.dimensionless())
+    returned = scaling.SystemInSI.of(given_system.dimensionless(), given_system.scales)
     for part in ("machine", "friction", "drive"):
         before, after = dataclasses.asdict(getattr(given_system, part)), dataclasses.asdict(getattr(returned, part))
         assert after == pytest.approx(before, rel=EPSILON, abs=0.0)
@@ -143,7 +144,7 @@ def test_round_trip_is_exact_to_rounding(values, phase):
     system = vc.System(
         vc.PendulumCapsule(*values[:4]), vc.Exponential(low, high, values[4]), vc.Harmonic(values[5], values[6])
     )
-    again = capsule.scales.in_si(system).dimensionless()
+    again = scaling.SystemInSI.of(system, capsule.scales).dimensionless()
     for path in system.parameter_paths:
         assert again.parameter(path) == pytest.approx(system.parameter(path), rel=EPSILON, abs=0.0), path
 
@@ -155,7 +156,7 @@ def test_weight_stays_a_word():
     # (M + m) g, counted in m g
     assert machine.load() * bench.scales.force_N == pytest.approx((0.35 + 0.12) * 9.80665, rel=4 * EPSILON)
     system = vc.System(machine, vc.Exponential(), vc.Harmonic())
-    assert bench.scales.in_si(system).machine == bench
+    assert scaling.SystemInSI.of(system, bench.scales).machine == bench
 
 
 def test_every_part_has_a_record_in_si_and_every_parameter_a_field():
@@ -183,7 +184,7 @@ def test_what_has_no_scale_is_refused():
 
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), Unknown())
     with pytest.raises(TypeError, match="Unknown has no record in SI"):
-        CAPSULE.scales.in_si(system)
+        scaling.SystemInSI.of(system, CAPSULE.scales)
     with pytest.raises(KeyError):
         CAPSULE.scales.of("colour")
 

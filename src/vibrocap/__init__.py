@@ -74,13 +74,13 @@ from vibrocap.records.readers import read_records
 from vibrocap.records.record import Record
 from vibrocap.records.regimes import regime_diagram
 from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
+from vibrocap.scales import Scales
 from vibrocap.scaling import (
     BiharmonicInSI,
     ExponentialInSI,
     HarmonicInSI,
     LuGreInSI,
     PendulumCapsuleInSI,
-    Scales,
     SystemInSI,
 )
 from vibrocap.simulate import simulate

@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterable
 from vibrocap.catalogue import drives, laws, machines, wrappers
 from vibrocap.friction.law import Law
 from vibrocap.parameters import ParameterInfo, parameter_table
-from vibrocap.scaling import MOTION_UNITS, PARTS_IN_SI, Scales
+from vibrocap.scales import MOTION_UNITS, Scales
+from vibrocap.scaling import PARTS_IN_SI
 
 GREEK = {
     "alpha": "α",

@@ -7,11 +7,9 @@ import numpy as np
 
 from vibrocap.friction.law import Law
 from vibrocap.laboratory.driven import driven_force
-from vibrocap.parameters import parameter_table
+from vibrocap.laboratory.speed_scale import SPEEDS, speed_scale
 
 SLOW = 1e-5  # of the speed: a pull that is quasi-static
-SPEEDS = np.geomspace(1e-12, 1e6, 721)  # over which a drop of the steady force is looked for, in any units
-NO_DROP = 1e-3  # share of the steady force that counts as none
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,7 +37,7 @@ class ContactSizes:
 
 def contact_sizes(law: Law, load: float = 1.0) -> ContactSizes:
     """Natural sizes of a law, found by pulling it slowly; the canonical tests choose their defaults by them."""
-    speed = _speed(law, load)
+    speed = speed_scale(law, load)
     time = np.concatenate(([0.0], np.geomspace(1e-12, 1e12, 1201)))  # times SLOW speed: any displacement there may be
     pull = np.abs(driven_force(law, time, np.full(len(time), SLOW * speed), load=load).force)
     pull = pull[np.isfinite(pull)]
@@ -53,19 +51,6 @@ def contact_sizes(law: Law, load: float = 1.0) -> ContactSizes:
         return ContactSizes(force, 2.0 * SLOW * speed * float(time[half]), speed, True)
     length = _relaxation_length(law, speed, load)
     return ContactSizes(force, length or speed, speed, False)
-
-
-def _speed(law: Law, load: float) -> float:
-    for info in parameter_table(law):
-        value = getattr(law, info.name)
-        named = "velocity" in info.name or "speed" in info.name or info.name == "width"
-        if isinstance(value, float) and value > 0.0 and (named or info.name == "decay_rate"):
-            return value if named else 1.0 / value
-    steady = np.array([float(law.steady_force(float(v), load)) for v in SPEEDS])
-    drop = steady[0] - steady
-    if not np.max(drop) > NO_DROP * abs(steady[0]):
-        return 1.0
-    return float(SPEEDS[np.argmax(drop >= 0.5 * np.max(drop))])
 
 
 def _relaxation_length(law: Law, speed: float, load: float) -> float:

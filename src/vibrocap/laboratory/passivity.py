@@ -12,7 +12,8 @@ from vibrocap.laboratory.chatter import Chatter, Powers, least_speed, powers, wo
 from vibrocap.laboratory.checks import check_numbers
 from vibrocap.laboratory.cycle import Cycle, closed_cycle
 from vibrocap.laboratory.cycle_search import searched_cycle
-from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law, speed_scale
+from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law
+from vibrocap.laboratory.speed_scale import speed_scale
 from vibrocap.laboratory.visited_states import visited_states
 
 Verdict = Literal["passive, proven", "creates energy: cycle found", "no cycle found, not proven"]

@@ -12,7 +12,6 @@ from vibrocap.friction.law import Law
 from vibrocap.laboratory.checks import check_numbers
 from vibrocap.numerics.graph import FUNCTIONS, Expression, Graph, derivative
 from vibrocap.numerics.source import ScalarWriter
-from vibrocap.parameters import parameter_table
 
 # What a written formula calls `math`.
 _NUMPY = types.SimpleNamespace(**{name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS})
@@ -145,12 +144,3 @@ def recorded_law(law: Law, load: float = 1.0) -> RecordedLaw:
         ),
         after_reversal=recorded(law.after_reversal(internal, side, float(load))),
     )
-
-
-def speed_scale(law: Law) -> float:
-    """A speed over which the law's friction varies: the first velocity among its parameters; 1 where it has none."""
-    for info in parameter_table(law):
-        value = getattr(law, info.name)
-        if isinstance(value, float) and value > 0.0 and ("velocity" in info.name or info.name == "decay_rate"):
-            return 1.0 / value if info.name == "decay_rate" else value
-    return 1.0

@@ -9,7 +9,8 @@ import numpy as np
 
 from vibrocap.friction.law import Law
 from vibrocap.laboratory.checks import check_numbers, checked_list
-from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law, speed_scale
+from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law
+from vibrocap.laboratory.speed_scale import speed_scale
 from vibrocap.laboratory.visited_states import implicit_euler
 from vibrocap.numerics.graph import Expression, derivative
 
