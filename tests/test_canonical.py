@@ -166,7 +166,7 @@ def test_pictures(sheet, tmp_path):
     assert again.read_text(encoding="utf-8") == text
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @every_law
 def test_every_law_has_a_sheet(law, tmp_path):
     """All tests run to their end with numbers; the law creeps if and only if it says so; levels are in order."""

@@ -293,25 +293,22 @@ def test_motions_from_random_starts_are_finite(system):
 MOVING = [*laws(), "anisotropic-stribeck", "anisotropic-lugre", "backlash-dahl"]
 
 
-def law_marked(law):
-    """Every law is a compilation of its own: one stands for all in .ci/run."""
-    return pytest.param(law, marks=[] if law == "lugre" else [pytest.mark.thorough])
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [law_marked(law) for law in MOVING])
+@pytest.mark.parametrize("law", MOVING)
 def test_every_law_moves_and_keeps_the_balance(law):
     """Energy and momentum of a motion over many reversals, and that it turned at all.
 
+    The bound is that of all certificates of short motions, a hundred tolerances: residuals shrink with the tolerance.
     One compilation each, of the form that the canonical tests of a law (tests/test_canonical.py) use too.
     """
     system = vc.System(vc.Oscillator(), law_of(law)(), vc.Loading(0.0, 0.0, 1.8, 1.3))
     motion = vc.simulate(system, periods=5, initial={"position": 1.0})
+    bound = 100 * motion.tolerance
     assert motion.status.ok
     assert np.ptp(np.sign(motion["sliding_velocity"])) == 2
-    assert motion.certificate.energy_residual <= 1e-8
-    assert motion.certificate.momentum_residual <= 1e-6
-    assert motion.certificate.estimated_error <= 1e-5
+    assert motion.certificate.energy_residual <= bound
+    assert motion.certificate.momentum_residual <= bound
+    assert motion.certificate.estimated_error <= bound
 
 
 @each_system
