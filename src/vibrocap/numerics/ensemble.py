@@ -3,7 +3,6 @@
 import concurrent.futures
 import dataclasses
 import functools
-import itertools
 import os
 import threading
 from collections.abc import Callable
@@ -19,7 +18,7 @@ from vibrocap.numerics.source import Integrands, generated_source, integrands_so
 
 LANES = 8
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
-BLOCK = 128  # runs that a thread takes at a time
+BLOCK = 128  # most runs that a thread takes at a time
 TURNS = 500  # of up to `feed.ROUNDS` steps of all lanes, between two looks at the keyboard
 
 
@@ -106,15 +105,20 @@ def ensemble_run(
     write_runs(runs, equations, parameters, initial)
     if mark_distance is not None:
         runs[:, -2] = mark_distance
-    blocks = itertools.count(0, BLOCK)
+    workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
+    taken = 0
     guard, stop = threading.Lock(), threading.Event()
 
     def next_block() -> tuple[int, int]:
+        nonlocal taken
         with guard:
-            start = min(next(blocks), count)
+            start = taken
+            # Ever smaller towards the end, so that no thread waits long for the last one.
+            taken += min(max((count - start) // (4 * workers), layout.lanes), BLOCK, count - start)
+            end = taken
         if progress is not None:
             progress(start)
-        return start, min(start + BLOCK, count)
+        return start, end
 
     def work() -> None:
         real, whole = prepared_lanes(layout, budget, count)
@@ -128,7 +132,6 @@ def ensemble_run(
                 start, end = next_block()
                 whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]], whole[place["MORE"]] = start, end, start < end
 
-    workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
     if workers == 1:
         work()
     else:
