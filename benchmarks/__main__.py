@@ -97,9 +97,9 @@ def main() -> None:
     wanted = set(sys.argv[1:]) or {"single", *tables, "orders", "cold"}
     del sys.argv[1:]  # the tables below read it when they are run alone
     if "single" in wanted:
-        runs = {"vibrocap.simulate": prepare_vibrocap(vc.Exponential(), EXPONENTIAL_40, 2e-10), **peers("exponential")}
+        runs = {"vibrocap.simulate": prepare_vibrocap(vc.Exponential(), EXPONENTIAL_40, 4e-10), **peers("exponential")}
         compare("One EM motion, 40 periods (exact sticking)", EXPONENTIAL_40, runs)
-        runs = {"vibrocap.simulate": prepare_vibrocap(vc.LuGre(), LUGRE_100, 2e-7), **peers("lugre")}
+        runs = {"vibrocap.simulate": prepare_vibrocap(vc.LuGre(), LUGRE_100, 5e-7), **peers("lugre")}
         compare("One LM motion, 100 periods", LUGRE_100, runs)
     for name, table in tables.items():
         if name in wanted:
