@@ -26,7 +26,7 @@ from vibrocap.friction.law import Law
 from vibrocap.laboratory.contact_sizes import contact_sizes
 from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
-from vibrocap.parameters import parameter_table
+from vibrocap.parameters import given_parameters
 
 COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)
 CYCLES_SHOWN = 3.2  # of stick-slip
@@ -175,7 +175,7 @@ def _creep_words(sheet: TestSheet) -> str:
 
 
 def _title(law: Law, load: float) -> str:
-    values = ((info.name, getattr(law, info.name)) for info in parameter_table(law))
+    values = given_parameters(law).items()
     known = ", ".join(
         f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}" for name, value in values
     )
