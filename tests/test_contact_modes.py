@@ -282,6 +282,7 @@ class StaticKinetic(vc.Exponential):
         return side * self.steady_force(side * velocity, load), ()
 
 
+@pytest.mark.slow
 def test_contact_that_drops_to_a_kinetic_level_at_once():
     """It leaves stick with an acceleration; its motion is the limit of exponential laws, reached like 1/a."""
     levels = {"coulomb_coefficient": 0.3, "static_coefficient": 0.45}

@@ -280,8 +280,10 @@ def test_energy_of_a_system(system):
 
 
 @pytest.mark.parametrize(
-    "system", PAPERS[:5], ids=lambda s: f"{s.friction.name} {s.drive.name}"
-)  # one compilation each
+    "system",
+    [pytest.param(s, marks=[] if s is PAPERS[0] else [pytest.mark.slow]) for s in PAPERS[:5]],  # one compilation each
+    ids=lambda s: f"{s.friction.name} {s.drive.name}",
+)
 def test_motions_from_random_starts_are_finite(system):
     for draw in draws(3):
         _, y, _ = system_draw(system, draw)
