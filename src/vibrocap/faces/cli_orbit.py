@@ -89,8 +89,9 @@ def crossing(
     Example: vibrocap crossing examples/buckled-pendulum-travels.toml --over machine.mass_ratio=0.2:8.1
 
     Each place comes with a bracket and an error. Where the measure equals the value
-    over a whole range (the drift of symmetric motions is exactly zero) or jumps over
-    it (from a motion to its mirror twin), that is said instead.
+    over a whole range (the drift of symmetric motions is zero) or jumps over it
+    (from a motion to its mirror twin), that is said instead. Exit code 3 where
+    motions did not settle, so that places may be missing.
 
     Parameters
     ----------
@@ -103,7 +104,8 @@ def crossing(
     value
         that is looked for
     against
-        friction.law=NAME: look for where the measures with both laws differ by the value (zero: agree)
+        friction.law=NAME or PATH=VALUE: look for where the measures of the case and of the case so changed differ by
+        the value (zero: agree). Another law takes over the parameters that both laws have
     points
         parameters of the scan that brackets the places
     periods
@@ -111,17 +113,16 @@ def crossing(
     json
         print one JSON object in full precision instead of a table
     """
-    import dataclasses
-
     from vibrocap.faces.export import read_source
     from vibrocap.faces.record import json_text
+    from vibrocap.orbits.crossing import CrossingKind
     from vibrocap.orbits.crossing import crossing as crossings
 
     given = read_source(case)
     path, low, high = range_of(over)
     other = None if against is None else _other(given.system, against)
     try:
-        with progress(f"Looking for {measure} = {value:g}"):
+        with progress(f"Looking for {measure} = {value:g}") as report:
             found = crossings(
                 given.system,
                 measure,
@@ -132,22 +133,43 @@ def crossing(
                 initial=given.initial,
                 points=points,
                 periods=periods,
+                progress=lambda share: report(share, None),
             )
     except ValueError as error:
         raise Refusal(str(error)) from None
     if json:
-        record = {
-            "measure": found.measure,
-            "over": found.over,
-            "value": found.value,
-            "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
-            "equal": found.equal,
-            "unsettled": found.unsettled,
-        }
-        print(json_text(record))
+        print(json_text(_crossings_record(found)))
     else:
-        _print_crossings(found, against)
+        page = Page()
+        wanted = f"{found.measure} = {found.value:g}"
+        if against is not None:
+            wanted = f"{found.measure} less that with {against} = {found.value:g}"
+        page.print(f"{wanted} over {found.over}", style="bold", soft_wrap=True)
+        for line in str(found).splitlines():
+            page.print(f"  {line}", soft_wrap=True, markup=False)
+    lost = [each for each in found.found if each.kind is CrossingKind.LOST]
+    if found.unsettled or lost:
+        many = f"{len(found.unsettled)} of {len(found.parameters)} motions of the scan did not settle"
+        what = many if found.unsettled else CrossingKind.LOST.advice
+        complain(f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic.")
+        return INCOMPLETE
     return OK
+
+
+def _crossings_record(found: Any) -> dict[str, Any]:
+    """What was found and what the scan saw, by name; NaN where a motion did not settle is null."""
+    import dataclasses
+
+    return {
+        "measure": found.measure,
+        "over": found.over,
+        "value": found.value,
+        "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
+        "equal": found.equal,
+        "unsettled": found.unsettled,
+        "parameters": found.parameters.tolist(),
+        "differences": found.differences.tolist(),
+    }
 
 
 def orbit_record(found: Any) -> dict[str, Any]:
@@ -208,25 +230,6 @@ def _multiplier(multiplier: dict[str, float]) -> str:
     return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
 
 
-def _print_crossings(found: Any, against: str | None) -> None:
-    """The table of the places found."""
-    page = Page()
-    wanted = f"{found.measure} = {found.value:g}" if against is None else f"{found.measure} as with {against}"
-    page.print(f"{wanted} over {found.over}", style="bold", soft_wrap=True)
-    for each in found.found:
-        error = f"+- {each.error:.1g}" if each.error == each.error else ""
-        slope = "" if each.slope != each.slope else f", slope {each.slope:.6g}"
-        page.print(f"  {each.kind.value:<10}{each.at:.12g} {error}{slope}", soft_wrap=True)
-        if each.kind.value != "crossing":
-            page.print(f"            {each.kind.advice}", soft_wrap=True)
-    for low, high in found.equal:
-        page.print(f"  equal     all along {low:.6g} to {high:.6g}", soft_wrap=True)
-    if found.unsettled:
-        page.print(f"  unsettled {len(found.unsettled)} of {len(found.parameters)} points of the scan", soft_wrap=True)
-    if not found.found and not found.equal:
-        page.print("  none", soft_wrap=True)
-
-
 def range_of(text: str) -> tuple[str, float, float]:
     """PATH=LEAST:LARGEST."""
     path, _, ends = text.partition("=")
@@ -240,15 +243,24 @@ def range_of(text: str) -> tuple[str, float, float]:
 
 
 def _other(system: Any, text: str) -> Any:
-    """The same system with another friction law, its parameters at their defaults."""
+    """The system with another friction law, which takes over the parameters that both have, or another parameter."""
     import dataclasses
 
     from vibrocap.catalogue import law, laws
+    from vibrocap.parameters import given_parameters
 
-    path, _, name = text.partition("=")
-    if path != "friction.law" or not name:
-        raise Refusal(f"--against should be friction.law=NAME, such as friction.law=lugre, got {text!r}")
+    path, _, wanted = text.partition("=")
+    if not path or not wanted:
+        raise Refusal(f"--against should be friction.law=NAME or PATH=VALUE, got {text!r}")
     try:
-        return dataclasses.replace(system, friction=law(name)())
-    except (KeyError, ValueError):
-        raise Refusal(f"--against {text}: no law of that name; there is {', '.join(laws())}") from None
+        if path != "friction.law":
+            return system.with_parameters({path: float(wanted)})
+        kind = law(wanted)
+        shared = {field.name for field in dataclasses.fields(kind)}
+        given = {name: each for name, each in given_parameters(system.friction).items() if name in shared}
+        return dataclasses.replace(system, friction=kind(**given))
+    except KeyError as error:
+        raise Refusal(f"--against {text}: {error.args[0]}") from None
+    except ValueError as error:
+        told = f"; there is {', '.join(laws())}" if path == "friction.law" else ""
+        raise Refusal(f"--against {text}: {error}{told}") from None

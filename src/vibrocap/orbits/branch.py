@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from vibrocap.orbits.shooting import named_states, shoot
 from vibrocap.orbits.special_points import Found, SpecialKind
 from vibrocap.orbits.words import WordChange, word_change
 from vibrocap.system import System
+
+if TYPE_CHECKING:
+    from vibrocap.orbits.branch_crossings import BranchCrossing
 
 DISCONTINUOUS = (SpecialKind.WORD_CHANGE, SpecialKind.JUMP)
 
@@ -95,7 +98,7 @@ class Branch:
 
     def orbit(self, point: int) -> Orbit:
         """The orbit at a point of the branch, closed anew, with all that an `Orbit` tells."""
-        return self._closed(self.states[point], float(self.parameter[point]))
+        return self.orbit_near(self.states[point], float(self.parameter[point]))
 
     def orbits_at(self, value: float) -> list[Orbit]:
         """The orbits of the branch at a value of its parameter: one for each time that it passes there."""
@@ -104,15 +107,22 @@ class Branch:
             left, right = self.parameter[i : i + 2]
             if min(left, right) <= value < max(left, right) or (i == len(self) - 2 and value == right):
                 share = (value - left) / (right - left)
-                found.append(self._closed(self.states[i] + share * (self.states[i + 1] - self.states[i]), value))
+                found.append(self.orbit_near(self.states[i] + share * (self.states[i + 1] - self.states[i]), value))
         return found
 
-    def _closed(self, state: np.ndarray, value: float) -> Orbit:
+    def orbit_near(self, state: np.ndarray, value: float) -> Orbit:
+        """The orbit closed from a state [states] at a value of the parameter."""
         map_ = self.closing_map
         system = self.system.with_parameters({self.over: value})
         return shoot(
             system, named_states(system, state), self.response_period, half=map_.half, tolerance=map_.tolerance
         )
+
+    def crossings(self, measure: str = "drift", value: float = 0.0) -> "tuple[BranchCrossing, ...]":
+        """Where a measure passes a value along the branch, see `branch_crossings`."""
+        from vibrocap.orbits.branch_crossings import branch_crossings
+
+        return branch_crossings(self, measure, value)
 
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
         """The special points of some kinds."""
