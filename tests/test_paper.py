@@ -318,6 +318,9 @@ def test_numbers_in_the_errata_are_those_found(runs):
     gaps = found(runs, "gap-from-hysteresis")
     assert f"{gaps['LM: gap']:.4f} with LM and {gaps['EM: gap']:.4f} with EM" in texts[6].replace("\n", " ")
     assert f"{found(runs, 'lower-peak-with-lm')['LM']:.3f}" in texts[7]
+    soft = steady_points(runs, SOFT).at
+    assert f"{soft['O1']:.4f} (LM) and {soft['O2']:.4f} (EM)" in texts[8]
+    assert f"alike at {soft['P1']:.4f} and {soft['P2']:.4f}" in texts[8]
 
 
 @pytest.mark.parametrize("key", FIGURES)

@@ -14,7 +14,7 @@ from vibrocap.simulate import period_marks, simulate
 from vibrocap.system import System
 
 ARRIVED = 20.0  # tolerances of the run within which a motion stands still: what is left is error of the integration
-FIRST_LOOK = 32  # drive periods after which it is first asked; then twice as many, and so on
+FIRST_LOOK = 24  # drive periods after which it is first asked; then after twice as many, and so on
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,7 +57,8 @@ def settled_motion(
         status, marks = period_marks(system, periods=length, initial=state, tolerance=tolerance)
         if not status.ok:
             return None
-        done, most = done + length, 2 * most
+        done += length
+        most = done
         state = named_states(system, marks[-1])
         over = Stroboscope(marks[:, kept] / sizes[kept])
         response = over.settled_response(ARRIVED * tolerance, tolerance)[0]
