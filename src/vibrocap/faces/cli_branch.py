@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from vibrocap.faces.cli_orbit import range_of
+from vibrocap.faces.cli_crossing import range_of
 from vibrocap.faces.cli_plot import PICTURES
 from vibrocap.faces.exits import INCOMPLETE, OK, complain
 from vibrocap.faces.terminal import Page, Refusal, needs, progress, writable_file
