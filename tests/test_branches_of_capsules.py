@@ -112,6 +112,26 @@ def test_brute_force_agrees_with_every_stable_part(diagram):
             assert {True, False} == set((seen > 0.0).tolist())  # both twins are reached
 
 
+def test_sweeps_up_and_down_agree_with_every_stable_part(diagram):
+    """Brute force from both sides: runs that go on from value to value, to the threshold of settling (some 1e-5)."""
+    seen = vc.bifurcation_diagram(diagram.system, OVER, BETWEEN, 41, initial=START)
+    told = seen.response_period == 1
+    assert np.mean(told) > 0.9
+    assert np.all(told | (seen.response_period == 0))  # near a pitchfork some have not settled yet
+    directions = set()
+    for k, value in enumerate(seen.values):
+        (known,) = [orbit for branch in diagram.branches for orbit in branch.orbits_at(float(value)) if orbit.stable]
+        ends = [known] if known.symmetric else [known, known.twin()]
+        for d, s in zip(*np.nonzero(told[:, :, k]), strict=True):
+            end = min(ends, key=lambda each: abs(each.drift - seen.drift[d, s, k]))
+            assert seen.drift[d, s, k] == pytest.approx(end.drift, abs=2e-5)
+            marks = [seen.states[d, s, k, 0][i] for i, name in enumerate(seen.state_names) if name != "position"]
+            state = [value for name, value in end.state.items() if name != "position"]
+            assert marks == pytest.approx(state, abs=2e-5)
+            directions.add((seen.directions[d], int(np.sign(round(end.drift, 6)))))
+    assert directions == {(way, sign) for way in ("up", "down") for sign in (-1, 0, 1)}
+
+
 def test_stable_parts_hold_what_starts_beside_them(diagram):
     """Every third point of each stable part: a start 0.2 % off settles back to its drift (or, close by, its twin's)."""
     for branch in diagram.branches:
