@@ -26,6 +26,8 @@ def branch(
 
     Symmetric orbits are followed, stable or not, then what leaves them at pitchforks
     and flips. Folds, flips, pitchforks and changes of the stick/slip word are located.
+    A case whose parameter is out of the range starts at the nearer end. Exit code 3
+    where a branch goes on but could not be followed.
 
     Parameters
     ----------
@@ -77,7 +79,10 @@ def branch(
     if not any(len(each) for each in found.branches):
         complain("No steady motion closed at the start; simulate the case, or raise --settle-periods.")
         return INCOMPLETE
-    return OK
+    early = {end: i for i, each in enumerate(found.branches) for end in each.ends if end.early}
+    for end, i in early.items():
+        complain(f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}")
+    return INCOMPLETE if early else OK
 
 
 def basins(
@@ -169,6 +174,7 @@ def _diagram_record(found: Any) -> dict[str, Any]:
                 "word": each.word.tolist(),
                 "special_points": each.table(),
                 "ends": [end.value for end in each.ends],
+                "advice": [end.advice for end in each.ends],
             }
             for each in found.branches
         ],

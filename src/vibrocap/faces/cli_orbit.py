@@ -47,6 +47,7 @@ def orbit(
     """
     from vibrocap.faces.export import read_source
     from vibrocap.faces.record import json_text
+    from vibrocap.orbits.classification import classify
     from vibrocap.orbits.orbit import OrbitStatus
     from vibrocap.orbits.steady import orbit as steady_motion
 
@@ -72,6 +73,9 @@ def orbit(
             "largest_multiplier": float(np.max(np.abs(left.multipliers))),
             "gives_way_to": [orbit_record(each) for each in left.pushed_off(settle_periods=settle_periods)],
         }
+    if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
+        what = classify(given.system, found.state, settle_periods=settle_periods)
+        record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
     if json:
         print(json_text(record))
     else:
@@ -110,7 +114,16 @@ def orbit_record(found: Any) -> dict[str, Any]:
 def _print_orbit(record: dict[str, Any], title: str) -> None:
     """The table of an orbit."""
     page = Page()
-    page.print(f"Steady motion of {title}", style="bold", soft_wrap=True)
+    closed = record["stable"] is not None
+    page.print(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold", soft_wrap=True)
+    state = ", ".join(f"{name} {number:.12g}" for name, number in record["state"].items())
+    if not closed:
+        rows = [("status", f"{record['status']}; what was tried last does not close by {record['residual']:.2g}")]
+        rows += [("last state", state)]
+        if "class" in record:
+            rows += [("class", f"{record['class']['kind']}: {record['class']['reason']}")]
+        _print_rows(page, rows)
+        return
     periods = f" ({record['response_period']} of the drive)" if record["response_period"] else " (its own)"
     sizes = ", ".join(_multiplier(m) for m in record["multipliers"])
     symmetric = {True: "its own mirror image", False: "not symmetric", None: "the system has no such symmetry"}
@@ -123,13 +136,17 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         ("multipliers", sizes),
         ("symmetry", symmetric[record["symmetric"]]),
         ("word", record["word"]),
-        ("state", ", ".join(f"{name} {number:.12g}" for name, number in record["state"].items())),
+        ("state", state),
     ]
     if record["twin"] is not None:
         start = ", ".join(f"{name} {number:.12g}" for name, number in record["twin"]["state"].items())
         rows.append(("mirror twin", f"drift {record['twin']['drift']:.12g}, state {start}"))
     if "unstable_orbit" in record:
         rows += _left_rows(record["unstable_orbit"], record["stable"])
+    _print_rows(page, rows)
+
+
+def _print_rows(page: Page, rows: list[tuple[str, str]]) -> None:
     for name, text in rows:
         if text:
             page.print(f"  {name:<14}{text}", soft_wrap=True, markup=False)

@@ -164,15 +164,22 @@ class Branch:
             f"Branch of {kind}orbits of {self.response_period} drive period(s) over {self.over}, {len(self)} points:",
             *(f"  {row['kind']:20s} {special.parameter:.10g} (error {special.error:.0e})  {row['remarks']}"
               for row, special in zip(self.table(), self.special_points, strict=True)),
-            *(f"  {where} at {value:.10g}: {end.value}"
+            *(f"  {where} at {value:.10g}: {_ended(end)}"
               for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
         ]  # fmt: skip
         return "\n".join(lines)
 
 
+def _ended(end: BranchEnd) -> str:
+    """Why a branch ends, with what to try where there is more to it."""
+    return f"{end.value}. {end.advice}" if end.early or end is BranchEnd.ORBIT_CEASES else end.value
+
+
 def _remarks(special: SpecialPoint) -> str:
     """What else is to be said of a special point."""
     said = [special.change.value if special.change else "", special.text]
+    if special.kind is SpecialKind.UNLOCATED:
+        said.append(special.kind.meaning)
     if special.word_before != special.word_after:
         said.append(f"{special.word_before} -> {special.word_after}")
     if special.passed is not None:

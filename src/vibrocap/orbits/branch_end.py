@@ -17,6 +17,11 @@ class BranchEnd(enum.Enum):
     START_FAILED = "start failed"
 
     @property
+    def early(self) -> bool:
+        """Whether the branch goes on, but was not followed so far."""
+        return self in (BranchEnd.NEWTON_FAILED, BranchEnd.TOO_MANY_POINTS, BranchEnd.START_FAILED)
+
+    @property
     def advice(self) -> str:
         """What it means and what can be done."""
         return ADVICE[self]

@@ -42,7 +42,8 @@ def branch(
     Neimark-Sacker points and changes of the word are located on the way (`Branch.special_points`).
 
     over: path of the parameter, such as "drive.amplitude"; between: its least and largest value
-    orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters
+    orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters (where
+        these are out of the range, at its nearer end)
     half: whether the branch of symmetric orbits is meant (fixed points of the half-period map); by default as the orbit
     towards: "both", "up" or "down", the way of the parameter at the start
     points: most points each way; step: longest, in natural sizes of the states and shares of the range of the parameter
@@ -163,11 +164,12 @@ def starting_orbit(
     if orbit is not None and given.with_parameters({over: system.parameter(over)}) != system:
         raise ValueError(f"orbit should be of the system, whatever its {over}: another parameter differs")
     value = float(given.parameter(over))
-    if not between[0] <= value <= between[1]:
-        which = "the system" if orbit is None else "orbit"
-        raise ValueError(f"{which} should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}")
+    inside = min(max(value, between[0]), between[1])
     if orbit is not None:
+        if value != inside:
+            raise ValueError(f"orbit should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}")
         return orbit
+    system = system if value == inside else system.with_parameters({over: inside})
     return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)
 
 
