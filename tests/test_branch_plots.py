@@ -32,6 +32,7 @@ def branch(parameter, drift, stable, special_points=(), symmetric=True, period=1
     n = len(parameter)
     return Branch(
         system=SYSTEM, over=OVER, between=BETWEEN, response_period=period, symmetric=symmetric, parameter=parameter,
+        period=np.full(n, 2.0 * np.pi * period),
         states=np.arange(4.0 * n).reshape(n, 4), drift=drift, mean_velocity=drift / (2.0 * np.pi * period),
         multipliers=np.where(np.array(stable), 0.5, 1.5)[:, None] * np.ones(3, dtype=complex), stable=np.array(stable),
         word=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), special_points=tuple(special_points),
@@ -118,7 +119,7 @@ def test_what_cannot_be_drawn_is_refused(tmp_path):
         branch_plots.plot_branches(diagram(), tmp_path / "x.png", swept=[swept("machine.stiffness")])
     with pytest.raises(ValueError, match="swept should be a diagram for each panel"):
         branch_plots.plot_branches([diagram(), diagram()], tmp_path / "x.png", swept=[swept()])
-    with pytest.raises(ValueError, match="quantity should be one of mean_velocity, drift, got 'speed'"):
+    with pytest.raises(ValueError, match="quantity should be one of mean_velocity, drift, period, got 'speed'"):
         branch_plots.plot_branches(diagram(), tmp_path / "x.png", "speed")
     with pytest.raises(ValueError, match="at least one branch"):
         branch_plots.plot_branches([], tmp_path / "x.png")

@@ -20,6 +20,7 @@ from vibrocap.parameters import parameter_table
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
     "drift": "drift over one response",
+    "period": "period of the steady motion",
 }
 UNSTABLE = (0, (3.0, 2.2))
 # (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
@@ -61,11 +62,11 @@ def plot_branches(
     multipliers: bool = False,
     swept: Sequence[BifurcationDiagram] = (),
 ) -> Path:
-    """Mean velocity (or drift) over the parameter: stable motions solid, unstable ones dashed, special points marked.
+    """Mean velocity (drift, period) over a parameter: stable motions solid, unstable dashed, special points marked.
 
     Of mirror twins, of which a branch holds one, both are drawn. Several diagrams stand side by side, on one scale.
 
-    quantity: "mean_velocity" or "drift"; titles: of the panels; by default the friction laws
+    quantity: "mean_velocity", "drift" or "period"; titles: of the panels; by default the friction laws
     multipliers: a second row with the size of the largest Floquet multiplier
     swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
     """
@@ -74,7 +75,7 @@ def plot_branches(
         raise ValueError("found should hold at least one branch that is not empty")
     if quantity not in QUANTITIES:
         raise ValueError(f"quantity should be one of {', '.join(QUANTITIES)}, got {quantity!r}")
-    if any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
+    if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
         raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
     if swept and [(each.over, each.system.friction.name) for each in swept] != [
         (each.over, each.system.friction.name) for each in given
@@ -121,12 +122,13 @@ def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_ve
     """Draw branches with their twins and special points; returns which marks and styles the legend must explain."""
     used: set[str] = set()
     marks: list[tuple[SpecialPoint, float, float, str]] = []
-    ax.axhline(0.0, color="#9A9A9A", linewidth=0.6, zorder=1)
+    if quantity != "period":
+        ax.axhline(0.0, color="#9A9A9A", linewidth=0.6, zorder=1)
     for branch in branches:
         if not len(branch):
             continue
         colour = branch_colour(branch)
-        for sign in (1.0,) if branch.symmetric in (True, None) else (1.0, -1.0):
+        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
             for x, y, stable in stretches(branch, quantity):
                 style: dict[str, Any] = {"linewidth": 1.8} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
                 ax.plot(x, sign * y, color=colour, zorder=3 if stable else 2, solid_capstyle="butt", **style)
@@ -148,7 +150,7 @@ def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_ve
             look = {"markerfacecolor": "white", "zorder": 4} if special.kind is SpecialKind.FOLD else {}
             ax.plot(x, y, marker=marker, markersize=size, color=colour, markeredgewidth=1.1, **(over | look))
             used.add(special.kind.value)
-    for branch in branches:
+    for branch in branches if quantity != "period" else ():
         _label_travel(ax, branch)
     return used
 
@@ -200,8 +202,8 @@ def draw_multipliers(ax: Axes, branches: Iterable[Branch]) -> None:
 
 
 def branch_colour(branch: Branch) -> str:
-    """Black for symmetric motions, blue for those that travel, others for longer responses."""
-    if branch.symmetric:
+    """Black for symmetric motions and for cycles, blue for those that travel, others for longer responses."""
+    if branch.symmetric or branch.response_period == 0:
         return BLACK
     if branch.response_period == 1:
         return BLUE
@@ -210,6 +212,8 @@ def branch_colour(branch: Branch) -> str:
 
 def value_at(branch: Branch, special: SpecialPoint, quantity: str) -> float:
     """The quantity drawn, at a special point."""
+    if quantity == "period":
+        return float(np.interp(special.arclength, branch.arclength, branch.period))
     drift = 0.0 if special.drift is None else special.drift
     if quantity == "drift":
         return drift
@@ -246,7 +250,7 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
     """The legend: what was drawn and nothing else."""
     handles = []
     for colour, text in {
-        BLACK: "symmetric: no travel",
+        BLACK: "symmetric: no travel" if any(each.symmetric for one in given for each in _branches(one)) else "cycles",
         BLUE: "mirror twins that travel",
         GREEN: "twins of 2 drive periods",
         PURPLE: "of 4 drive periods",

@@ -42,7 +42,7 @@ def branch(
     settle_periods
         most drive periods simulated to find the first motion
     plot
-        PNG, SVG or PDF: mean velocity over the parameter
+        PNG, SVG or PDF: mean velocity over the parameter; of a machine held to its place the period
     json
         print one JSON object in full precision instead of a table
     """
@@ -73,7 +73,7 @@ def branch(
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
         from vibrocap.faces.branch_plots import plot_branches
 
-        plot_branches(found, plot)
+        plot_branches(found, plot, _quantity(found))
         if not json:
             Page().print(f"picture    {plot}", soft_wrap=True)
     if not any(len(each) for each in found.branches):
@@ -158,6 +158,11 @@ def _picture(path: Path | None) -> None:
         needs("--plot", "plot", "matplotlib")
 
 
+def _quantity(found: Any) -> str:
+    """What a picture shows: the mean velocity, or of a machine that does not travel the period."""
+    return "mean_velocity" if found.system.machine.cyclic is not None else "period"
+
+
 def _diagram_record(found: Any) -> dict[str, Any]:
     """Branches with their points and special points, by name."""
     return {
@@ -168,6 +173,7 @@ def _diagram_record(found: Any) -> dict[str, Any]:
                 "response_period": each.response_period,
                 "symmetric": each.symmetric,
                 "parameter": each.parameter.tolist(),
+                "period": each.period.tolist(),
                 "drift": each.drift.tolist(),
                 "mean_velocity": each.mean_velocity.tolist(),
                 "stable": each.stable.tolist(),
