@@ -98,14 +98,15 @@ def basins(
 ) -> int:
     """Which starts of a plane lead to which steady motion, and which way it travels.
 
-    Example: vibrocap basins examples/travels-by-stick-slip.toml --plane angle=-3:3,angle_rate=-3:3
+    Example: vibrocap basins examples/travels-by-stick-slip.toml --plane angle,angle_rate
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     plane
-        two axes, NAME=LEAST:LARGEST each: states, or "phase", a share of the drive's period
+        two axes, NAME or NAME=LEAST:LARGEST each: states, or "phase", a share of the drive's period. Without a range
+        a state's is what motions visit
     resolution
         cells along each axis
     phase
@@ -122,7 +123,7 @@ def basins(
     from vibrocap.orbits.basins import basins as basins_of
 
     given = read_source(case)
-    axes = {name: (low, high) for name, low, high in map(range_of, (one for each in plane for one in each.split(",")))}
+    axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
     _picture(plot)
     try:
         with progress("Running the starts of the plane") as report:
@@ -149,6 +150,14 @@ def basins(
         if not json:
             Page().print(f"picture    {plot}", soft_wrap=True)
     return OK
+
+
+def _axis(text: str) -> tuple[str, tuple[float, float] | None]:
+    """NAME, or NAME=LEAST:LARGEST."""
+    if "=" not in text:
+        return text, None
+    name, low, high = range_of(text, "--plane", "angle=-3:3")
+    return name, (low, high)
 
 
 def _picture(path: Path | None) -> None:

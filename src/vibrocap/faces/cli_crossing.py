@@ -107,15 +107,15 @@ def _crossings_record(found: Any) -> dict[str, Any]:
     }
 
 
-def range_of(text: str) -> tuple[str, float, float]:
+def range_of(
+    text: str, option: str = "--over", example: str = "machine.mass_ratio=0.2:8.1"
+) -> tuple[str, float, float]:
     """PATH=LEAST:LARGEST."""
     path, _, ends = text.partition("=")
     try:
         low, high = (float(end) for end in ends.split(":"))
     except ValueError:
-        raise Refusal(
-            f"--over should be PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1, got {text!r}"
-        ) from None
+        raise Refusal(f"{option} should be PATH=LEAST:LARGEST, such as {example}, got {text!r}") from None
     return path, low, high
 
 
