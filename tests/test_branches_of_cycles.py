@@ -122,6 +122,33 @@ def test_a_contact_at_rest_has_to_stay_so(monkeypatch):
 
 
 @pytest.mark.thorough
+def test_leines_block_over_the_speed_of_its_belt():
+    """Its cycle at both ends of the branch and between, by another integrator: slip from x = 1, then stick."""
+    system = vc.System(
+        vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.2),
+        vc.HyperbolicStribeck(coulomb_coefficient=0.0, static_coefficient=1.0, stribeck_velocity=1.0 / 3.0),
+        vc.Constant(),
+    )
+    found = vc.branch(system, "machine.belt_speed", (0.05, 0.5), settle_periods=200)
+    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert np.all(found.multipliers == 0.0)
+    for i in (0, len(found) // 2, len(found) - 1):
+        v = found.parameter[i]
+
+        def rates(_t, y, v=v):
+            return y[1], -y[0] + 1.0 / (1.0 + 3.0 * (v - y[1]))
+
+        def caught(_t, y, v=v):
+            return y[1] - v if y[0] < 0.9 else -1.0
+
+        caught.terminal, caught.direction = True, 1
+        start = (1.0, v - 1e-14)
+        slip = solve_ivp(rates, (0.0, 30.0), start, events=caught, method="DOP853", rtol=1e-13, atol=1e-14)
+        period = slip.t_events[0][0] + (1.0 - slip.y_events[0][0][0]) / v
+        assert found.period[i] == pytest.approx(period, abs=1e-8)
+
+
+@pytest.mark.thorough
 def test_cycle_without_sticking():
     """LuGre on a belt: no set-valued contact, five states' worth of tangents; the period is that of a long run."""
     system = vc.System(vc.Oscillator(stiffness=2.0, belt_speed=0.1), vc.LuGre(), vc.Constant())
