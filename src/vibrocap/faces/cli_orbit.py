@@ -9,6 +9,8 @@ from vibrocap.case import CaseError
 from vibrocap.faces.exits import INCOMPLETE, OK, complain
 from vibrocap.faces.terminal import Page, progress
 
+LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
+
 
 def orbit(
     case: Path,
@@ -74,7 +76,7 @@ def orbit(
             "gives_way_to": [orbit_record(each) for each in left.pushed_off(settle_periods=settle_periods)],
         }
     if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
-        what = classify(given.system, found.state, settle_periods=settle_periods)
+        what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
         record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
     if json:
         print(json_text(record))
