@@ -217,9 +217,9 @@ because it has lost the symmetry by itself; which of the twins appears is decide
 <h3>In the steady state, as printed and with softer springs</h3>
 <p>Where the drift of settled motions vanishes (O1, O2) or is the same with both laws (P1, P2), bracketed and located
 to rounding, with its error (<code>vibrocap crossing</code>). At the printed ρ = 4 there is no such point: the drift of
-either law is nothing at every mass ratio, {nothing}. With ρ below about 0.65, not the paper's, the upright pendulum
-buckles, the symmetry is lost, and steady averages have the printed shape; but no one ρ gives the four printed
-points.</p>{soft}
+either law is nothing at every mass ratio, {nothing}. With ρ of 0.5 to 0.65, not the paper's, the upright
+pendulum buckles and the symmetry is lost; from about 0.55 to 0.62 steady averages have the printed shape, but no one ρ
+gives the four printed points.</p>{soft}
 """
 
 

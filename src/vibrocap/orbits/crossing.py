@@ -196,5 +196,8 @@ def _checked(
             except ValueError as error:
                 raise ValueError(f"between: {over} cannot be {place!r}: {error}") from None
         if not depends_on_time(equations(each).rates):
-            raise ValueError("drive should change in time: of systems that cycle by themselves nothing is looked for")
+            raise ValueError(
+                "drive should change in time: of a system that cycles by itself follow the cycles instead, "
+                "branch(system, over, between).crossings(measure, value)"
+            )
     return low, high
