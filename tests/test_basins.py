@@ -92,7 +92,10 @@ def test_start_amid_a_period_goes_on_to_its_end():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        ({"plane": {"angle": (-1, 1)}}, "for two states"),
+        ({"plane": {"angle": (-1, 1)}}, "should name two states"),
+        ({"plane": ("angle",)}, "should name two states"),
+        ({"plane": "angle"}, "should name two states"),
+        ({"plane": ("angle", "spin")}, "'spin' is no state"),
         ({"plane": {"angle": (-1, 1), "position": (0, 1)}}, "nothing depends on 'position'"),
         ({"plane": {"angle": (-1, 1), "spin": (0, 1)}}, "'spin' is no state"),
         ({"plane": {"angle": (1, -1), "velocity": (0, 1)}}, "plane: angle should be finite with low < high"),
@@ -140,6 +143,15 @@ def test_phase_as_an_axis_has_the_same_symmetry():
     assert np.array_equal(np.roll(found.direction, 20, axis=0), -found.direction[:, ::-1])
     column = basins(capsule(), {"angle": (-3.0, 3.0), "velocity": (-1e-9, 1e-9)}, (41, 1), phase=found.x[7])
     assert np.array_equal(column.direction[:, 0], found.direction[7])
+
+
+@pytest.mark.slow
+def test_axes_without_ranges_span_what_motions_visit():
+    found = basins(capsule(), ("phase", "angle"), (4, 6))
+    assert found.x == pytest.approx([0.125, 0.375, 0.625, 0.875])
+    assert found.y == pytest.approx(-found.y[::-1])  # mirror images of motions are motions
+    assert found.y[-1] > 1.5  # two natural sizes at least, less half a cell
+    assert set(np.unique(found.direction)) == {-1, 1}
 
 
 @pytest.mark.slow

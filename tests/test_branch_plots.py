@@ -32,6 +32,7 @@ def branch(parameter, drift, stable, special_points=(), symmetric=True, period=1
     n = len(parameter)
     return Branch(
         system=SYSTEM, over=OVER, between=BETWEEN, response_period=period, symmetric=symmetric, parameter=parameter,
+        period=np.full(n, 2.0 * np.pi * period),
         states=np.arange(4.0 * n).reshape(n, 4), drift=drift, mean_velocity=drift / (2.0 * np.pi * period),
         multipliers=np.where(np.array(stable), 0.5, 1.5)[:, None] * np.ones(3, dtype=complex), stable=np.array(stable),
         word=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), special_points=tuple(special_points),
@@ -89,8 +90,36 @@ def test_picture_is_written_for_one_and_for_several(tmp_path):
     assert again.read_text() == text
 
 
+def swept(over=OVER):
+    values = np.array([1.2, 2.0])
+    response = np.array([[[1, 1]], [[1, 0]]])  # the last has not settled
+    drift = np.array([[[0.0, 0.3]], [[0.0, np.nan]]])
+    states = np.zeros((2, 1, 2, 4, 4))
+    return vc.BifurcationDiagram(SYSTEM, over, values, ("up", "down"), states, response, drift, SYSTEM.state_names)
+
+
+def test_brute_force_is_marked_where_it_settled():
+    _, axes = branch_plots.figure(1, 1)
+    assert branch_plots.draw_swept(axes[0, 0], swept(), "mean_velocity") == {"up", "down"}
+    up, down = axes[0, 0].lines
+    assert up.get_xdata().tolist() == [1.2, 2.0]
+    assert up.get_ydata() == pytest.approx([0.0, 0.3 / (2.0 * np.pi)])
+    assert down.get_xdata().tolist() == [1.2]
+    assert (up.get_fillstyle(), down.get_fillstyle()) == ("right", "left")
+
+
+def test_places_where_travel_begins_and_ends_bear_their_parameter():
+    _, axes = branch_plots.figure(1, 1)
+    branch_plots.draw_branches(axes[0, 0], diagram().branches)
+    assert [(text.get_text(), text.get_ha()) for text in axes[0, 0].texts] == [("1.4000", "right"), ("2.6000", "left")]
+
+
 def test_what_cannot_be_drawn_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="quantity should be one of mean_velocity, drift, got 'speed'"):
+    with pytest.raises(ValueError, match="swept should be a diagram for each panel"):
+        branch_plots.plot_branches(diagram(), tmp_path / "x.png", swept=[swept("machine.stiffness")])
+    with pytest.raises(ValueError, match="swept should be a diagram for each panel"):
+        branch_plots.plot_branches([diagram(), diagram()], tmp_path / "x.png", swept=[swept()])
+    with pytest.raises(ValueError, match="quantity should be one of mean_velocity, drift, period, got 'speed'"):
         branch_plots.plot_branches(diagram(), tmp_path / "x.png", "speed")
     with pytest.raises(ValueError, match="at least one branch"):
         branch_plots.plot_branches([], tmp_path / "x.png")

@@ -3,12 +3,14 @@
 Slow: each law's tangents need a kernel of their own.
 """
 
+import json
 import math
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.faces import cli
 from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.special_points import SpecialKind
 from vibrocap.orbits.words import WordChange, same_cycle
@@ -112,6 +114,26 @@ def test_brute_force_agrees_with_every_stable_part(diagram):
             assert {True, False} == set((seen > 0.0).tolist())  # both twins are reached
 
 
+def test_sweeps_up_and_down_agree_with_every_stable_part(diagram):
+    """Brute force from both sides: runs that go on from value to value, to the threshold of settling (some 1e-5)."""
+    seen = vc.bifurcation_diagram(diagram.system, OVER, BETWEEN, 41, initial=START)
+    told = seen.response_period == 1
+    assert np.mean(told) > 0.9
+    assert np.all(told | (seen.response_period == 0))  # near a pitchfork some have not settled yet
+    directions = set()
+    for k, value in enumerate(seen.values):
+        (known,) = [orbit for branch in diagram.branches for orbit in branch.orbits_at(float(value)) if orbit.stable]
+        ends = [known] if known.symmetric else [known, known.twin()]
+        for d, s in zip(*np.nonzero(told[:, :, k]), strict=True):
+            end = min(ends, key=lambda each: abs(each.drift - seen.drift[d, s, k]))
+            assert seen.drift[d, s, k] == pytest.approx(end.drift, abs=2e-5)
+            marks = [seen.states[d, s, k, 0][i] for i, name in enumerate(seen.state_names) if name != "position"]
+            state = [value for name, value in end.state.items() if name != "position"]
+            assert marks == pytest.approx(state, abs=2e-5)
+            directions.add((seen.directions[d], int(np.sign(round(end.drift, 6)))))
+    assert directions == {(way, sign) for way in ("up", "down") for sign in (-1, 0, 1)}
+
+
 def test_stable_parts_hold_what_starts_beside_them(diagram):
     """Every third point of each stable part: a start 0.2 % off settles back to its drift (or, close by, its twin's)."""
     for branch in diagram.branches:
@@ -207,3 +229,42 @@ def test_a_start_that_closes_nothing_is_an_empty_branch_that_says_so():
     assert len(found) == 0
     assert found.ends == (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
     assert "Give an `orbit`" in str(found)
+
+
+def test_a_system_out_of_the_range_starts_at_its_nearer_end():
+    found = vc.branch(system_with("exponential"), OVER, (2.3, 2.5), initial=START)
+    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert found.parameter[found.start] == 2.3
+    assert found.symmetric
+
+
+def test_command_says_why_a_branch_was_not_followed(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    case.write_text(
+        '[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "exponential"\n[drive]\nwaveform = "harmonic"\n'
+        "[initial]\nangle = 1.0\n[run]\nperiods = 10\n",
+        encoding="utf-8",
+    )
+    arguments = ["branch", str(case), "--over", "drive.amplitude=1.2:1.9", "--points", "10"]
+    assert cli.main(arguments) == 3
+    output = capsys.readouterr()
+    assert "too many points. Raise `points`" in output.out
+    assert "was not followed to its end (too many points)" in output.err
+    assert cli.main([*arguments, "--json"]) == 3
+    first = json.loads(capsys.readouterr().out)["branches"][0]
+    assert len(first["parameter"]) == 19  # ten each way, what was computed until then
+    assert first["ends"] == ["too many points", "too many points"]
+    assert all("Raise `points`" in advice for advice in first["advice"])
+    chaos = tmp_path / "chaos.toml"
+    chaos.write_text(
+        '[machine]\nkind = "pendulum-capsule"\nstiffness = 0.6\ndamping = 0.3\n[friction]\nlaw = "exponential"\n'
+        '[drive]\nwaveform = "harmonic"\namplitude = 1.2\n[initial]\nangle = 1.0\n[run]\nperiods = 10\n',
+        encoding="utf-8",
+    )
+    assert cli.main(["branch", str(chaos), "--over", "drive.amplitude=1.1:1.3", "--settle-periods", "50"]) == 3
+    assert "No steady motion closed at the start" in capsys.readouterr().err
+    assert cli.main(["orbit", str(chaos), "--settle-periods", "300", "--json"]) == 3
+    record = json.loads(capsys.readouterr().out)
+    assert record["status"] == "not settled"
+    assert record["class"]["kind"] == "chaotic"
+    assert "largest Lyapunov exponent" in record["class"]["reason"]

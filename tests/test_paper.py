@@ -15,12 +15,18 @@ from vibrocap.paper.claim import CLAIMS, Outcome, judged, printed
 from vibrocap.paper.claims import CHAPTERS, chapters
 from vibrocap.paper.errata import ERRATA, errata_page
 from vibrocap.paper.figures import FIGURES, chosen_figures
-from vibrocap.paper.figures_travel import soft_zero_points
-from vibrocap.paper.main_finding import asymmetry
+from vibrocap.paper.main_finding import PRINTED, asymmetry
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, law, start
 from vibrocap.paper.runs import Runs
+from vibrocap.paper.steady_points import RANGE_OF_SOFT, SOFT, steady_points
 
 HOLDS, ONLY_FOR, FAILS, UNDECIDED = Outcome.HOLDS, Outcome.ONLY_FOR, Outcome.FAILS, Outcome.UNDECIDED
+CLAIMS_OF = {
+    "O1": CLAIMS["control-point-o1"],
+    "O2": CLAIMS["control-point-o2"],
+    "P1": CLAIMS["boundary-point-p1"],
+    "P2": CLAIMS["boundary-point-p2"],
+}
 ROOT = Path(__file__).resolve().parents[1]
 
 EXPECTED = {
@@ -216,9 +222,44 @@ def test_transient_averages_vanish_elsewhere_than_printed(runs):
 
 
 def test_soft_spring_gives_the_printed_shape_but_not_all_points(runs):
-    points = soft_zero_points(runs, 0.58, points=41)
-    assert points["P1"] < points["O2"] < points["O1"] < points["P2"]  # in the printed order
-    assert not any(abs(points[key] - value) < 0.005 for key, value in (("P1", 1.18), ("P2", 4.36)))
+    """The four points of the steady state at rho = 0.58; O1 and O2 as Newton shooting has them."""
+    points = steady_points(runs, SOFT)
+    assert points.at["P1"] < points.at["O2"] < points.at["O1"] < points.at["P2"]  # in the printed order
+    assert points.at["O1"] == pytest.approx(4.215251621241, abs=1e-10)
+    assert points.at["O2"] == pytest.approx(3.456230048645, abs=1e-10)
+    assert all(0.0 < error < 1e-9 for error in points.error.values())
+    for name, value in PRINTED.items():
+        assert abs(points.at[name] - value) > CLAIMS_OF[name].tolerance.value
+    assert points.equal == {"lugre": (), "exponential": (), "both": ()}
+
+
+def test_no_spring_gives_the_four_printed_points(runs):
+    for stiffness in RANGE_OF_SOFT:
+        points = steady_points(runs, stiffness)
+        hits = [
+            name for name, value in PRINTED.items()
+            if abs(points.at[name] - value) <= CLAIMS_OF[name].tolerance.value
+        ]  # fmt: skip
+        assert len(hits) < 4
+    assert math.isnan(steady_points(runs, 0.5).at["O1"])  # too soft: LM travels at every mass ratio
+
+
+@pytest.mark.parametrize("point", ["O1", "O2", "P1", "P2"])
+def test_there_is_no_such_point_in_the_steady_state_and_the_claim_shows_it(runs, point):
+    steady = steady_points(runs, 4.0)
+    assert all(math.isnan(place) for place in steady.at.values())
+    assert set(steady.equal.values()) == {((0.01, 8.1),)}
+    finding = judged(CLAIMS_OF[point], runs).finding
+    shown = {name: value for name, value in finding.found.items() if name.startswith("steady")}
+    assert shown.pop("steady: it is nothing from lambda") == 0.01
+    assert shown.pop("steady: it is nothing to lambda") == 8.1
+    largest = [value for name, value in shown.items() if "largest" in name]
+    assert len(largest) == 1
+    assert largest[0] < 1e-9
+    assert [value for name, value in shown.items() if "largest" not in name] == [0.0, 0.0]
+    soft = steady_points(runs, SOFT).at[point]
+    assert f"{soft:.10f}" in finding.nearest
+    assert "there is no such point" in finding.nearest
 
 
 def test_crossings_know_their_direction():
@@ -277,6 +318,9 @@ def test_numbers_in_the_errata_are_those_found(runs):
     gaps = found(runs, "gap-from-hysteresis")
     assert f"{gaps['LM: gap']:.4f} with LM and {gaps['EM: gap']:.4f} with EM" in texts[6].replace("\n", " ")
     assert f"{found(runs, 'lower-peak-with-lm')['LM']:.3f}" in texts[7]
+    soft = steady_points(runs, SOFT).at
+    assert f"{soft['O1']:.4f} (LM) and {soft['O2']:.4f} (EM)" in texts[8]
+    assert f"alike at {soft['P1']:.4f} and {soft['P2']:.4f}" in texts[8]
 
 
 @pytest.mark.parametrize("key", FIGURES)

@@ -11,9 +11,10 @@ from vibrocap.faces.branch_plots import plot_branches
 
 if __name__ == "__main__":
     start = {"angle": math.pi / 3}
-    diagrams = []
+    diagrams, swept = [], []
     for law in (vc.Exponential(), vc.LuGre()):
         system = vc.System(vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0), law, vc.Harmonic())
         diagrams.append(vc.branches(system, "drive.amplitude", (1.0, 3.0), initial=start))
+        swept.append(vc.bifurcation_diagram(system, "drive.amplitude", (1.0, 3.0), 41, initial=start))
         print(diagrams[-1])
-    plot_branches(diagrams, Path(__file__).with_suffix(".png"), multipliers=True)
+    plot_branches(diagrams, Path(__file__).with_suffix(".png"), multipliers=True, swept=swept)

@@ -55,6 +55,7 @@ from vibrocap.orbits.attractors import Attractor, Attractors, attractors
 from vibrocap.orbits.basins import Basins, basins
 from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
 from vibrocap.orbits.branch import Branch, SpecialPoint
+from vibrocap.orbits.branch_crossings import BranchCrossing
 from vibrocap.orbits.branch_diagram import BranchDiagram, branches
 from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_following import branch
@@ -232,6 +233,7 @@ __all__ = [
     "branches",
     "BranchDiagram",
     "BranchEnd",
+    "BranchCrossing",
     "SpecialPoint",
     "SpecialKind",
     "WordChange",

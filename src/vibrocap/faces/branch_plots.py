@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from vibrocap.faces.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION, figure, save
+from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.branch import Branch, SpecialPoint
 from vibrocap.orbits.branch_diagram import BranchDiagram
 from vibrocap.orbits.special_points import SpecialKind
@@ -19,6 +20,7 @@ from vibrocap.parameters import parameter_table
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
     "drift": "drift over one response",
+    "period": "period of the steady motion",
 }
 UNSTABLE = (0, (3.0, 2.2))
 # (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
@@ -35,6 +37,19 @@ MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
 WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.WORD_CHANGE: "change of the stick/slip word"}
 LOSS = ("D", 6.0)  # an open pitchfork: symmetry breaks where the multipliers jump
 LOSS_WORDS = "symmetry breaks at a change of word"
+# Two halves of one disc: full where both sweeps agree.
+SWEPT: dict[str, dict[str, Any]] = {
+    way: {
+        "marker": "o",
+        "fillstyle": half,
+        "markersize": 4.0,
+        "markerfacecolor": VERMILION,
+        "markerfacecoloralt": "none",
+        "markeredgecolor": VERMILION,
+        "markeredgewidth": 0.6,
+    }
+    for way, half in (("up", "right"), ("down", "left"))
+}
 LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
 
 
@@ -45,21 +60,27 @@ def plot_branches(
     *,
     titles: Sequence[str] = (),
     multipliers: bool = False,
+    swept: Sequence[BifurcationDiagram] = (),
 ) -> Path:
-    """Mean velocity (or drift) over the parameter: stable motions solid, unstable ones dashed, special points marked.
+    """Mean velocity (drift, period) over a parameter: stable motions solid, unstable dashed, special points marked.
 
     Of mirror twins, of which a branch holds one, both are drawn. Several diagrams stand side by side, on one scale.
 
-    quantity: "mean_velocity" or "drift"; titles: of the panels; by default the friction laws
+    quantity: "mean_velocity", "drift" or "period"; titles: of the panels; by default the friction laws
     multipliers: a second row with the size of the largest Floquet multiplier
+    swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
     """
     given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
     if not given or not any(len(branch) for each in given for branch in _branches(each)):
         raise ValueError("found should hold at least one branch that is not empty")
     if quantity not in QUANTITIES:
         raise ValueError(f"quantity should be one of {', '.join(QUANTITIES)}, got {quantity!r}")
-    if any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
+    if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
         raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
+    if swept and [(each.over, each.system.friction.name) for each in swept] != [
+        (each.over, each.system.friction.name) for each in given
+    ]:
+        raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
     rows, columns = 1 + multipliers, len(given)
     size = (4.4 * columns + 1.0, 3.4 + 1.9 * multipliers + 0.5)
     fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
@@ -68,6 +89,8 @@ def plot_branches(
         for column, each in enumerate(given):
             ax = axes[0, column]
             used |= draw_branches(ax, _branches(each), quantity)
+            if swept:
+                used |= draw_swept(ax, swept[column], quantity)
             ax.set_title(titles[column] if titles else law_title(each), pad=8)
             if multipliers:
                 draw_multipliers(axes[1, column], _branches(each))
@@ -99,12 +122,13 @@ def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_ve
     """Draw branches with their twins and special points; returns which marks and styles the legend must explain."""
     used: set[str] = set()
     marks: list[tuple[SpecialPoint, float, float, str]] = []
-    ax.axhline(0.0, color="#9A9A9A", linewidth=0.6, zorder=1)
+    if quantity != "period":
+        ax.axhline(0.0, color="#9A9A9A", linewidth=0.6, zorder=1)
     for branch in branches:
         if not len(branch):
             continue
         colour = branch_colour(branch)
-        for sign in (1.0,) if branch.symmetric in (True, None) else (1.0, -1.0):
+        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
             for x, y, stable in stretches(branch, quantity):
                 style: dict[str, Any] = {"linewidth": 1.8} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
                 ax.plot(x, sign * y, color=colour, zorder=3 if stable else 2, solid_capstyle="butt", **style)
@@ -126,7 +150,41 @@ def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_ve
             look = {"markerfacecolor": "white", "zorder": 4} if special.kind is SpecialKind.FOLD else {}
             ax.plot(x, y, marker=marker, markersize=size, color=colour, markeredgewidth=1.1, **(over | look))
             used.add(special.kind.value)
+    for branch in branches if quantity != "period" else ():
+        _label_travel(ax, branch)
     return used
+
+
+def _label_travel(ax: Axes, branch: Branch) -> None:
+    """Write the parameter beside each place where symmetric motions lose their stability or gain it: travel begins or
+    ends there."""
+    if not branch.symmetric:
+        return
+    for special in branch.special_points:
+        if special.stability == "kept":
+            continue
+        lost = (special.stability == "lost") == (branch.parameter[-1] > branch.parameter[0])
+        style: dict[str, Any] = {"ha": "right" if lost else "left", "va": "top", "fontsize": 8.5, "color": "#333333"}
+        ax.annotate(
+            f"{special.parameter:.4f}",
+            (special.parameter, 0.0),
+            xytext=(-4 if lost else 6, -6),
+            textcoords="offset points",
+            **style,
+        )
+
+
+def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str) -> set[str]:
+    """Mark the settled motions of sweeps: half a disc for each way in which the parameter went."""
+    for d, way in enumerate(swept.directions):
+        settled = swept.response_period[d] > 0
+        periods = np.array(
+            [swept.system.with_parameters({swept.over: float(value)}).drive.period for value in swept.values]
+        )
+        shown = swept.drift[d] * (1.0 / periods if quantity == "mean_velocity" else swept.response_period[d])
+        x = np.broadcast_to(swept.values, settled.shape)
+        ax.plot(x[settled], shown[settled], **SWEPT[way], linestyle="none", zorder=3.5)
+    return set(swept.directions)
 
 
 def draw_multipliers(ax: Axes, branches: Iterable[Branch]) -> None:
@@ -144,8 +202,8 @@ def draw_multipliers(ax: Axes, branches: Iterable[Branch]) -> None:
 
 
 def branch_colour(branch: Branch) -> str:
-    """Black for symmetric motions, blue for those that travel, others for longer responses."""
-    if branch.symmetric:
+    """Black for symmetric motions and for cycles, blue for those that travel, others for longer responses."""
+    if branch.symmetric or branch.response_period == 0:
         return BLACK
     if branch.response_period == 1:
         return BLUE
@@ -154,6 +212,8 @@ def branch_colour(branch: Branch) -> str:
 
 def value_at(branch: Branch, special: SpecialPoint, quantity: str) -> float:
     """The quantity drawn, at a special point."""
+    if quantity == "period":
+        return float(np.interp(special.arclength, branch.arclength, branch.period))
     drift = 0.0 if special.drift is None else special.drift
     if quantity == "drift":
         return drift
@@ -190,7 +250,7 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
     """The legend: what was drawn and nothing else."""
     handles = []
     for colour, text in {
-        BLACK: "symmetric: no travel",
+        BLACK: "symmetric: no travel" if any(each.symmetric for one in given for each in _branches(one)) else "cycles",
         BLUE: "mirror twins that travel",
         GREEN: "twins of 2 drive periods",
         PURPLE: "of 4 drive periods",
@@ -218,4 +278,7 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
         marker, size = LOSS
         look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
         handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
+    for way, style in SWEPT.items():
+        if way in used:
+            handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **style))
     return handles

@@ -16,9 +16,10 @@ from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case import CaseError
 from vibrocap.faces.cli_branch import basins, branch
+from vibrocap.faces.cli_crossing import crossing
 from vibrocap.faces.cli_fit import fit
 from vibrocap.faces.cli_friction import friction
-from vibrocap.faces.cli_orbit import crossing, orbit
+from vibrocap.faces.cli_orbit import orbit
 from vibrocap.faces.cli_plot import PICTURES, plot
 from vibrocap.faces.cli_records import datasets
 from vibrocap.faces.cli_stick_slip import stick_slip

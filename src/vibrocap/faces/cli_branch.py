@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from vibrocap.faces.cli_orbit import range_of
+from vibrocap.faces.cli_crossing import range_of
 from vibrocap.faces.cli_plot import PICTURES
 from vibrocap.faces.exits import INCOMPLETE, OK, complain
 from vibrocap.faces.terminal import Page, Refusal, needs, progress, writable_file
@@ -26,6 +26,8 @@ def branch(
 
     Symmetric orbits are followed, stable or not, then what leaves them at pitchforks
     and flips. Folds, flips, pitchforks and changes of the stick/slip word are located.
+    A case whose parameter is out of the range starts at the nearer end. Exit code 3
+    where a branch goes on but could not be followed.
 
     Parameters
     ----------
@@ -40,7 +42,7 @@ def branch(
     settle_periods
         most drive periods simulated to find the first motion
     plot
-        PNG, SVG or PDF: mean velocity over the parameter
+        PNG, SVG or PDF: mean velocity over the parameter; of a machine held to its place the period
     json
         print one JSON object in full precision instead of a table
     """
@@ -71,13 +73,16 @@ def branch(
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
         from vibrocap.faces.branch_plots import plot_branches
 
-        plot_branches(found, plot)
+        plot_branches(found, plot, _quantity(found))
         if not json:
             Page().print(f"picture    {plot}", soft_wrap=True)
     if not any(len(each) for each in found.branches):
         complain("No steady motion closed at the start; simulate the case, or raise --settle-periods.")
         return INCOMPLETE
-    return OK
+    early = {end: i for i, each in enumerate(found.branches) for end in each.ends if end.early}
+    for end, i in early.items():
+        complain(f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}")
+    return INCOMPLETE if early else OK
 
 
 def basins(
@@ -93,14 +98,15 @@ def basins(
 ) -> int:
     """Which starts of a plane lead to which steady motion, and which way it travels.
 
-    Example: vibrocap basins examples/travels-by-stick-slip.toml --plane angle=-3:3,angle_rate=-3:3
+    Example: vibrocap basins examples/travels-by-stick-slip.toml --plane angle,angle_rate
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     plane
-        two axes, NAME=LEAST:LARGEST each: states, or "phase", a share of the drive's period
+        two axes, NAME or NAME=LEAST:LARGEST each: states, or "phase", a share of the drive's period. Without a range
+        a state's is what motions visit
     resolution
         cells along each axis
     phase
@@ -117,7 +123,7 @@ def basins(
     from vibrocap.orbits.basins import basins as basins_of
 
     given = read_source(case)
-    axes = {name: (low, high) for name, low, high in map(range_of, (one for each in plane for one in each.split(",")))}
+    axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
     _picture(plot)
     try:
         with progress("Running the starts of the plane") as report:
@@ -146,11 +152,24 @@ def basins(
     return OK
 
 
+def _axis(text: str) -> tuple[str, tuple[float, float] | None]:
+    """NAME, or NAME=LEAST:LARGEST."""
+    if "=" not in text:
+        return text, None
+    name, low, high = range_of(text, "--plane", "angle=-3:3")
+    return name, (low, high)
+
+
 def _picture(path: Path | None) -> None:
     """Refuse a picture that cannot be drawn or written, before any work."""
     if path is not None:
         writable_file("--plot", path, PICTURES)
         needs("--plot", "plot", "matplotlib")
+
+
+def _quantity(found: Any) -> str:
+    """What a picture shows: the mean velocity, or of a machine that does not travel the period."""
+    return "mean_velocity" if found.system.machine.cyclic is not None else "period"
 
 
 def _diagram_record(found: Any) -> dict[str, Any]:
@@ -163,12 +182,14 @@ def _diagram_record(found: Any) -> dict[str, Any]:
                 "response_period": each.response_period,
                 "symmetric": each.symmetric,
                 "parameter": each.parameter.tolist(),
+                "period": each.period.tolist(),
                 "drift": each.drift.tolist(),
                 "mean_velocity": each.mean_velocity.tolist(),
                 "stable": each.stable.tolist(),
                 "word": each.word.tolist(),
                 "special_points": each.table(),
                 "ends": [end.value for end in each.ends],
+                "advice": [end.advice for end in each.ends],
             }
             for each in found.branches
         ],

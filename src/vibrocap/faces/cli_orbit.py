@@ -1,4 +1,4 @@
-"""`vibrocap orbit` and `vibrocap crossing`: the steady motion of a case, and where a measure of it takes a value."""
+"""`vibrocap orbit`: the steady motion of a case, its stability, and what an unstable one gives way to."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,9 @@ import numpy as np
 
 from vibrocap.case import CaseError
 from vibrocap.faces.exits import INCOMPLETE, OK, complain
-from vibrocap.faces.terminal import Page, Refusal, progress
+from vibrocap.faces.terminal import Page, progress
+
+LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
 
 
 def orbit(
@@ -25,17 +27,19 @@ def orbit(
     Example: vibrocap orbit examples/travels-by-stick-slip.toml
 
     The motion is simulated from the case's start until it settles, then closed by
-    shooting; what is printed holds to rounding. Exit code 3 where it does not
-    settle or close.
+    shooting; what is printed holds to rounding. A start that leads to an unstable
+    orbit is followed on to what the capsule really does. Where the orbit asked for
+    is unstable, the motions to which it gives way are printed too. Exit code 3
+    where it does not settle or close.
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     response_period
-        look for an orbit of so many drive periods straight from the case's start, without simulating
+        look for an orbit of so many drive periods, stable or not, near the case's start
     half
-        look for a symmetric orbit, stable or not, straight from the case's start
+        look for a symmetric orbit, stable or not, near the case's start
     settle_periods
         most drive periods simulated
     tolerance
@@ -45,6 +49,7 @@ def orbit(
     """
     from vibrocap.faces.export import read_source
     from vibrocap.faces.record import json_text
+    from vibrocap.orbits.classification import classify
     from vibrocap.orbits.orbit import OrbitStatus
     from vibrocap.orbits.steady import orbit as steady_motion
 
@@ -61,7 +66,18 @@ def orbit(
             )
     except ValueError as error:
         raise CaseError([str(error)], str(case)) from None
+    left = found.passed or (found if found.status is OrbitStatus.CONVERGED and found.unstable else None)
     record = orbit_record(found)
+    if left is not None and left.response_period:
+        record["unstable_orbit"] = {
+            "drift": left.drift,
+            "state": left.state,
+            "largest_multiplier": float(np.max(np.abs(left.multipliers))),
+            "gives_way_to": [orbit_record(each) for each in left.pushed_off(settle_periods=settle_periods)],
+        }
+    if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
+        what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
+        record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
     if json:
         print(json_text(record))
     else:
@@ -70,84 +86,6 @@ def orbit(
         return OK
     complain(f"No closed steady motion ({found.status.value}). {found.status.advice}")
     return INCOMPLETE
-
-
-def crossing(
-    case: Path,
-    /,
-    *,
-    over: str,
-    measure: str = "drift",
-    value: float = 0.0,
-    against: str | None = None,
-    points: int = 200,
-    periods: int = 2000,
-    json: bool = False,
-) -> int:
-    """Where a steady measure takes a value, or agrees with that of another law, over a parameter.
-
-    Example: vibrocap crossing examples/buckled-pendulum-travels.toml --over machine.mass_ratio=0.2:8.1
-
-    Each place comes with a bracket and an error. Where the measure equals the value
-    over a whole range (the drift of symmetric motions is exactly zero) or jumps over
-    it (from a motion to its mirror twin), that is said instead.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    over
-        PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1
-    measure
-        a measure that is a number, see `vibrocap measures`
-    value
-        that is looked for
-    against
-        friction.law=NAME: look for where the measures with both laws differ by the value (zero: agree)
-    points
-        parameters of the scan that brackets the places
-    periods
-        drive periods in which a motion of the scan must settle
-    json
-        print one JSON object in full precision instead of a table
-    """
-    import dataclasses
-
-    from vibrocap.faces.export import read_source
-    from vibrocap.faces.record import json_text
-    from vibrocap.orbits.crossing import crossing as crossings
-
-    given = read_source(case)
-    path, low, high = range_of(over)
-    other = None if against is None else _other(given.system, against)
-    try:
-        with progress(f"Looking for {measure} = {value:g}"):
-            found = crossings(
-                given.system,
-                measure,
-                path,
-                (low, high),
-                value=value,
-                against=other,
-                initial=given.initial,
-                points=points,
-                periods=periods,
-            )
-    except ValueError as error:
-        raise Refusal(str(error)) from None
-    if json:
-        record = {
-            "measure": found.measure,
-            "over": found.over,
-            "value": found.value,
-            "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
-            "equal": found.equal,
-            "unsettled": found.unsettled,
-        }
-        print(json_text(record))
-    else:
-        _print_crossings(found, against)
-    return OK
 
 
 def orbit_record(found: Any) -> dict[str, Any]:
@@ -166,6 +104,7 @@ def orbit_record(found: Any) -> dict[str, Any]:
         "drift": found.drift,
         "mean_velocity": found.mean_velocity if found.period else None,
         "stable": found.stable if closed else None,
+        "stability": _stability(found) if closed else "not known",
         "multipliers": [{"real": float(np.real(m)), "imaginary": float(np.imag(m))} for m in found.multipliers],
         "symmetric": found.symmetric,
         "word": found.word if closed else None,
@@ -177,7 +116,16 @@ def orbit_record(found: Any) -> dict[str, Any]:
 def _print_orbit(record: dict[str, Any], title: str) -> None:
     """The table of an orbit."""
     page = Page()
-    page.print(f"Steady motion of {title}", style="bold", soft_wrap=True)
+    closed = record["stable"] is not None
+    page.print(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold", soft_wrap=True)
+    state = ", ".join(f"{name} {number:.12g}" for name, number in record["state"].items())
+    if not closed:
+        rows = [("status", f"{record['status']}; what was tried last does not close by {record['residual']:.2g}")]
+        rows += [("last state", state)]
+        if "class" in record:
+            rows += [("class", f"{record['class']['kind']}: {record['class']['reason']}")]
+        _print_rows(page, rows)
+        return
     periods = f" ({record['response_period']} of the drive)" if record["response_period"] else " (its own)"
     sizes = ", ".join(_multiplier(m) for m in record["multipliers"])
     symmetric = {True: "its own mirror image", False: "not symmetric", None: "the system has no such symmetry"}
@@ -186,18 +134,49 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         ("period", f"{record['period']:.12g}{periods}"),
         ("drift", "none" if record["drift"] is None else f"{record['drift']:.12g} per period"),
         ("mean velocity", "none" if record["mean_velocity"] is None else f"{record['mean_velocity']:.12g}"),
-        ("stable", {True: "yes", False: "no", None: "not known"}[record["stable"]]),
+        ("stable", record["stability"]),
         ("multipliers", sizes),
         ("symmetry", symmetric[record["symmetric"]]),
         ("word", record["word"]),
-        ("state", ", ".join(f"{name} {number:.12g}" for name, number in record["state"].items())),
+        ("state", state),
     ]
     if record["twin"] is not None:
         start = ", ".join(f"{name} {number:.12g}" for name, number in record["twin"]["state"].items())
         rows.append(("mirror twin", f"drift {record['twin']['drift']:.12g}, state {start}"))
+    if "unstable_orbit" in record:
+        rows += _left_rows(record["unstable_orbit"], record["stable"])
+    _print_rows(page, rows)
+
+
+def _print_rows(page: Page, rows: list[tuple[str, str]]) -> None:
     for name, text in rows:
         if text:
             page.print(f"  {name:<14}{text}", soft_wrap=True, markup=False)
+
+
+def _stability(found: Any) -> str:
+    """Whether a simulation keeps a closed orbit."""
+    if found.stable:
+        return "yes"
+    return "no" if found.unstable else "neither: a multiplier is 1, as where a whole range of motions is steady"
+
+
+def _left_rows(left: dict[str, Any], kept: bool | None) -> list[tuple[str, str]]:
+    """What is to be said of an unstable orbit: that no simulation keeps it, and what it gives way to."""
+    growth = f"pushes grow {left['largest_multiplier']:.4g} times per response"
+    rows = [("unstable", f"no motion stays on this orbit: {growth}")]
+    if kept:
+        drift = "" if left["drift"] is None else f" of drift {left['drift']:.12g}"
+        text = f"the start leads close to an orbit{drift} on which no motion stays ({growth}); which of these follows"
+        rows = [("passed", f"{text} may be a matter of rounding")]
+    for each in left["gives_way_to"]:
+        travel = "no drift" if each["drift"] is None else f"drift {each['drift']:.12g}"
+        start = ", ".join(f"{name} {number:.12g}" for name, number in each["state"].items())
+        periods = f"period {each['response_period']} of the drive"
+        rows.append(("gives way to", f"{travel}, {periods}, stable {each['stability']}, word {each['word']}, {start}"))
+    if not left["gives_way_to"]:
+        rows.append(("gives way to", "nothing that settles: it may be chaotic, see `classify` in Python"))
+    return rows
 
 
 def _multiplier(multiplier: dict[str, float]) -> str:
@@ -206,49 +185,3 @@ def _multiplier(multiplier: dict[str, float]) -> str:
     if real == 0.0 and imaginary == 0.0:
         return "0 (forgotten while it sticks)"
     return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
-
-
-def _print_crossings(found: Any, against: str | None) -> None:
-    """The table of the places found."""
-    page = Page()
-    wanted = f"{found.measure} = {found.value:g}" if against is None else f"{found.measure} as with {against}"
-    page.print(f"{wanted} over {found.over}", style="bold", soft_wrap=True)
-    for each in found.found:
-        error = f"+- {each.error:.1g}" if each.error == each.error else ""
-        slope = "" if each.slope != each.slope else f", slope {each.slope:.6g}"
-        page.print(f"  {each.kind.value:<10}{each.at:.12g} {error}{slope}", soft_wrap=True)
-        if each.kind.value != "crossing":
-            page.print(f"            {each.kind.advice}", soft_wrap=True)
-    for low, high in found.equal:
-        page.print(f"  equal     all along {low:.6g} to {high:.6g}", soft_wrap=True)
-    if found.unsettled:
-        page.print(f"  unsettled {len(found.unsettled)} of {len(found.parameters)} points of the scan", soft_wrap=True)
-    if not found.found and not found.equal:
-        page.print("  none", soft_wrap=True)
-
-
-def range_of(text: str) -> tuple[str, float, float]:
-    """PATH=LEAST:LARGEST."""
-    path, _, ends = text.partition("=")
-    try:
-        low, high = (float(end) for end in ends.split(":"))
-    except ValueError:
-        raise Refusal(
-            f"--over should be PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1, got {text!r}"
-        ) from None
-    return path, low, high
-
-
-def _other(system: Any, text: str) -> Any:
-    """The same system with another friction law, its parameters at their defaults."""
-    import dataclasses
-
-    from vibrocap.catalogue import law, laws
-
-    path, _, name = text.partition("=")
-    if path != "friction.law" or not name:
-        raise Refusal(f"--against should be friction.law=NAME, such as friction.law=lugre, got {text!r}")
-    try:
-        return dataclasses.replace(system, friction=law(name)())
-    except (KeyError, ValueError):
-        raise Refusal(f"--against {text}: no law of that name; there is {', '.join(laws())}") from None

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from vibrocap.numerics import lanes as memory
 from vibrocap.orbits.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.drive_phase import at_next_mark
 from vibrocap.orbits.long_runs import LongRuns, checked_whole, long_runs, map_of
-from vibrocap.orbits.starts import check_state, checked_pair
+from vibrocap.orbits.starts import check_state, checked_pair, visited_ranges
 from vibrocap.orbits.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
@@ -51,7 +51,7 @@ class Basins:
 
 def basins(
     system: System,
-    plane: Mapping[str, tuple[float, float]],
+    plane: Mapping[str, tuple[float, float] | None] | Sequence[str],
     resolution: int | tuple[int, int] = 200,
     *,
     phase: float = 0.0,
@@ -64,7 +64,8 @@ def basins(
     """Basins of direction on a plane of starts, such as {"angle": (-3, 3), "angle_rate": (-3, 3)}.
 
     plane: two axes with (low, high) each: states, or "phase", where in the drive's period a run starts as a share of
-        it (0.25: a quarter after the start). Runs start in the middles of equal cells
+        it (0.25: a quarter after the start). Without a range, as in ("angle", "phase"), a state's is what motions visit
+        (as in `attractors`), the phase's a whole period. Runs start in the middles of equal cells
     resolution: cells along both axes, or along each
     phase: that share for all runs, where it is no axis; initial: values of the other states
     settle_periods, tolerance, progress: as in `attractors`, whose attractors are those of these starts
@@ -75,13 +76,17 @@ def basins(
     along which it travels.
     """
     start = initial_state(system, initial)
-    axes, ranges = _checked_plane(system, plane)
+    axes, given = _checked_plane(system, plane)
     counts = _checked_resolution(resolution)
     if isinstance(phase, (bool, str)) or not math.isfinite(phase):
         raise ValueError(f"phase should be a finite share of the drive's period, got {phase!r}")
     checked_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = map_of(system, tolerance, threads)
+    visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}
+    ranges = [
+        pair or (0.0, 1.0) if name == PHASE else pair or visited[name] for name, pair in zip(axes, given, strict=True)
+    ]
     values = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, counts, strict=True)]
     across = [each.ravel() for each in np.meshgrid(*values, indexing="ij")]
     states = np.tile(list(start.values()), (counts[0] * counts[1], 1))
@@ -144,20 +149,23 @@ def _directions(found: tuple[Attractor, ...], label: np.ndarray, drift: np.ndarr
     return np.where((label >= 0) | (label == NOT_TOLD), sign, label).astype(np.int8)
 
 
-def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tuple[float, float]]]:
-    """(names, ranges) of two axes; ValueError for anything else."""
+def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tuple[float, float] | None]]:
+    """(names, ranges as given) of two axes; ValueError for anything else."""
     if system.machine.cyclic is None:
         raise ValueError(
             f"system: a {system.machine.name} is held to its place, so that it has no direction of travel; "
             "attractors(system) tells what starts lead to"
         )
+    if isinstance(plane, (tuple, list)) and all(isinstance(name, str) for name in plane):
+        plane = dict.fromkeys(plane)
     if not isinstance(plane, Mapping) or len(plane) != 2:
-        raise ValueError(f'plane should give (low, high) for two states, or one and "phase", got {plane!r}')
+        raise ValueError(f'plane should name two states, or one and "phase", with (low, high) each, got {plane!r}')
     for name in plane:
         if name != PHASE:
             check_state("plane", system, name)
     first, second = plane
-    return (first, second), [checked_pair(f"plane: {name}", pair) for name, pair in plane.items()]
+    pairs = [None if pair is None else checked_pair(f"plane: {name}", pair) for name, pair in plane.items()]
+    return (first, second), pairs
 
 
 def _checked_resolution(resolution: Any) -> tuple[int, int]:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,11 +10,15 @@ from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_point import CLOSE_TO_CIRCLE, BranchPoint
 from vibrocap.orbits.closing_map import ClosingMap
 from vibrocap.orbits.continuation import Followed
+from vibrocap.orbits.free_orbit import near_cycle
 from vibrocap.orbits.orbit import Orbit
 from vibrocap.orbits.shooting import named_states, shoot
 from vibrocap.orbits.special_points import Found, SpecialKind
 from vibrocap.orbits.words import WordChange, word_change
 from vibrocap.system import System
+
+if TYPE_CHECKING:
+    from vibrocap.orbits.branch_crossings import BranchCrossing
 
 DISCONTINUOUS = (SpecialKind.WORD_CHANGE, SpecialKind.JUMP)
 
@@ -64,7 +68,9 @@ class SpecialPoint:
 class Branch:
     """Steady motions that go over into each other as a parameter changes, in order of the arclength.
 
-    over, between: path and range of the parameter; response_period: of all its orbits, in drive periods
+    over, between: path and range of the parameter; response_period: of all its orbits, in drive periods; 0 for cycles
+        of a system that nothing drives in time
+    period: [points] length of a response
     parameter, drift, mean_velocity, arclength, stable, word: [points]; states: [points, states] at the section
     multipliers: [points, multipliers] modulo the drift, largest first; drift: NaN without a cyclic coordinate
     symmetric: whether its orbits are their own mirror images; None where the system has no such symmetry
@@ -78,6 +84,7 @@ class Branch:
     response_period: int
     symmetric: bool | None
     parameter: np.ndarray
+    period: np.ndarray
     states: np.ndarray
     drift: np.ndarray
     mean_velocity: np.ndarray
@@ -95,7 +102,7 @@ class Branch:
 
     def orbit(self, point: int) -> Orbit:
         """The orbit at a point of the branch, closed anew, with all that an `Orbit` tells."""
-        return self._closed(self.states[point], float(self.parameter[point]))
+        return self.orbit_near(self.states[point], float(self.parameter[point]), float(self.period[point]))
 
     def orbits_at(self, value: float) -> list[Orbit]:
         """The orbits of the branch at a value of its parameter: one for each time that it passes there."""
@@ -104,15 +111,26 @@ class Branch:
             left, right = self.parameter[i : i + 2]
             if min(left, right) <= value < max(left, right) or (i == len(self) - 2 and value == right):
                 share = (value - left) / (right - left)
-                found.append(self._closed(self.states[i] + share * (self.states[i + 1] - self.states[i]), value))
+                state = self.states[i] + share * (self.states[i + 1] - self.states[i])
+                period = self.period[i] + share * (self.period[i + 1] - self.period[i])
+                found.append(self.orbit_near(state, value, float(period)))
         return found
 
-    def _closed(self, state: np.ndarray, value: float) -> Orbit:
+    def orbit_near(self, state: np.ndarray, value: float, period: float) -> Orbit:
+        """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
         map_ = self.closing_map
         system = self.system.with_parameters({self.over: value})
+        if self.response_period == 0:
+            return near_cycle(system, state, period, map_.tolerance)
         return shoot(
             system, named_states(system, state), self.response_period, half=map_.half, tolerance=map_.tolerance
         )
+
+    def crossings(self, measure: str = "drift", value: float = 0.0) -> "tuple[BranchCrossing, ...]":
+        """Where a measure passes a value along the branch, see `branch_crossings`."""
+        from vibrocap.orbits.branch_crossings import branch_crossings
+
+        return branch_crossings(self, measure, value)
 
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
         """The special points of some kinds."""
@@ -150,19 +168,27 @@ class Branch:
         kind = kind if drifts or self.symmetric is not False else "asymmetric "
         if not len(self):
             return f"No {kind}branch: {self.ends[0].advice}"
+        what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
         lines = [
-            f"Branch of {kind}orbits of {self.response_period} drive period(s) over {self.over}, {len(self)} points:",
+            f"Branch of {kind}{what} over {self.over}, {len(self)} points:",
             *(f"  {row['kind']:20s} {special.parameter:.10g} (error {special.error:.0e})  {row['remarks']}"
               for row, special in zip(self.table(), self.special_points, strict=True)),
-            *(f"  {where} at {value:.10g}: {end.value}"
+            *(f"  {where} at {value:.10g}: {_ended(end)}"
               for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
         ]  # fmt: skip
         return "\n".join(lines)
 
 
+def _ended(end: BranchEnd) -> str:
+    """Why a branch ends, with what to try where there is more to it."""
+    return f"{end.value}. {end.advice}" if end.early or end is BranchEnd.ORBIT_CEASES else end.value
+
+
 def _remarks(special: SpecialPoint) -> str:
     """What else is to be said of a special point."""
     said = [special.change.value if special.change else "", special.text]
+    if special.kind is SpecialKind.UNLOCATED:
+        said.append(special.kind.meaning)
     if special.word_before != special.word_after:
         said.append(f"{special.word_before} -> {special.word_after}")
     if special.passed is not None:
@@ -178,8 +204,8 @@ def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
     none, nowhere = np.empty(0), (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
     multipliers = np.empty((0, len(closure.unknowns)), dtype=complex)
     return Branch(
-        closure.system, closure.path, between, closure.response_period, closure.symmetric, none, np.empty((0, names)),
-        none, none, multipliers, np.empty(0, dtype=bool), np.empty(0, dtype=str),
+        closure.system, closure.path, between, closure.response_period, closure.symmetric, none, none,
+        np.empty((0, names)), none, none, multipliers, np.empty(0, dtype=bool), np.empty(0, dtype=str),
         none, (), nowhere, -1, closure,
     )  # fmt: skip
 
@@ -211,6 +237,7 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
         response_period=closure.response_period,
         symmetric=closure.symmetric,
         parameter=np.array([closure.parameter(point.x) for point in points]),
+        period=periods,
         states=np.stack([closure.state(point.x, point.closing) for point in points]),
         drift=drift,
         mean_velocity=drift / periods,

@@ -83,7 +83,7 @@ def branches(
     The branch of symmetric orbits is followed first, where the system has the half-period symmetry; then the branches
     that leave at pitchforks and flips, and those that leave these, to a depth. The branch through the start is followed
     too if it is not among them. Branches that are joined to none of these are not found: start from one of their
-    orbits.
+    orbits. Of a system that nothing drives in time the branch of cycles through the start is the whole diagram.
 
     depth: generations after the first; other arguments as for `branch`
     """
@@ -97,7 +97,8 @@ def branches(
             diagram.grow()
     if not any(_holds(each, begun) for each in diagram.branches):
         diagram.add(branch(system, over, between, orbit=begun, **options), 0)
-        diagram.grow()
+        if begun.response_period:  # of cycles that nothing drives only their own branch is followed
+            diagram.grow()
     return diagram.finished(system, over, between)
 
 

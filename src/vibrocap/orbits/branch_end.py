@@ -17,6 +17,11 @@ class BranchEnd(enum.Enum):
     START_FAILED = "start failed"
 
     @property
+    def early(self) -> bool:
+        """Whether the branch goes on, but was not followed so far."""
+        return self in (BranchEnd.NEWTON_FAILED, BranchEnd.TOO_MANY_POINTS, BranchEnd.START_FAILED)
+
+    @property
     def advice(self) -> str:
         """What it means and what can be done."""
         return ADVICE[self]
@@ -31,8 +36,9 @@ ADVICE = {
     BranchEnd.CLOSED: "The branch has come back to its start.",
     BranchEnd.ORBIT_CEASES: "The word of the motion would change here, and no orbit of the new word continues this "
     "one: such orbits cease to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
-    BranchEnd.NEWTON_FAILED: "No next point closes however small the step. Try another `tolerance`, or start from "
-    "an orbit beyond this parameter.",
+    BranchEnd.NEWTON_FAILED: "No next point closes however small the step: such orbits cease to exist here, as "
+    "where a motion grazes, or Newton's method cannot follow. Try another `tolerance`, or start from an orbit beyond "
+    "this parameter.",
     BranchEnd.TOO_MANY_POINTS: "Raise `points`, or allow longer steps with `step`.",
     BranchEnd.NOT_FOLLOWED: "It was not asked to follow the branch this way.",
     BranchEnd.START_FAILED: "No orbit closes at the start. Give an `orbit`, or another `initial`.",

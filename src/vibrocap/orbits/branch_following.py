@@ -12,8 +12,10 @@ from vibrocap.orbits.birth import angled_births, born_point
 from vibrocap.orbits.branch import Branch, SpecialPoint, empty_branch, joined
 from vibrocap.orbits.branch_end import BranchEnd
 from vibrocap.orbits.branch_point import BranchPoint
-from vibrocap.orbits.closing_map import ClosingMap, recorded_with
+from vibrocap.orbits.closing_map import ClosingMap
 from vibrocap.orbits.continuation import followed, started
+from vibrocap.orbits.cycle_following import cycles_followed
+from vibrocap.orbits.cycle_map import CycleMap
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.special_points import SpecialKind
 from vibrocap.orbits.steady import orbit as steady_orbit
@@ -42,7 +44,8 @@ def branch(
     Neimark-Sacker points and changes of the word are located on the way (`Branch.special_points`).
 
     over: path of the parameter, such as "drive.amplitude"; between: its least and largest value
-    orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters
+    orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters (where
+        these are out of the range, at its nearer end)
     half: whether the branch of symmetric orbits is meant (fixed points of the half-period map); by default as the orbit
     towards: "both", "up" or "down", the way of the parameter at the start
     points: most points each way; step: longest, in natural sizes of the states and shares of the range of the parameter
@@ -59,21 +62,28 @@ def branch(
     begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     if half is None:
         half = bool(begun.symmetric) and mirrored
-    period = max(begun.response_period, 1)
+    period = begun.response_period
     if half and period % 2 == 0:
         raise ValueError(f"half should be False for an orbit of an even number of drive periods, got {period}")
     base = begun.system
-    closure = ClosingMap(base, over, (low, high), period, half, tolerance, mirrored)
     state = np.array([begun.state[name] for name in base.state_names])
+    closure: ClosingMap
+    if nothing_drives(base):
+        if begun.status is not OrbitStatus.CONVERGED:
+            return empty_branch(ClosingMap(base, over, (low, high), 1, False, tolerance, False), (low, high))
+        closure = CycleMap(base, over, (low, high), state, begun.period, tolerance)
+    else:
+        closure = ClosingMap(base, over, (low, high), max(period, 1), half, tolerance, mirrored)
     first = None
     if begun.status is OrbitStatus.CONVERGED or half:
         first = started(closure, closure.point(state, float(base.parameter(over))))
     if first is None:
         return empty_branch(closure, (low, high))
-    back = None if towards == "up" else followed(closure, first, -1.0, points, step)
+    follow = cycles_followed if isinstance(closure, CycleMap) else followed
+    back = None if towards == "up" else follow(closure, first, -1.0, points, step)  # type: ignore[arg-type]
     if back is not None and back.end is BranchEnd.CLOSED:
         return joined(closure, None, back)
-    onward = None if towards == "down" else followed(closure, first, 1.0, points, step)
+    onward = None if towards == "down" else follow(closure, first, 1.0, points, step)  # type: ignore[arg-type]
     return joined(closure, back, onward)
 
 
@@ -132,9 +142,12 @@ def checked_range(system: System, over: str, between: tuple[float, float]) -> tu
             system.with_parameters({over: end})
         except ValueError as error:
             raise ValueError(f"between: {over} cannot be {end!r}: {error}") from None
-    if not depends_on_time(equations(recorded_with(system, over)).rates):
-        raise ValueError("drive should change in time: branches of systems that cycle by themselves are not followed")
     return low, high
+
+
+def nothing_drives(system: System) -> bool:
+    """Whether the equations do not contain the time, so that motions have periods of their own."""
+    return not depends_on_time(equations(system).rates)
 
 
 def _check_options(towards: str, points: int, step: float) -> None:
@@ -163,16 +176,19 @@ def starting_orbit(
     if orbit is not None and given.with_parameters({over: system.parameter(over)}) != system:
         raise ValueError(f"orbit should be of the system, whatever its {over}: another parameter differs")
     value = float(given.parameter(over))
-    if not between[0] <= value <= between[1]:
-        which = "the system" if orbit is None else "orbit"
-        raise ValueError(f"{which} should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}")
+    inside = min(max(value, between[0]), between[1])
     if orbit is not None:
+        if value != inside:
+            raise ValueError(f"orbit should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}")
         return orbit
+    system = system if value == inside else system.with_parameters({over: inside})
     return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)
 
 
 def mirrored_all_over(system: System, over: str, between: tuple[float, float]) -> bool:
     """Whether the half-period symmetry holds all over the range of the parameter."""
+    if nothing_drives(system):
+        return False
     low, high = between
     values = (low, 0.5 * (low + high), high)
     return all(system.with_parameters({over: value}).mirrored for value in values)

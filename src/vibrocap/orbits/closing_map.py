@@ -120,8 +120,8 @@ class ClosingMap:
         low, high = self.between
         return float(low + x[-1] * (high - low))
 
-    def point(self, state: np.ndarray, parameter: float) -> np.ndarray:
-        """x of a whole state vector and a value of the parameter."""
+    def point(self, state: np.ndarray, parameter: float, period: float | None = None) -> np.ndarray:
+        """x of a whole state vector and a value of the parameter; the period is that of the drive."""
         low, high = self.between
         return np.append(state[self.unknowns] / self.sizes[self.unknowns], (parameter - low) / (high - low))
 
@@ -202,7 +202,7 @@ class ClosingMap:
             x=x,
             mismatch=image[0] - x[:-1],
             jacobian=ends[:m, n + self.unknowns].T / sizes[:, None],
-            slope=_slope(image[0], image[m], image[m + 1], words),
+            slope=nudged_slope(image[0], image[m], image[m + 1], words),
             at_rest=at_rest,
             finished=bool(np.all(results[:, 0] == memory.DONE)),
             word=words[0],
@@ -219,14 +219,16 @@ class ClosingMap:
         return [closed_word(str(word), self.half) for word in gathered.words]
 
 
-def _slope(image: np.ndarray, above: np.ndarray, below: np.ndarray, words: list[str]) -> np.ndarray:
+def nudged_slope(
+    image: np.ndarray, above: np.ndarray, below: np.ndarray, words: list[str], nudge: float = NUDGE
+) -> np.ndarray:
     """Derivative of the image by the parameter, from the side on which the word is that of the image itself."""
     here, up, down = words
     if up == here and down != here:
-        return (above - image) / NUDGE
+        return (above - image) / nudge
     if down == here and up != here:
-        return (image - below) / NUDGE
-    return (above - below) / (2.0 * NUDGE)
+        return (image - below) / nudge
+    return (above - below) / (2.0 * nudge)
 
 
 def recorded_with(system: System, path: str) -> System:

@@ -1,62 +1,23 @@
 """Where a measure of the steady motion takes a value: control points, and points where two laws agree."""
 
 import dataclasses
-import enum
+import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from vibrocap.ensemble import ensemble
-from vibrocap.measures.during_run import measure_table, measured
-from vibrocap.orbits.orbit import Orbit, OrbitStatus
-from vibrocap.orbits.shooting import shoot
-from vibrocap.orbits.steady import orbit
+from vibrocap.equations import equations
+from vibrocap.measures.during_run import check_travel, measure_table, resolved
+from vibrocap.numerics.graph import depends_on_time
+from vibrocap.orbits.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
+from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
-SETTLE = 1e-6
-NOTHING = 1e-9  # a value nearer to the one wanted than this share of the measure's range (or this) equals it
-NARROW = 1e-13  # of the parameter's range: a bracket is not cut further
-JUMP = 0.1  # of the difference across the bracket at first: a difference that stays above it is no crossing
-HALVINGS = 200
+__all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
 
-
-class CrossingKind(enum.Enum):
-    """What was found between two neighbouring points of the scan where the difference changes its sign."""
-
-    CROSSING = "crossing"
-    JUMP = "jump"
-    LOST = "lost"
-
-    @property
-    def advice(self) -> str:
-        """What it means."""
-        return {
-            CrossingKind.CROSSING: "The measure takes the value here, on a steady motion that exists on both sides.",
-            CrossingKind.JUMP: "The measure jumps over the value: the start leads to another steady motion (a mirror "
-            "twin, for instance), or a motion ceases to exist. No steady motion here has the value.",
-            CrossingKind.LOST: "The steady motion could not be followed to where the sign changes; refine the scan.",
-        }[self]
-
-
-@dataclasses.dataclass(frozen=True)
-class Crossing:
-    """A place where the measure passes the value, or jumps over it.
-
-    at: the parameter; bracket: of it, with the difference (measure less value) at both ends
-    error: bound of |at - the true place|, from the bracket
-    values: of the measure at `at`, of the system and (with `against`) of the other
-    slope: of the difference over the parameter across the last bracket; NaN for a jump
-    """
-
-    kind: CrossingKind
-    at: float
-    bracket: tuple[float, float]
-    differences: tuple[float, float]
-    error: float
-    values: tuple[float, ...]
-    slope: float
+NOTHING = 1e-9  # a difference of no more than this share of the measure's range (or of 1) is none
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -79,6 +40,33 @@ class Crossings:
     parameters: np.ndarray
     differences: np.ndarray
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        """The parameters of the crossings proper."""
+        return tuple(each.at for each in self.found if each.kind is CrossingKind.CROSSING)
+
+    def __str__(self) -> str:
+        """What was found, in words."""
+        lines = []
+        for each in self.found:
+            row = f"{each.kind.value:<10}{each.at:.12g} +- {each.error:.1g}"
+            if each.kind is CrossingKind.CROSSING:
+                lines.append(f"{row}, between {each.bracket[0]!r} and {each.bracket[1]!r}, slope {each.slope:.6g}")
+            else:
+                lines.append(f"{row}  {each.kind.advice}")
+        for low, high in self.equal:
+            lines.append(f"equal     all along {low:.6g} to {high:.6g}: no point of it is a crossing")
+        if self.unsettled:
+            first, last = self.unsettled[0], self.unsettled[-1]
+            many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {first:.6g} to {last:.6g}"
+            lines.append(f"unsettled {many}: nothing can be told there")
+        if not any(each.kind is CrossingKind.CROSSING for each in self.found):
+            seen = self.differences[np.isfinite(self.differences)]
+            if len(seen):
+                scan = f"over the scan the difference is from {seen.min():.3g} to {seen.max():.3g}"
+                lines.append(f"no crossing: {scan}")
+        return "\n".join(lines)
+
 
 def crossing(
     system: System,
@@ -92,39 +80,51 @@ def crossing(
     points: int = 200,
     periods: int = 2000,
     tolerance: float = 1e-12,
+    progress: Callable[[float], None] | None = None,
 ) -> Crossings:
     """Where the steady value of a measure equals a value, or that of another system, along a parameter.
 
-    A scan of settled motions brackets every change of sign; in each bracket the steady orbit is followed by shooting
-    and the bracket halved until the parameter is known to rounding. A measure that equals the value over a whole range,
-    as the drift of symmetric motions is exactly zero, has no crossing there, and the result says so.
+    A scan of motions that have settled to rounding brackets every change of sign. In each bracket the steady motion is
+    followed, and the bracket cut until the parameter is known to rounding. A measure that equals the value over a whole
+    range, as the drift of symmetric motions is zero, has no crossing there, and the result says so. `Branch.crossings`
+    looks along a branch: past folds, and where it is unstable.
 
-    measure: a name of `measure_table()` that is a number
+    measure: a name of `measure_table()` that is a number; drift and works are per drive period
     over: parameter path; between: its least and largest value
     value: that is looked for; against: another system (another law), then value is that of the difference
-    initial: start of the motions, by state (where several motions are stable it decides which is seen)
+    initial: start of the motions, by state (where several motions are stable it decides which is seen); a state that
+        only one of two systems has is given to that one
     points, periods: of the scan: how many parameters, and drive periods to settle in at most
-    tolerance: of the orbits
-    Returns `Crossings`. Raises ValueError for a path, range or measure that is none.
+    tolerance: of the runs
+    progress: called with the share of the scan that is done
+
+    What settles slowly is closed by shooting. Two crossings between neighbouring points of the scan are not seen.
+    Returns `Crossings`. Raises ValueError for a path, range or measure that is none, before any work.
     """
-    low, high = _checked(system, measure, over, between, points, against)
-    parameters = np.linspace(low, high, points)
     systems = (system,) if against is None else (system, against)
-    scans = [_scan(each, measure, over, parameters, initial, periods) for each in systems]
-    differences = scans[0] - value if against is None else scans[0] - scans[1] - value
-    size = float(np.nanmax([np.nanmax(np.abs(scan), initial=0.0) for scan in scans], initial=0.0))
-    same = np.abs(differences) <= NOTHING * max(1.0, size) + SETTLE * size
+    low, high = _checked(systems, measure, over, between, points, value)
+    check_run(periods=periods, tolerance=tolerance, max_events_per_period=1, max_steps=1)
+    starts = _starts(systems, initial)
+    difference = Difference(measure, over, float(value), int(periods), tolerance)
+    parameters, motions = np.linspace(low, high, points), []
+    for i, place in enumerate(map(float, parameters)):
+        motions.append(scanned(systems, starts, difference, place))
+        if progress is not None:
+            progress((i + 1) / points)
+    values = np.array(
+        [[math.nan] * len(systems) if each is None else [one.value(measure) for one in each] for each in motions]
+    )
+    differences = values[:, 0] - values[:, 1:].sum(axis=1) - value
+    size = float(np.max(np.abs(values), initial=1.0, where=np.isfinite(values)))
+    same = np.abs(differences) <= NOTHING * size
     signs = np.where(same, 0.0, np.sign(differences))
     found = []
-    last = -1  # the last settled point that is not equal to the value
+    last = -1  # the last point that is settled and not equal to the value; one that is not may lie between two
     for i in range(points):
-        if not math.isfinite(signs[i]):
-            last = -1
-        elif signs[i] != 0.0:
+        if math.isfinite(signs[i]) and signs[i] != 0.0:
             if last >= 0 and signs[last] * signs[i] < 0.0 and i - last <= 2:
-                found.append(
-                    _located(systems, measure, over, (parameters[last], parameters[i]), value, initial, tolerance)
-                )
+                ends = ((float(parameters[j]), motions[j]) for j in (last, i))
+                found.append(located(difference, *ends))
             last = i
     return Crossings(
         measure=measure,
@@ -138,91 +138,14 @@ def crossing(
     )
 
 
-def steady_value(found: Orbit, measure: str) -> float:
-    """A measure of a steady orbit over its whole period; drift is per response, mean velocity over it."""
-    if measure == "drift" and found.drift is not None:
-        return found.drift / max(1, found.response_period)
-    if measure == "mean_velocity" and found.mean_velocity is not None:
-        return found.mean_velocity
-    return float(measured(found.motion(), [measure], window=max(1, found.response_period))[measure])
-
-
-def _scan(
-    system: System, measure: str, over: str, parameters: np.ndarray, initial: Mapping[str, float] | None, periods: int
-) -> np.ndarray:
-    """Steady values along the parameter; NaN where a motion did not settle."""
-    found = ensemble(system, {over: parameters}, measures=[measure], initial=initial, periods=periods, settle=SETTLE)
-    return np.where(found["settled"], found[measure], np.nan)
-
-
-def _located(
-    systems: tuple[System, ...],
-    measure: str,
-    over: str,
-    bracket: tuple[float, float],
-    value: float,
-    initial: Mapping[str, float] | None,
-    tolerance: float,
-) -> Crossing:
-    """Follow the steady orbits from the lower end of a bracket and halve it."""
-    low, high = map(float, bracket)
-    start = [orbit(each.with_parameters({over: low}), initial=initial, tolerance=tolerance) for each in systems]
-    end = [orbit(each.with_parameters({over: high}), initial=initial, tolerance=tolerance) for each in systems]
-
-    def difference(orbits: list[Orbit]) -> float:
-        values = [steady_value(each, measure) for each in orbits]
-        return values[0] - value if len(values) == 1 else values[0] - values[1] - value
-
-    if not all(each.status is OrbitStatus.CONVERGED for each in (*start, *end)):
-        return Crossing(CrossingKind.LOST, math.nan, (low, high), (math.nan, math.nan), high - low, (), math.nan)
-    first, last = difference(start), difference(end)
-    across, width = abs(last - first), high - low
-    here = start
-    for _ in range(HALVINGS):
-        middle = _next_place(low, high, first, last)
-        following = [_followed(near, over, middle, tolerance) for near in here]
-        if any(each is None for each in following):
-            following = [_followed(near, over, middle, tolerance) for near in end]
-        if any(each is None for each in following):
-            if high - low <= 1e-6 * width:
-                break
-            return Crossing(CrossingKind.LOST, middle, (low, high), (first, last), high - low, (), math.nan)
-        orbits = [each for each in following if each is not None]
-        now = difference(orbits)
-        if now * first > 0.0:
-            low, first, here = middle, now, orbits
-        else:
-            high, last, end = middle, now, orbits
-        if now == 0.0 or high - low <= NARROW * width:
-            break
-    jumped = abs(last - first) > JUMP * across
-    place = low - first * (high - low) / (last - first) if last != first and not jumped else 0.5 * (low + high)
-    return Crossing(
-        kind=CrossingKind.JUMP if jumped else CrossingKind.CROSSING,
-        at=place,
-        bracket=(low, high),
-        differences=(first, last),
-        error=high - low,
-        values=tuple(steady_value(each, measure) for each in here),
-        slope=math.nan if jumped else (last - first) / (high - low) if high > low else math.nan,
-    )
-
-
-def _next_place(low: float, high: float, first: float, last: float) -> float:
-    """The secant's place, kept away from the ends so that the bracket shrinks from both sides."""
-    middle = 0.5 * (low + high)
-    if last == first:
-        return middle
-    secant = low - first * (high - low) / (last - first)
-    margin = max(1e-3 * (high - low), min(0.25 * (high - low), 1e-12 * max(abs(low), abs(high))))
-    return min(max(secant, low + margin), high - margin)
-
-
-def _followed(near: Orbit, over: str, place: float, tolerance: float) -> Orbit | None:
-    """The orbit at another place of the parameter, from one nearby; None where it is not found there."""
-    moved = near.system.with_parameters({over: place})
-    found = shoot(moved, near.state, near.response_period, tolerance=tolerance)
-    return found if found.status is OrbitStatus.CONVERGED else None
+def _starts(systems: tuple[System, ...], initial: Mapping[str, float] | None) -> list[dict[str, float]]:
+    """The start of each system: of the states named those that it has."""
+    given = dict(initial or {})
+    names = {name for each in systems for name in each.state_names}
+    unknown = [name for name in given if name not in names]
+    if unknown:
+        initial_state(systems[0], {unknown[0]: given[unknown[0]]})  # raises, naming it and what is near
+    return [initial_state(each, {k: v for k, v in given.items() if k in each.state_names}) for each in systems]
 
 
 def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, float], ...]:
@@ -232,30 +155,49 @@ def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, floa
     return tuple((float(parameters[i]), float(parameters[j])) for i, j in pairs if j > i)
 
 
-def _checked(
-    system: System, measure: str, over: str, between: Any, points: Any, against: System | None
-) -> tuple[float, float]:
-    """The range, or ValueError for what cannot be looked for."""
+def checked_measure(systems: tuple[System, ...], measure: str) -> None:
+    """Refuse what is no measure of these systems, or no number."""
     table = measure_table()
     if measure not in table or measure == "word":
-        import difflib
-
         near = difflib.get_close_matches(str(measure), [name for name in table if name != "word"], n=1, cutoff=0.0)[0]
         raise ValueError(
             f"measure should be a number of the table of measures, got {measure!r}; did you mean {near!r}?"
         )
-    for each in (system,) if against is None else (system, against):
+    for each in systems:
+        check_travel(resolved(measure)[1], each)
+
+
+def _checked(
+    systems: tuple[System, ...], measure: str, over: str, between: Any, points: Any, value: Any
+) -> tuple[float, float]:
+    """The range, or ValueError for what cannot be looked for."""
+    checked_measure(systems, measure)
+    for each in systems:
         try:
             now = each.parameter(over)
         except KeyError as error:
             raise ValueError(f"over: {error.args[0]}") from None
         if isinstance(now, bool) or not isinstance(now, (int, float)):
             raise ValueError(f"over should be a parameter that is a number, but {over} is {now!r}")
-    low, high = map(float, between)
+    try:
+        low, high = map(float, between)
+    except (TypeError, ValueError):
+        raise ValueError(f"between should be two numbers, the least and the largest {over}, got {between!r}") from None
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(f"between should be (least, largest) value of {over}, got {between!r}")
-    if not isinstance(points, int) or points < 2:
+    if not isinstance(points, (int, np.integer)) or isinstance(points, bool) or points < 2:
         raise ValueError(f"points should be a whole number >= 2, got {points!r}")
-    for place in (low, high):
-        system.with_parameters({over: place})
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ValueError(f"value should be a finite number, got {value!r}")
+    for each in systems:
+        for place in (low, high):
+            try:
+                each.with_parameters({over: place})
+            except ValueError as error:
+                raise ValueError(f"between: {over} cannot be {place!r}: {error}") from None
+        if not depends_on_time(equations(each).rates):
+            raise ValueError(
+                "drive should change in time: of a system that cycles by itself follow the cycles instead, "
+                "branch(system, over, between).crossings(measure, value)"
+            )
     return low, high

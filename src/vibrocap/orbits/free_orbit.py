@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibrocap.numerics.graph import evaluate
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.shooting import CLOSED, FORGOTTEN, MOST_STEPS, ROUNDING, named_states
 from vibrocap.orbits.stroboscopic_map import StroboscopicMap
@@ -28,12 +29,30 @@ def free_orbit(system: System, start: Sequence[float], settle_periods: int, tole
     settle_periods: length of that simulation in `drive.period`
     """
     map_ = StroboscopicMap(system, tolerance)
-    parameters, scales = map_.parameters(), map_.scales(map_.parameters())
     guess = _turn(system, start, settle_periods)
     if guess is None:
         ended = np.array(start, dtype=float)
         return _record(map_, ended, 0.0, np.full((map_.states,) * 2, np.nan), np.inf, OrbitStatus.NOT_SETTLED, 0)
-    state, side, period = guess
+    return _closed(map_, *guess)
+
+
+def near_cycle(system: System, state: np.ndarray, period: float, tolerance: float = 1e-12) -> Orbit:
+    """The cycle near a state [states] and a period, stable or not, by Newton's method as in `free_orbit`."""
+    map_ = StroboscopicMap(system, tolerance)
+    return _closed(map_, state, side_of(map_, state, map_.parameters()), period)
+
+
+def side_of(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray) -> float:
+    """To which side the contact slides: +1, -1, or 0 where it sticks."""
+    velocity = float(evaluate([map_.equations.contact_velocity], 0.0, list(state), 1.0, parameters)[0])
+    if velocity == 0.0 and map_.equations.hold is not None:
+        return 0.0
+    return -1.0 if velocity < 0.0 else 1.0
+
+
+def _closed(map_: StroboscopicMap, state: np.ndarray, side: float, period: float) -> Orbit:
+    """Newton's method from a guess."""
+    parameters, scales = map_.parameters(), map_.scales(map_.parameters())
     free = np.flatnonzero(map_.free(state[None])[0] & (np.arange(map_.states) != map_.cyclic))
     flow = map_.rates(state, side, parameters)[free] / scales[free]
     best, steps = _image(map_, state, period, parameters, scales), 0

@@ -52,6 +52,8 @@ class Orbit:
     symmetric: whether the orbit is its own mirror image half a period later; None without that symmetry
     derivative: of the map at the section, [states, states]
     status: `OrbitStatus`; anything but CONVERGED means that the numbers above are those of the last try
+    passed: the unstable orbit near which the motion from the start seemed to have settled before it went on to this
+        one; None as a rule
     """
 
     system: System
@@ -67,11 +69,17 @@ class Orbit:
     iterations: int
     tolerance: float
     mirrored_state: dict[str, float] | None = None
+    passed: "Orbit | None" = None
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers are inside the unit circle."""
+        """Whether all multipliers are inside the unit circle; with one on it, it is neither stable nor unstable."""
         return bool(np.all(np.abs(self.multipliers) < 1.0 - CLOSE_TO_CIRCLE))
+
+    @property
+    def unstable(self) -> bool:
+        """Whether a multiplier is outside the unit circle: no simulation keeps such an orbit, see `pushed_off`."""
+        return bool(np.max(np.abs(self.multipliers), initial=0.0) > 1.0 + CLOSE_TO_CIRCLE)
 
     @property
     def mean_velocity(self) -> float | None:
@@ -91,6 +99,12 @@ class Orbit:
             return ""
         motion = self.motion()
         return spelled(motion, 0.0, motion.end)
+
+    def pushed_off(self, *, settle_periods: int = 2000) -> "tuple[Orbit, ...]":
+        """The orbits that attract what is pushed off this one, if it is unstable: see `orbits.unstable.pushed_off`."""
+        from vibrocap.orbits.unstable import pushed_off
+
+        return pushed_off(self, settle_periods=settle_periods)
 
     def twin(self) -> "Orbit":
         """The mirror twin, which drifts the other way; the orbit itself where it is symmetric.

@@ -14,6 +14,7 @@ from vibrocap.orbits.word_cuts import word_cuts
 from vibrocap.orbits.words import WordChange, word_change
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
+FOLDED = 0.01  # distance from 1 of the multiplier that makes a turn of the parameter a fold
 NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
 
 
@@ -170,6 +171,8 @@ def _located(segment: Segment, kind: SpecialKind, bracket: Bracket) -> Found | N
     if bracket.jumps:
         return Found(SpecialKind.JUMP, share, point, width, counts, words, text=f"over that of a {kind.value}")
     values, vectors = np.linalg.eig(point.closing.jacobian)
+    if kind is SpecialKind.FOLD and np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED:
+        return Found(SpecialKind.JUMP, share, point, width, counts, words, text="the parameter turns without a fold")
     if kind is SpecialKind.NEIMARK_SACKER:
         pairs = itertools.combinations(range(len(values)), 2)
         one, other = min(pairs, key=lambda pair: abs(values[pair[0]] * values[pair[1]] - 1.0))

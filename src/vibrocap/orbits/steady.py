@@ -1,5 +1,6 @@
 """The steady motion that a start leads to: simulated until it settles, then closed by shooting."""
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
@@ -32,12 +33,14 @@ def orbit(
 
     What a capsule does in the long run is periodic modulo a shift of its position: a relative periodic orbit, whose
     shift per period is the drift. The motion is simulated until its stroboscopic state has settled, which gives the
-    response period, then closed by Newton's method (`shoot`), which also gives the Floquet multipliers. The orbit of a
-    system without a drive that changes in time (a block on a belt) has a period of its own, which is found too.
+    response period, then closed by Newton's method (`shoot`), which also gives the Floquet multipliers. If the orbit
+    is unstable the motion has not arrived: it is pushed off and followed to the orbit that it keeps; `Orbit.passed` is
+    the one that it left, and `passed.pushed_off()` are the orbits to both sides. The orbit of a system without a drive
+    that changes in time (a block on a belt) has a period of its own, which is found too.
 
     initial: the start of the simulation, by state name (those not named are zero)
     response_period, half: look for an orbit of so many drive periods (half: for a symmetric one) straight from
-        `initial`, without simulating; finds unstable orbits too
+        `initial`, and only if none closes from where a simulation leads; finds unstable orbits too
     settle_periods: most drive periods simulated before it counts as not settled
     tolerance: of the runs, error per step over the natural size of each state
     Returns an `Orbit`; its `status` says whether it closed, and `status.advice` what to try if not.
@@ -47,11 +50,48 @@ def orbit(
         return free_orbit(system, start, settle_periods, tolerance)
     start = np.array(start)
     if response_period is not None or half:
-        return shoot(system, named_states(system, start), response_period or 1, half=half, tolerance=tolerance)
+        return _asked_for(system, start, response_period or 1, half, settle_periods, tolerance)
     state, periods = settled_state(system, start, settle_periods)
     if periods == 0:
         return _not_settled(system, state, tolerance)
-    return shortest(shoot(system, named_states(system, state), periods, tolerance=tolerance))
+    found = shortest(shoot(system, named_states(system, state), periods, tolerance=tolerance))
+    return _kept(found, state, periods, settle_periods) if found.status is OrbitStatus.CONVERGED else found
+
+
+def _asked_for(
+    system: System, start: np.ndarray, response_period: int, half: bool, settle_periods: int, tolerance: float
+) -> Orbit:
+    """The orbit of a period, or the symmetric one, near a start or else near where a simulation leads."""
+    options = {"half": half, "tolerance": tolerance}
+    found = shoot(system, named_states(system, start), response_period, **options)
+    if found.status is OrbitStatus.CONVERGED:
+        return found
+    state, _ = settled_state(system, start, settle_periods)
+    if not np.all(np.isfinite(state)):
+        return found
+    later = shoot(system, named_states(system, state), response_period, **options)
+    return later if later.status is OrbitStatus.CONVERGED else found
+
+
+def _kept(found: Orbit, state: np.ndarray, periods: int, settle_periods: int) -> Orbit:
+    """The orbit that a simulation keeps, where it seemed to have settled: on from one that is unstable.
+
+    A motion that passes close to an unstable orbit stands still for a while. Only Newton's method tells, which also
+    may lead from a slow motion to an orbit that is elsewhere; then nothing is claimed.
+    """
+    from vibrocap.orbits.unstable import far_apart, pushed_off
+
+    if far_apart(found, state) > np.sqrt(SETTLED):
+        return closing(StroboscopicMap(found.system, found.tolerance), state, periods, OrbitStatus.NOT_CONVERGED)
+    if not found.unstable:
+        return found
+    reached = pushed_off(found, towards=named_states(found.system, state), settle_periods=settle_periods)
+    return dataclasses.replace(reached[0] if reached else _unsettled(found), passed=found)
+
+
+def _unsettled(passed: Orbit) -> Orbit:
+    """The record of a motion that leaves an unstable orbit and then does not settle: as of that orbit, not closed."""
+    return dataclasses.replace(passed, status=OrbitStatus.NOT_SETTLED)
 
 
 def shortest(found: Orbit) -> Orbit:

@@ -6,12 +6,14 @@ from vibrocap.paper.averages import STEADY_WINDOW, averages, in_words, meetings,
 from vibrocap.paper.claim import DRAWN, SETTLED, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
+from vibrocap.paper.steady_points import BOTH, SOFT, printed_range_in_numbers, steady_points
 
 TWINS = 9  # mass ratios at which the mirror twin is run as well
 STEADY = (
     "A settled motion here is its own mirror image under the half-period symmetry, so that its drift is exactly zero; "
     "only the transient moves the capsule."
 )
+KEYS = {"O1": "lugre", "O2": "exponential", "P1": BOTH, "P2": BOTH}  # whose drift vanishes, or both drift alike
 ZERO = "The steady mean velocity is zero at every mass ratio, for both laws."
 
 
@@ -141,14 +143,29 @@ def _places(found: dict[str, float]) -> str:
     return f"at lambda from {min(values):.2f} to {max(values):.2f}" if values else "nowhere"
 
 
-def _crossing(found: dict[str, float], target: float, tolerance: float, nearest: str) -> Finding:
-    hits = [window for window, value in found.items() if abs(value - target) <= tolerance]
+def _crossing(
+    runs: Runs, windows: dict[str, float], point: str, target: float, tolerance: float, nearest: str
+) -> Finding:
+    """The verdict on one of the four points: its place by averaging window, in the steady state, and at a soft spring.
+
+    windows: the place by window (NaN: none)
+    """
+    hits = [window for window, value in windows.items() if abs(value - target) <= tolerance]
+    steady = printed_range_in_numbers(runs, KEYS[point])
+    soft = steady_points(runs, SOFT)
+    found = windows | steady | {f"rho = {SOFT:g}, steady: {point}": soft.at[point], "its error": soft.error[point]}
+    law = "drifts of LM and EM are the same" if KEYS[point] == BOTH else f"drift of {SHORT[KEYS[point]]} is nothing"
+    low, high = steady["steady: it is nothing from lambda"], steady["steady: it is nothing to lambda"]
+    none = f"In the steady state there is no such point: the {law} from lambda = {low:g} to {high:g}."
+    if np.isnan(low):
+        none = "In the steady state it is not nothing throughout."
+    some = f"With a softer spring, rho = {SOFT:g}, there is one, at lambda = {soft.at[point]:.10f}."
     return Finding(
-        restricted(len(hits) == len(found), bool(hits)),
+        restricted(len(hits) == len(windows), bool(hits)),
         found,
         STEADY,
         in_words(hits),
-        nearest,
+        f"{nearest} {none} {some}",
     )
 
 
@@ -156,27 +173,31 @@ def _crossing(found: dict[str, float], target: float, tolerance: float, nearest:
     "sec. 3.2, Fig. 9", "Control point O1: the average velocity of LM is zero at lambda = 4.0.", printed("4.0"), "fig09"
 )
 def control_point_o1(runs: Runs, tolerance: float) -> Finding:
-    """First zero of LM's average velocity over lambda, for each averaging window (none: not a number)."""
+    """First zero of LM's average velocity over lambda, for each averaging window (none: not a number). In the steady
+    state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
     found = zeros(runs, "lugre")
-    return _crossing(found, 4.0, tolerance, f"Transient averages of LM vanish {_places(found)}. {ZERO}")
+    return _crossing(runs, found, "O1", 4.0, tolerance, f"Transient averages of LM vanish {_places(found)}.")
 
 
 @claim(
     "sec. 3.2, Fig. 9", "Control point O2: the average velocity of EM is zero at lambda = 2.2.", printed("2.2"), "fig09"
 )
 def control_point_o2(runs: Runs, tolerance: float) -> Finding:
-    """First zero of EM's average velocity over lambda, for each averaging window (none: not a number)."""
+    """First zero of EM's average velocity over lambda, for each averaging window (none: not a number). In the steady
+    state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
     found = zeros(runs, "exponential")
-    return _crossing(found, 2.2, tolerance, f"Transient averages of EM vanish {_places(found)}. {ZERO}")
+    return _crossing(runs, found, "O2", 2.2, tolerance, f"Transient averages of EM vanish {_places(found)}.")
 
 
 @claim(
     "sec. 3.2, Fig. 9", "Boundary point P1: the curves of LM and EM cross at lambda = 1.18.", printed("1.18"), "fig09"
 )
 def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
-    """Where EM's curve falls below LM's, for each averaging window (none: not a number)."""
+    """Where EM's curve falls below LM's, for each averaging window (none: not a number). In the steady state: sign
+    changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
     found = {window: first for window, (first, _) in meetings(runs).items()}
-    return _crossing(found, 1.18, tolerance, f"In no window does EM fall below LM: LM is above from the start. {ZERO}")
+    nearest = "In no window does EM fall below LM: LM is above from the start."
+    return _crossing(runs, found, "P1", 1.18, tolerance, nearest)
 
 
 @claim(
@@ -186,10 +207,11 @@ def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
     "fig09",
 )
 def boundary_point_p2(runs: Runs, tolerance: float) -> Finding:
-    """Where EM's curve rises above LM's again, for each averaging window (none: not a number)."""
+    """Where EM's curve rises above LM's again, for each averaging window (none: not a number). In the steady state:
+    sign changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
     found = {window: second for window, (_, second) in meetings(runs).items()}
-    nearest = f"Transient averages of EM rise above those of LM {_places(found)}. {ZERO}"
-    return _crossing(found, 4.36, tolerance, nearest)
+    nearest = f"Transient averages of EM rise above those of LM {_places(found)}."
+    return _crossing(runs, found, "P2", 4.36, tolerance, nearest)
 
 
 def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:

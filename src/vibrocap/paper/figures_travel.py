@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vibrocap.paper.averages import STEADY_WINDOW, averages, crossings, meeting_points, window_name
+from vibrocap.paper.averages import STEADY_WINDOW, averages, window_name
 from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
-from vibrocap.paper.runs import LAST, SWEEP_POINTS, Period, Runs, last_period
+from vibrocap.paper.runs import LAST, Period, Runs, last_period
 
 SHOWN_WINDOWS = {window_name(1): 0.3, window_name(5): 0.5, window_name(10): 0.7, window_name(40): 1.0}
 SOFT_SPRINGS = (0.55, 0.58, 0.62)
@@ -110,17 +110,3 @@ def figure_symmetry(runs: Runs) -> Figure:
         "motion has lost the symmetry and travels; its mirror twin travels exactly the other way.",
         tuple(panels),
     )
-
-
-def soft_zero_points(runs: Runs, stiffness: float, points: int = SWEEP_POINTS) -> dict[str, float]:
-    """Zeros and crossings of the steady curves of the twin at another stiffness: O1, O2, P1, P2 (NaN: none)."""
-    period = figures_9_to_11().drive.period
-    lm, em = (-runs.sweep(name, stiffness, points).mean_velocity(period, LAST, last=True) for name in SHORT)
-    ratios = runs.sweep("lugre", stiffness, points).mass_ratio
-    first, second = meeting_points(ratios, lm, em)
-    return {
-        "O1": next(iter(crossings(ratios, lm)), np.nan),
-        "O2": next(iter(crossings(ratios, em)), np.nan),
-        "P1": first,
-        "P2": second,
-    }

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.paper.averages import STEADY_WINDOW, averages, meetings, zeros
-from vibrocap.paper.figures_travel import SOFT_SPRINGS, soft_zero_points
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
 from vibrocap.paper.runs import Runs, last_period
+from vibrocap.paper.steady_points import RANGE_OF_SOFT, SteadyPoints, steady_points
 from vibrocap.system import System
 
 PRINTED = {"O1": 4.0, "O2": 2.2, "P1": 1.18, "P2": 4.36}
@@ -30,14 +30,16 @@ class MainFinding:
     """Numbers of the main finding.
 
     asymmetries: for both parameter sets and both laws   steady: largest |steady velocity| over lambda, by law
-    points: the printed points against their place by averaging window   soft: the same for softer springs, steady
+    points: the printed points against their place by averaging window   stiff: the same in the steady state, as printed
+    soft: the same for softer springs, with errors
     from_random_starts: largest |steady velocity| from so many `starts`
     """
 
     asymmetries: tuple[Asymmetry, ...]
     steady: Mapping[str, float]
     points: Mapping[str, Mapping[str, float]]
-    soft: Mapping[str, Mapping[str, float]]
+    stiff: SteadyPoints
+    soft: tuple[SteadyPoints, ...]
     from_random_starts: float
     starts: int
 
@@ -74,8 +76,8 @@ def main_finding(runs: Runs) -> MainFinding:
         tuple(asymmetries),
         {short: float(np.max(np.abs(averages(runs, name)[STEADY_WINDOW]))) for name, short in SHORT.items()},
         points,
-        {"printed": PRINTED}
-        | {f"rho = {stiffness:g}": soft_zero_points(runs, stiffness) for stiffness in SOFT_SPRINGS},
+        steady_points(runs, 4.0),
+        tuple(steady_points(runs, stiffness) for stiffness in RANGE_OF_SOFT),
         max(random),
         len(random),
     )

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
 from vibrocap.measures.travel import mean_velocity
+from vibrocap.orbits.crossing import Crossings, crossing
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start
 from vibrocap.simulate import simulate
 from vibrocap.system import System
@@ -102,6 +103,21 @@ class Runs:
         ratios = np.linspace(*MASS_RATIOS, points)
         rows = [self._sweep_row(figures_9_to_11(friction, ratio, stiffness), twin) for ratio in map(float, ratios)]
         return Sweep(ratios, *(np.array(column) for column in zip(*rows, strict=True)))
+
+    @functools.cache  # noqa: B019
+    def crossings(self, friction: str, stiffness: float = 4.0, against: str | None = None) -> Crossings:
+        """Where the steady drift over the mass ratio of Fig. 9 is zero, or equals that of the other law."""
+        other = None if against is None else figures_9_to_11(against, stiffness=stiffness)
+        system = figures_9_to_11(friction, stiffness=stiffness)
+        return crossing(
+            system,
+            "drift",
+            "machine.mass_ratio",
+            MASS_RATIOS,
+            against=other,
+            initial=start(system),
+            points=SWEEP_POINTS,
+        )
 
     def _sweep_row(self, system: System, twin: bool) -> tuple:
         motion = run(system, SWEEP_PERIODS, twin)

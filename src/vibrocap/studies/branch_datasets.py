@@ -26,6 +26,7 @@ def branch_dataset(branch: Branch) -> "xarray.Dataset":
         for i, name in enumerate(names)
     }
     data |= {
+        "period": ("point", branch.period, _words("length of one response")),
         "drift": ("point", branch.drift, _words("drift over one response")),
         "mean_velocity": ("point", branch.mean_velocity, _words("mean velocity")),
         "multiplier_real": (

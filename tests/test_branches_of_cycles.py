@@ -1,0 +1,195 @@
+"""Branches of cycles that nothing drives in time: a block on a belt, whose period is an unknown; closed forms.
+
+Slow: the oscillator's tangents need kernels of their own.
+"""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import vibrocap as vc
+from vibrocap.faces import cli
+from vibrocap.orbits import cycle_following, cycle_map
+from vibrocap.orbits.branch_end import BranchEnd
+
+pytestmark = pytest.mark.slow
+STATIC, KINETIC, STIFFNESS, SPEED = 1.5, 1.0, 2.0, 0.1
+
+
+def belt(damping=0.0):
+    return vc.System(
+        vc.Oscillator(mass=1.0, stiffness=STIFFNESS, damping=damping, belt_speed=SPEED),
+        vc.Coulomb(static_coefficient=STATIC, coulomb_coefficient=KINETIC),
+        vc.Constant(),
+    )
+
+
+def closed_form(static=STATIC, stiffness=STIFFNESS, speed=SPEED):
+    """PHYSICS.md section 5: (stick time, slip time)."""
+    drop, w = (static - KINETIC) / stiffness, np.sqrt(stiffness)
+    return 2.0 * drop / speed, 2.0 / w * (math.pi - np.arctan(w * drop / speed))
+
+
+@pytest.mark.parametrize(
+    ("over", "between", "name"),
+    [
+        ("machine.belt_speed", (0.02, 1.0), "speed"),
+        ("machine.stiffness", (0.5, 8.0), "stiffness"),  # the place of the stick phase moves away from the section
+        ("friction.static_coefficient", (1.01, 3.0), "static"),
+    ],
+)
+def test_period_is_that_of_the_closed_form_all_along(over, between, name):
+    found = vc.branch(belt(), over, between, settle_periods=200)
+    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert found.parameter[[0, -1]] == pytest.approx(between, abs=1e-12)
+    assert np.all(np.diff(found.parameter) > -1e-12)  # where the section is set anew there are two points
+    expected = sum(closed_form(**{name: found.parameter}))
+    # A point is closed to 3e-11 of natural sizes, 0.024 for the place; the belt carries it with its speed.
+    speed = found.parameter if name == "speed" else SPEED
+    assert np.max(np.abs(found.period - expected) * speed) < 1e-12
+    assert np.all(found.multipliers == 0.0)  # sticking forgets all but the way along the cycle
+    assert np.all(found.stable)
+    assert found.response_period == 0
+    assert np.all(np.isnan(found.drift))
+    assert "Branch of cycles over" in str(found)
+
+
+def test_orbits_of_the_branch_are_those_of_a_simulation():
+    found = vc.branch(belt(), "machine.belt_speed", (0.05, 0.3), settle_periods=200)
+    (orbit,) = found.orbits_at(0.2)
+    assert orbit.status is vc.OrbitStatus.CONVERGED
+    assert orbit.period == pytest.approx(sum(closed_form(speed=0.2)), abs=1e-12)
+    assert orbit.residual < 1e-11
+    assert found.orbit(3).period == pytest.approx(found.period[3], abs=1e-11)
+    simulated = vc.orbit(belt().with_parameters({"machine.belt_speed": 0.2}), settle_periods=200)
+    assert simulated.period == pytest.approx(orbit.period, abs=1e-12)
+
+
+def test_a_measure_takes_a_value_where_the_closed_form_does():
+    """The block sticks half of the time where 2 D/v is the slip time."""
+    found = vc.branch(belt(), "machine.belt_speed", (0.05, 0.3), settle_periods=200)
+    (place,) = found.crossings("stick_fraction", 0.5)
+    exact = brentq(lambda speed: np.subtract(*closed_form(speed=speed)), 0.05, 0.3, xtol=1e-14)
+    assert abs(place.at - exact) <= place.error < 1e-9
+
+
+def grazing_damping():
+    """The damping at which the slipping block just reaches the belt's speed again, by SciPy.
+
+    With y = x - Fk/k from the mark where it lets go: y'' + c y' + k y = 0, y = (Fs - Fk - c v)/k, y' = v.
+    """
+
+    def reached(c):
+        def rates(_t, y):
+            return y[1], -c * y[1] - STIFFNESS * y[0]
+
+        def turn(_t, y):
+            return rates(0.0, y)[1]
+
+        turn.direction = -1
+        start = (STATIC - KINETIC - c * SPEED) / STIFFNESS
+        run = solve_ivp(rates, (0.0, 6.0), (start, SPEED), events=turn, method="DOP853", rtol=1e-13, atol=1e-14)
+        return max(y[1] for t, y in zip(run.t_events[0], run.y_events[0], strict=True) if t > 1.0) - SPEED
+
+    return brentq(reached, 0.2, 1.5, xtol=1e-12)
+
+
+def test_the_branch_ends_where_the_block_slips_for_good():
+    found = vc.branch(belt(), "machine.damping", (0.0, 2.0), settle_periods=200)
+    assert found.ends[0] is BranchEnd.PARAMETER_BOUND
+    assert found.ends[1].early
+    assert found.parameter[-1] == pytest.approx(grazing_damping(), abs=1e-6)
+    assert "Try another" in str(found)
+    assert found.kind(vc.SpecialKind.FOLD) == ()  # the multiplier stays zero: the cycle ceases, it does not turn back
+
+
+def test_the_section_has_to_be_set_anew(monkeypatch):
+    """Planted: it stays where it was, and the stick phase leaves it."""
+    monkeypatch.setattr(cycle_following, "_set_anew", lambda *given: None)
+    found = vc.branch(belt(), "machine.stiffness", (0.5, 8.0), settle_periods=200, points=200)
+    assert found.parameter[-1] < 3.5  # the block lets go at the section where k x_0 = Fs
+
+
+def test_a_contact_at_rest_has_to_stay_so(monkeypatch):
+    """Planted: rounding may push it, and with a static limit above the kinetic one it slides away."""
+    monkeypatch.setattr(cycle_map, "PUSHED", -1.0)
+    found = vc.branch(belt(), "machine.belt_speed", (0.02, 1.0), settle_periods=200)
+    assert not np.allclose(found.parameter[[0, -1]], (0.02, 1.0))
+
+
+@pytest.mark.thorough
+def test_leines_block_over_the_speed_of_its_belt():
+    """Its cycle at both ends of the branch and between, by another integrator: slip from x = 1, then stick."""
+    system = vc.System(
+        vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.2),
+        vc.HyperbolicStribeck(coulomb_coefficient=0.0, static_coefficient=1.0, stribeck_velocity=1.0 / 3.0),
+        vc.Constant(),
+    )
+    found = vc.branch(system, "machine.belt_speed", (0.05, 0.5), settle_periods=200)
+    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    assert np.all(found.multipliers == 0.0)
+    for i in (0, len(found) // 2, len(found) - 1):
+        v = found.parameter[i]
+
+        def rates(_t, y, v=v):
+            return y[1], -y[0] + 1.0 / (1.0 + 3.0 * (v - y[1]))
+
+        def caught(_t, y, v=v):
+            return y[1] - v if y[0] < 0.9 else -1.0
+
+        caught.terminal, caught.direction = True, 1
+        start = (1.0, v - 1e-14)
+        slip = solve_ivp(rates, (0.0, 30.0), start, events=caught, method="DOP853", rtol=1e-13, atol=1e-14)
+        period = slip.t_events[0][0] + (1.0 - slip.y_events[0][0][0]) / v
+        assert found.period[i] == pytest.approx(period, abs=1e-8)
+
+
+@pytest.mark.thorough
+def test_cycle_without_sticking():
+    """LuGre on a belt: no set-valued contact, five states' worth of tangents; the period is that of a long run."""
+    system = vc.System(vc.Oscillator(stiffness=2.0, belt_speed=0.1), vc.LuGre(), vc.Constant())
+    found = vc.branch(system, "machine.belt_speed", (0.08, 0.12), settle_periods=400)
+    assert found.ends == (BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND)
+    for i in (0, len(found) - 1):
+        at = system.with_parameters({"machine.belt_speed": float(found.parameter[i])})
+        seen = vc.orbit(at, settle_periods=400)
+        assert seen.status is vc.OrbitStatus.CONVERGED
+        assert found.period[i] == pytest.approx(seen.period, abs=1e-9)
+        assert np.abs(found.multipliers[i]) == pytest.approx(np.abs(seen.multipliers), abs=1e-6)
+
+
+def test_a_diagram_of_cycles_is_their_branch():
+    found = vc.branches(belt(), "machine.belt_speed", (0.05, 0.3), settle_periods=200)
+    assert len(found.branches) == 1
+    assert found.joins == ()
+
+
+def test_a_block_that_comes_to_rest_has_no_branch():
+    still = vc.System(vc.Oscillator(damping=5.0, belt_speed=1.0), vc.Coulomb(1.0, 1.0), vc.Constant())
+    found = vc.branch(still, "machine.belt_speed", (0.5, 2.0), settle_periods=50)
+    assert len(found) == 0
+    assert found.ends == (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
+
+
+def test_command_follows_cycles(tmp_path, capsys):
+    case = tmp_path / "belt.toml"
+    case.write_text(
+        '[machine]\nkind = "oscillator"\nmass = 1.0\nstiffness = 2.0\ndamping = 0.0\nbelt_speed = 0.1\n'
+        '[friction]\nlaw = "coulomb"\nstatic_coefficient = 1.5\ncoulomb_coefficient = 1.0\n'
+        '[drive]\nwaveform = "constant"\n[run]\nperiods = 10\n',
+        encoding="utf-8",
+    )
+    picture = tmp_path / "belt.png"
+    arguments = ["branch", str(case), "--over", "machine.belt_speed=0.05:0.3", "--json", "--plot", str(picture)]
+    assert cli.main(arguments) == 0
+    (branch,) = json.loads(capsys.readouterr().out)["branches"]
+    assert branch["period"] == pytest.approx(sum(closed_form(speed=np.array(branch["parameter"]))), abs=1e-10)
+    assert picture.stat().st_size > 10_000
+    assert cli.main(["branch", str(case), "--over", "machine.damping=0:2"]) == 3
+    output = capsys.readouterr()
+    assert "ends at 0.71015" in output.out
+    assert "was not followed to its end" in output.err

@@ -1,0 +1,294 @@
+"""Where a measure of the steady motion takes a value: control points, boundary points, and what is none."""
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.faces import cli
+from vibrocap.orbits import crossing_bracket
+from vibrocap.orbits.crossing_bracket import CrossingKind
+from vibrocap.simulate import period_marks
+
+START = {"angle": math.pi / 3}
+LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
+RATIO = "machine.mass_ratio"
+PRINTED_RANGE = (0.01, 8.1)
+# Zeros of the steady drift at rho = 0.58, nu = 1.2 by Newton shooting (the variational kernels, an integrator of
+# another order): bracketed there to 8e-15, so that only the two integrations differ.
+SHOT = {"exponential": 3.4562300486446, "lugre": 4.2152516212410}
+
+
+def capsule(law, stiffness=0.58, damping=1.2, **parameters):
+    machine = vc.PendulumCapsule(mass_ratio=2.5, stiffness=stiffness, damping=damping)
+    return vc.System(machine, LAWS[law], vc.Harmonic()).with_parameters(parameters)
+
+
+def drift(system, periods=400):
+    """Travel in the last of many periods, by simulation alone."""
+    _, marks = period_marks(system, periods=periods, initial=START, tolerance=1e-12)
+    return float(marks[-1, 2] - marks[-2, 2])
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
+    found = vc.crossing(capsule(law), "drift", RATIO, (0.2, 8.1), initial=START, points=30)
+    (place,) = found.found
+    assert place.kind is CrossingKind.CROSSING
+    assert place.at == pytest.approx(SHOT[law], abs=1e-11)
+    assert place.error < 1e-9
+    assert place.bracket[0] <= place.at <= place.bracket[1]
+    assert place.differences[0] * place.differences[1] <= 0.0
+    assert found.equal == found.unsettled == ()
+    assert abs(place.values[0]) < 1e-12
+    beside = [drift(capsule(law, **{RATIO: place.at + step})) for step in (-1e-3, 1e-3)]
+    assert (beside[1] - beside[0]) / 2e-3 == pytest.approx(place.slope, rel=1e-2)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_no_control_point_at_the_printed_parameters(law):
+    """The paper's O1 and O2: every steady motion is symmetric, so that the drift is nothing throughout."""
+    found = vc.crossing(capsule(law, 4.0), "drift", RATIO, PRINTED_RANGE, initial=START, points=40)
+    assert found.found == ()
+    assert found.equal == (PRINTED_RANGE,)
+    assert found.unsettled == ()
+    assert np.max(np.abs(found.differences)) < 1e-9
+
+
+def test_no_boundary_point_at_the_printed_parameters():
+    """The paper's P1 and P2: both laws do not travel, at no mass ratio more than at another."""
+    lm, em = capsule("lugre", 4.0), capsule("exponential", 4.0)
+    found = vc.crossing(lm, "drift", RATIO, PRINTED_RANGE, against=em, initial=START, points=40)
+    assert found.found == ()
+    assert found.equal == (PRINTED_RANGE,)
+
+
+def test_boundary_points_of_a_soft_spring_are_where_both_laws_travel_alike():
+    lm, em = capsule("lugre"), capsule("exponential")
+    found = vc.crossing(lm, "mean_velocity", RATIO, PRINTED_RANGE, against=em, initial=START, points=60)
+    assert [place.kind for place in found.found] == [CrossingKind.CROSSING] * 2
+    for place in found.found:
+        drifts = [drift(capsule(law, **{RATIO: place.at})) for law in ("lugre", "exponential")]
+        assert drifts[0] == pytest.approx(drifts[1], abs=1e-10)
+        assert abs(drifts[0]) > 0.01
+        assert place.error < 1e-9
+        assert place.values[0] == pytest.approx(drifts[0] / lm.drive.period, abs=1e-11)
+    assert found.places == pytest.approx((0.774946696147, 5.489362346569), abs=1e-9)
+
+
+def test_the_error_is_that_of_the_integration():
+    """At coarse tolerances the place moves, by less than the error says and not much less."""
+    fine = vc.crossing(capsule("exponential"), "drift", RATIO, (3.0, 4.0), initial=START, points=5, tolerance=1e-13)
+    for tolerance in (1e-7, 1e-8, 1e-9):
+        found = vc.crossing(
+            capsule("exponential"), "drift", RATIO, (3.0, 4.0), initial=START, points=5, tolerance=tolerance
+        )
+        off = abs(found.places[0] - fine.places[0])
+        assert 0.0 < off <= found.found[0].error < 1e4 * tolerance
+
+
+def test_another_measure_and_a_value():
+    """The share of sticking over the drive's amplitude, checked by a run of its own."""
+    system = capsule("exponential", 2.0, 1.0)
+    found = vc.crossing(system, "stick_fraction", "drive.amplitude", (1.9, 2.4), value=0.05, initial=START, points=8)
+    assert len(found.places) >= 1
+    for place in found.places:
+        motion = vc.simulate(system.with_parameters({"drive.amplitude": place}), periods=60, initial=START)
+        assert vc.measured(motion, ["stick_fraction"], window=1)["stick_fraction"] == pytest.approx(0.05, abs=1e-7)
+
+
+def twin_jump():
+    """Over the amplitude the start leads to one of two mirror twins, then to the other; neither drift vanishes."""
+    start = {"angle": 0.3}
+    system = capsule("exponential", 2.0, 1.0)
+    return vc.crossing(system, "drift", "drive.amplitude", (1.4, 1.8), initial=start, points=20)
+
+
+def test_a_jump_to_the_mirror_twin_is_no_crossing():
+    found = twin_jump()
+    assert found.differences.min() < -0.1 < 0.1 < found.differences.max()
+    assert {place.kind for place in found.found} == {CrossingKind.JUMP}
+    assert found.places == ()
+    assert "mirror twin" in str(found)
+    assert "no crossing" in str(found)
+
+
+def test_a_jump_within_a_bracket_is_told_from_a_crossing(monkeypatch):
+    """Planted: motions that are not followed but begun anew at each place jump, and a limit that is none hides it."""
+
+    def anew(self, near, place, tolerance=None):
+        systems = [each.system for each in near]
+        return crossing_bracket.scanned(systems, [{"angle": 0.3}] * len(systems), self, place)
+
+    monkeypatch.setattr(crossing_bracket.Difference, "followed", anew)
+    found = twin_jump()
+    assert {place.kind for place in found.found} == {CrossingKind.JUMP}
+    monkeypatch.setattr(crossing_bracket, "JUMP", 2.0)
+    assert CrossingKind.CROSSING in {place.kind for place in twin_jump().found}
+
+
+def test_what_does_not_settle_is_said():
+    found = vc.crossing(capsule("exponential"), "drift", RATIO, (0.2, 8.1), initial=START, points=5, periods=8)
+    assert len(found.unsettled) == 5
+    assert found.found == found.equal == ()
+    assert "unsettled 5 of 5 points" in str(found)
+    assert np.all(np.isnan(found.differences))
+
+
+def test_a_bracket_in_which_a_motion_is_lost_is_said(monkeypatch):
+    real, calls = crossing_bracket.Difference.followed, itertools.count()
+    monkeypatch.setattr(
+        crossing_bracket.Difference, "followed", lambda *given: real(*given) if next(calls) < 3 else None
+    )
+    found = vc.crossing(capsule("exponential"), "drift", RATIO, (3.0, 4.0), initial=START, points=3)
+    (place,) = found.found
+    assert place.kind is CrossingKind.LOST
+    assert place.bracket[0] < SHOT["exponential"] < place.bracket[1]
+    assert place.error == pytest.approx(place.bracket[1] - place.bracket[0])
+    assert "raise `periods`" in str(found)
+
+
+def test_a_state_that_one_law_has_is_given_to_that_one():
+    lm, em = capsule("lugre"), capsule("exponential")
+    start = START | {"bristle": 0.0026}
+    found = vc.crossing(lm, "drift", RATIO, (5.0, 6.0), against=em, initial=start, points=3)
+    assert found.places == pytest.approx((5.489362346569,), abs=1e-9)
+
+
+BELT = vc.System(vc.Oscillator(belt_speed=0.1), vc.Coulomb(), vc.Constant())
+
+
+@pytest.mark.parametrize(
+    ("system", "arguments", "complaint"),
+    [
+        ("lugre", {"measure": "speed"}, "measure should be a number of the table of measures, got 'speed'"),
+        ("lugre", {"measure": "word"}, "measure should be a number"),
+        ("lugre", {"over": "machine.mass"}, "over: .*did you mean"),
+        ("lugre", {"between": (2.0, 1.0)}, "between should be"),
+        ("lugre", {"between": 3.0}, "between should be two numbers"),
+        ("lugre", {"between": (-1.0, 1.0)}, "between: machine.mass_ratio cannot be -1"),
+        ("lugre", {"points": 1}, "points should be a whole number >= 2"),
+        ("lugre", {"value": math.nan}, "value should be a finite number"),
+        ("lugre", {"periods": 0}, "periods"),
+        ("lugre", {"initial": {"angel": 1.0}}, "angle"),
+        ("belt", {"over": "machine.stiffness", "measure": "stick_fraction"}, "drive should change in time"),
+        ("belt", {"over": "machine.stiffness"}, "measures: drift"),
+    ],
+)
+def test_bad_input_is_refused_before_any_work(system, arguments, complaint):
+    given = BELT if system == "belt" else capsule(system)
+    with pytest.raises(ValueError, match=complaint):
+        vc.crossing(given, **arguments)
+
+
+# --- along a branch --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS)
+def test_crossings_along_a_branch_are_those_of_the_sweep(law):
+    branch = vc.branch(capsule(law), RATIO, (0.2, 8.1), initial=START)
+    (place,) = branch.crossings("drift")
+    assert place.kind is CrossingKind.CROSSING
+    assert place.at == pytest.approx(SHOT[law], abs=1e-11)
+    assert abs(place.at - SHOT[law]) <= place.error < 1e-8
+    assert abs(place.orbit.drift) < 1e-11
+    assert place.orbit.stable
+    assert branch.parameter[place.after_point] <= place.at <= branch.parameter[place.after_point + 1]
+    assert branch.crossings("drift", 100.0) == ()
+
+
+@pytest.mark.slow
+def test_crossings_are_found_where_the_branch_is_unstable_and_past_a_fold():
+    system = capsule("exponential", 2.0, 1.0)
+    symmetric = vc.branches(system, "drive.amplitude", (1.0, 3.0), initial=START).branches[0]
+    assert symmetric.crossings("drift") == ()  # nothing all along
+    at = int(np.argmin(np.abs(symmetric.parameter - 1.6)))
+    speed = vc.measured(symmetric.orbit(at).motion(), ["largest_velocity"], window=1)["largest_velocity"]
+    (place,) = symmetric.crossings("largest_velocity", speed + 1e-4)
+    assert not place.orbit.stable
+    again = vc.measured(place.orbit.motion(), ["largest_velocity"], window=1)["largest_velocity"]
+    assert again == pytest.approx(speed + 1e-4, abs=1e-10)
+    # the travelling LuGre capsule: unstable twins between the pitchfork and the fold, stable ones beyond it
+    folded = vc.branches(capsule("lugre", 2.0, 1.0, **{"drive.amplitude": 1.88}), "drive.amplitude", (1.85, 1.95),
+                         initial=START).branches[1]  # fmt: skip
+    (fold,) = folded.kind(vc.SpecialKind.FOLD)
+    for share, stable in ((0.5, False), (1.5, True)):
+        (place,) = folded.crossings("drift", share * fold.drift)
+        assert place.orbit.stable == stable
+        assert place.orbit.drift == pytest.approx(share * fold.drift, abs=1e-12)
+        assert place.at < fold.parameter
+
+
+# --- on the command line ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(
+        '[machine]\nkind = "pendulum-capsule"\nmass_ratio = 2.5\nstiffness = 0.58\ndamping = 1.2\n'
+        '[friction]\nlaw = "exponential"\n[drive]\nwaveform = "harmonic"\namplitude = 1.8\nfrequency = 1.0\n'
+        "[initial]\nangle = 1.0471975511965976\n[run]\nperiods = 10\n",
+        encoding="utf-8",
+    )
+    return str(path)
+
+
+def test_command_finds_control_points(case, capsys):
+    arguments = ["crossing", case, "--over", f"{RATIO}=3:4", "--measure", "drift", "--points", "5"]
+    assert cli.main(arguments) == 0
+    text = capsys.readouterr().out
+    assert "crossing  3.45623004865" in text
+    assert "between 3.4562300486" in text
+    assert cli.main([*arguments, "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    (place,) = record["found"]
+    assert place["kind"] == "crossing"
+    assert place["at"] == pytest.approx(SHOT["exponential"], abs=1e-11)
+    assert len(record["parameters"]) == len(record["differences"]) == 5
+
+
+def test_command_finds_boundary_points(case, capsys):
+    arguments = ["crossing", case, "--over", f"{RATIO}=5:6", "--against", "friction.law=lugre", "--points", "5"]
+    assert cli.main([*arguments, "--json"]) == 0
+    (place,) = json.loads(capsys.readouterr().out)["found"]
+    assert place["at"] == pytest.approx(5.489362346569, abs=1e-9)
+
+
+def test_command_says_that_there_is_none(case, capsys):
+    assert cli.main(["crossing", case, "--over", f"{RATIO}=5:6", "--points", "4"]) == 0
+    assert "no crossing: over the scan the difference is from" in capsys.readouterr().out
+
+
+def test_command_says_what_did_not_settle(case, capsys):
+    assert cli.main(["crossing", case, "--over", f"{RATIO}=3:4", "--points", "3", "--periods", "8"]) == 3
+    output = capsys.readouterr()
+    assert "unsettled 3 of 3" in output.out
+    assert "Raise --periods" in output.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--over", f"{RATIO}=3-4"], "--over should be PATH=LEAST:LARGEST"),
+        (["--over", f"{RATIO}=3:4", "--against", "lugre"], "--against should be friction.law=NAME or PATH=VALUE"),
+        (["--over", f"{RATIO}=3:4", "--against", "friction.law=lugger"], "no friction law is called 'lugger'"),
+        (["--over", f"{RATIO}=3:4", "--against", "friction.decay=1"], "did you mean"),
+        (["--over", f"{RATIO}=3:4", "--measure", "speed"], "measure should be a number"),
+    ],
+)
+def test_command_refuses_what_makes_no_sense(case, arguments, complaint, capsys):
+    assert cli.main(["crossing", case, *arguments]) == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_another_law_takes_over_what_both_have():
+    from vibrocap.faces.cli_crossing import _other
+
+    given = capsule("exponential").with_parameters({"friction.static_coefficient": 0.6})
+    assert _other(given, "friction.law=lugre").friction == vc.LuGre(static_coefficient=0.6)
+    assert _other(given, "friction.decay_rate=20").friction == vc.Exponential(static_coefficient=0.6, decay_rate=20.0)

@@ -1,0 +1,155 @@
+"""Orbits that no simulation keeps: a start near one is followed on, and what it gives way to is said.
+
+Slow: shooting needs the kernels of the tangents.
+"""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.faces import cli
+from vibrocap.orbits import steady, unstable
+from vibrocap.simulate import period_marks
+
+pytestmark = pytest.mark.slow
+START = {"angle": math.pi / 3}
+LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
+DRIFTS = {"exponential": 0.16434774668, "lugre": 0.10718716752}
+
+
+def first_set(law):
+    return vc.System(vc.PendulumCapsule(), LAWS[law], vc.Harmonic())
+
+
+def symmetric(law):
+    """The unstable symmetric orbit between the twins."""
+    found = vc.orbit(first_set(law), initial=START, half=True)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.symmetric
+    assert found.unstable
+    return found
+
+
+def simulated(system, state, periods=400):
+    _, marks = period_marks(system, periods=periods, initial=state, tolerance=1e-12)
+    return marks[-1, 2] - marks[-2, 2]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_what_is_pushed_off_goes_to_both_twins(law):
+    reached = symmetric(law).pushed_off()
+    assert sorted(each.drift for each in reached) == pytest.approx([-DRIFTS[law], DRIFTS[law]], abs=1e-10)
+    assert all(each.stable for each in reached)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("off", [0.0, 1e-10, -1e-10, 1e-7, -1e-7])
+def test_a_start_near_a_saddle_leads_to_what_the_capsule_does(law, off):
+    start = symmetric(law).state
+    start = start | {"angle": start["angle"] + off}
+    found = vc.orbit(first_set(law), initial=start)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.stable
+    assert abs(found.drift) == pytest.approx(DRIFTS[law], abs=1e-10)
+    if abs(off) > 1e-8:  # nearer, the errors of a run decide which way it goes
+        assert found.drift == pytest.approx(simulated(first_set(law), start), abs=1e-9)
+
+
+def test_the_saddle_that_was_passed_is_kept():
+    """The run stands still on LuGre's symmetric orbit, long enough to count as settled."""
+    saddle = symmetric("lugre")
+    found = vc.orbit(first_set("lugre"), initial=saddle.state)
+    assert found.passed is not None
+    assert found.passed.symmetric
+    assert found.passed.unstable
+    assert found.passed.state["angle"] == pytest.approx(saddle.state["angle"], abs=1e-9)
+
+
+def test_without_going_on_the_saddle_would_be_returned(monkeypatch):
+    monkeypatch.setattr(steady, "_kept", lambda found, *rest: found)
+    found = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
+    assert not found.stable
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_way_on_which_a_state_lies_comes_first(law):
+    """Close by, the way of a start off the saddle is that of a simulation."""
+    saddle = symmetric(law)
+    for off in (1e-5, -1e-5):
+        start = saddle.state | {"velocity": saddle.state["velocity"] + off}
+        first = unstable.pushed_off(saddle, towards=start)[0]
+        assert first.drift == pytest.approx(simulated(saddle.system, start), abs=1e-9)
+
+
+def test_what_leaves_and_does_not_settle_is_said(monkeypatch):
+    monkeypatch.setattr(unstable, "orbits_reached", lambda *given: ([], np.array([-1, -1]), None))
+    found = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
+    assert found.status is vc.OrbitStatus.NOT_SETTLED
+    assert found.passed is not None
+    assert found.passed.unstable
+
+
+def test_an_orbit_that_went_astray_is_not_claimed(monkeypatch):
+    """Planted: Newton's method leads to the mirror twin of what was simulated."""
+    real = steady.shoot
+
+    def elsewhere(system, start, *rest, **options):
+        return real(system, real(system, start, *rest, **options).mirrored_state, *rest, **options)
+
+    monkeypatch.setattr(steady, "shoot", elsewhere)
+    found = vc.orbit(first_set("exponential"), initial=START)
+    assert found.status is vc.OrbitStatus.NOT_CONVERGED
+
+
+def test_a_stable_orbit_cannot_be_pushed_off():
+    with pytest.raises(ValueError, match="a multiplier outside the unit circle"):
+        vc.orbit(first_set("exponential"), initial=START).pushed_off()
+
+
+def written_case(path, law, start):
+    rows = "".join(f"{name} = {value!r}\n" for name, value in start.items())
+    path.write_text(
+        f'[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "{law}"\n'
+        f'[drive]\nwaveform = "harmonic"\n[initial]\n{rows}[run]\nperiods = 10\n',
+        encoding="utf-8",
+    )
+    return str(path)
+
+
+def test_command_does_not_present_an_unstable_orbit_as_what_happens(tmp_path, capsys):
+    case = written_case(tmp_path / "case.toml", "lugre", symmetric("lugre").state)
+    assert cli.main(["orbit", case]) == 0
+    text = capsys.readouterr().out
+    assert "stable        yes" in text
+    assert "passed        the start leads close to an orbit of drift 0 on which no motion stays" in text
+    assert text.count("gives way to") == 2
+    assert cli.main(["orbit", case, "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["stable"] is True
+    assert abs(record["drift"]) == pytest.approx(DRIFTS["lugre"], abs=1e-10)
+    drifts = sorted(each["drift"] for each in record["unstable_orbit"]["gives_way_to"])
+    assert drifts == pytest.approx([-DRIFTS["lugre"], DRIFTS["lugre"]], abs=1e-10)
+
+
+def test_command_says_what_an_unstable_orbit_gives_way_to(tmp_path, capsys):
+    case = written_case(tmp_path / "case.toml", "exponential", START)
+    assert cli.main(["orbit", case, "--half"]) == 0
+    text = capsys.readouterr().out
+    assert "stable        no" in text
+    assert "no motion stays on this orbit: pushes grow 2.567 times per response" in text
+    assert "gives way to  drift -0.164347746681" in text
+    assert "gives way to  drift 0.164347746681" in text
+
+
+def test_command_says_that_nothing_settled(tmp_path, capsys):
+    case = written_case(tmp_path / "case.toml", "exponential", START)
+    assert cli.main(["orbit", case, "--settle-periods", "3", "--json"]) == 3
+    output = capsys.readouterr()
+    record = json.loads(output.out)
+    assert record["status"] == "not settled"
+    assert record["stable"] is None
+    assert record["class"]["kind"] in ("period-1", "not settled")  # it would be there soon
+    assert "Raise `settle_periods`" in output.err
