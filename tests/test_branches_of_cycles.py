@@ -121,7 +121,7 @@ def test_a_contact_at_rest_has_to_stay_so(monkeypatch):
     assert not np.allclose(found.parameter[[0, -1]], (0.02, 1.0))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_leines_block_over_the_speed_of_its_belt():
     """Its cycle at both ends of the branch and between, by another integrator: slip from x = 1, then stick."""
     system = vc.System(
@@ -148,7 +148,7 @@ def test_leines_block_over_the_speed_of_its_belt():
         assert found.period[i] == pytest.approx(period, abs=1e-8)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_cycle_without_sticking():
     """LuGre on a belt: no set-valued contact, five states' worth of tangents; the period is that of a long run."""
     system = vc.System(vc.Oscillator(stiffness=2.0, belt_speed=0.1), vc.LuGre(), vc.Constant())

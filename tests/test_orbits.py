@@ -231,7 +231,7 @@ def test_block_on_a_belt_with_static_and_kinetic_friction():
     assert list(found.multipliers) == [0.0]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_leines_block_on_a_belt():
     """Its period agrees with that of an event solver (tests/test_oscillator.py); the turning points with its energy."""
     belt = vc.System(
@@ -246,7 +246,7 @@ def test_leines_block_on_a_belt():
     assert found.word in ("SB", "SF")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(("r", "beta"), [(0.8, 0.5), (0.9, 0.5), (1.5, 0.3), (1.5, 0.6), (2.0, 0.2)])
 def test_den_hartogs_amplitude(r, beta):
     """PHYSICS.md section 5; time t of x'' + x + beta sgn(x') = cos(r t), an orbit that is its own mirror image."""

@@ -267,7 +267,7 @@ def test_ensemble_of_den_hartogs_oscillators():
     assert np.isnan(found["symmetric"][3])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_smoothed_contact_shortens_the_cycle_by_several_percent():
     """Leine's block with sgn(v) smoothed over 0.02, 0.01 and 0.001: 10 %, 6 % and 0.8 % off, where the cycle is exact
     to 1e-9 with the contact that sticks. Its stick phase creeps, and lets go too early."""

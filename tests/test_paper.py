@@ -380,7 +380,6 @@ def test_what_is_done_is_written_when_interrupted(tmp_path):
 @pytest.mark.slow
 def test_the_whole_paper(tmp_path):
     made = reproduce(tmp_path)
-    assert made.seconds < 180
     assert len(made.claims) == len(CLAIMS)
     assert len(made.figures) == len(FIGURES)
     page = made.report.read_text(encoding="utf-8")
