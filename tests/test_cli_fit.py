@@ -15,7 +15,7 @@ from vibrocap.faces.cli_fit import fit
 from vibrocap.faces.fit_request import by_option, is_refusal
 from vibrocap.identification import steady_fit as steady_fits
 from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.search import SearchStatus
+from vibrocap.identification.minimum import SearchStatus
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m

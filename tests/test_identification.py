@@ -12,9 +12,9 @@ from vibrocap.friction.lugre import LuGre
 from vibrocap.identification import uncertainty as uncertainty_module
 from vibrocap.identification.fit import fit
 from vibrocap.identification.identifiability import Verdict
+from vibrocap.identification.minimum import SearchStatus
 from vibrocap.identification.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.saving import as_data, case_section
-from vibrocap.identification.search import SearchStatus
 from vibrocap.identification.uncertainty import correlation_time
 from vibrocap.records.record import Record
 

@@ -9,11 +9,12 @@ import numpy as np
 from vibrocap.identification.coordinates import Coordinate
 from vibrocap.identification.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
 from vibrocap.identification.identifiability import WIDE, Identifiability, Verdict, identifiability
+from vibrocap.identification.minimum import Minimum, SearchStatus
 from vibrocap.identification.prediction import Prediction, is_nuisance
 from vibrocap.identification.profile import Interval
 from vibrocap.identification.roles import unit_of
 from vibrocap.identification.samples import Samples
-from vibrocap.identification.search import Minimum, SearchStatus, Start
+from vibrocap.identification.search import Start
 from vibrocap.identification.uncertainty import correlation_time
 from vibrocap.parameters import parameter_table
 
@@ -54,7 +55,7 @@ def finished_fit(
             ends = (
                 one.low,
                 one.high,
-                standard[info.name],
+                math.inf if report.verdicts[info.name] == Verdict.NO_EFFECT else standard[info.name],
                 report.verdicts[info.name],
                 one.curve,
                 thresholds[info.name],
@@ -165,7 +166,9 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     """Interval from the covariance: symmetric in the logarithm, or in the parameter where it may be zero."""
     reach = threshold * error
     if coordinate.form == "linear":
-        return Interval(value - reach, value + reach, False, False)
+        low, high = value - reach, value + reach
+        low_open, high_open = low <= coordinate.low, high >= coordinate.high
+        return Interval(-math.inf if low_open else low, math.inf if high_open else high, low_open, high_open)
     if coordinate.form == "foot":
         low, high = value - reach, value + reach
         return Interval(max(low, 0.0), high if high < coordinate.high else math.inf, low <= 0, high >= coordinate.high)
@@ -183,4 +186,5 @@ def _nuisance(name: str, value: float, interval: Interval, error: float) -> Fitt
         "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
         "drift": ("change of the force with the load point's displacement", "N/m"),
     }.get(name, ("state of the contact at the first sample, over its natural size", "1"))
-    return FittedParameter(name, "", text, unit, value, interval.low, interval.high, error, Verdict.DETERMINED)
+    verdict = Verdict.DETERMINED if interval.closed else Verdict.UNDETERMINED
+    return FittedParameter(name, "", text, unit, value, interval.low, interval.high, error, verdict)

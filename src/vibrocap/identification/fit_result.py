@@ -9,8 +9,9 @@ import numpy as np
 
 from vibrocap.friction.law import Law
 from vibrocap.identification.identifiability import Identifiability, Verdict
+from vibrocap.identification.minimum import Loss, Minimum, SearchStatus
 from vibrocap.identification.prediction import Prediction
-from vibrocap.identification.search import Loss, Minimum, SearchStatus, Start
+from vibrocap.identification.search import Start
 from vibrocap.identification.uncertainty import Uncertainty
 
 

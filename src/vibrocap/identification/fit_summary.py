@@ -6,6 +6,9 @@ from vibrocap.identification.fit_result import Fit, FittedParameter
 from vibrocap.identification.identifiability import Verdict
 
 
+NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
+
+
 def summary(fit: Fit) -> str:
     """The fit as lines of text."""
     if not fit.ok:
@@ -39,11 +42,15 @@ def _row(p: FittedParameter) -> tuple[str, ...]:
     if p.verdict == Verdict.HELD:
         return p.name, f"{p.value:.5g}", "held", p.unit, ""
     note = "" if p.verdict == Verdict.DETERMINED else str(p.verdict)
-    return p.name, f"{p.value:.5g}", f"{_end(p.low)} to {_end(p.high)}", p.unit, note
+    size = max((abs(end) for end in (p.low, p.high) if math.isfinite(end)), default=abs(p.value))
+    value = 0.0 if abs(p.value) < NOTHING * size else p.value
+    return p.name, f"{value:.5g}", f"{_end(p.low, size)} to {_end(p.high, size)}", p.unit, note
 
 
-def _end(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else ("open" if value > 0 else "-open")
+def _end(value: float, size: float) -> str:
+    if not math.isfinite(value):
+        return "open"
+    return f"{value if abs(value) >= NOTHING * size else 0.0:.4g}"
 
 
 def _percent(share: float) -> str:

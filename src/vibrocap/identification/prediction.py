@@ -12,6 +12,7 @@ from vibrocap.identification.samples import Samples
 from vibrocap.laboratory.driven import driven_forces
 
 TOLERANCE = 1e-8  # of the driven law, over the natural size of its states
+SMALL = 20_000  # samples, over all rows, below which starting threads takes longer than the work they share
 START = "start"  # prefix of the nuisance parameters that are the state of the contact at the first sample
 
 
@@ -74,7 +75,7 @@ class Prediction:
             load=record.load,
             internal=None if start is None else start[lawful],
             tolerance=self.tolerance,
-            threads=self.threads,
+            threads=1 if lawful.sum() * len(record) < SMALL else self.threads,
         ).force
         for name, column in (("offset", 1.0), ("mass", record.acceleration)):
             if name in names:

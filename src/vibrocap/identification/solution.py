@@ -9,12 +9,14 @@ import numpy as np
 
 from vibrocap.identification.choice import Choice
 from vibrocap.identification.coordinates import Space
+from vibrocap.identification.descent import descent
 from vibrocap.identification.fit_report import failed_fit, finished_fit
 from vibrocap.identification.fit_result import Fit, Problem
 from vibrocap.identification.intervals import INTERVALS, with_intervals
+from vibrocap.identification.minimum import LOSSES, Loss, SearchStatus, robust_scale
 from vibrocap.identification.prediction import Prediction
 from vibrocap.identification.samples import Samples
-from vibrocap.identification.search import LOSSES, Loss, SearchStatus, minimum, robust_scale, search
+from vibrocap.identification.search import search
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,7 +67,7 @@ def solution(
     first = [np.concatenate([u, rest]) for u in (chosen.own_start, chosen.start) if u is not None]
     rule = Loss(settings.loss, settings.loss_scale or 1.0)
     if settings.loss != "linear" and settings.loss_scale is None:
-        linear = minimum(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
+        linear = descent(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
         rule = Loss(settings.loss, robust_scale(linear.errors))
     all_options = {**options, **dataclasses.asdict(settings)}
     all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
@@ -77,7 +79,7 @@ def solution(
         return failed_fit(prediction.template.name, ended, prediction.size, all_options, seconds)
     ordered = elements_in_order(prediction.space, best.u)
     if ordered is not None:
-        best = minimum(prediction, ordered, rule, stop=1e-8)
+        best = descent(prediction, ordered, rule, stop=1e-8)
     best, spread, found = with_intervals(
         prediction, draft, best, rule, settings.intervals, lambda done: said(0.8 + 0.2 * done)
     )
