@@ -1,9 +1,9 @@
-"""Descent: least squares within bounds, by Levenberg-Marquardt steps on matrices as small as the number of parameters.
+"""Descent: least squares within bounds, by steps within a trusted distance, on matrices as small as the parameters.
 
 The slopes of a fit have tens of thousands of rows and ten columns. A step needs J^T J and J^T e alone, which takes a
 pass over the rows; a decomposition of J itself takes fifty times as long where the linear algebra's threads have to
-wait for a processor. The square of J's condition number does no harm: the columns are scaled, and what is lost below
-1e-6 of the scale belongs to combinations of parameters that the data do not determine.
+wait for a processor. The square of J's condition number does no harm: what is lost below 1e-6 of the largest singular
+value belongs to combinations of parameters that the data do not determine, and these stay where they are.
 """
 
 import numpy as np
@@ -11,12 +11,12 @@ import numpy as np
 from vibrocap.identification.minimum import FAILED_ERROR, Loss, Minimum, SearchStatus, finite
 from vibrocap.identification.prediction import Prediction
 
-LONGEST = 1.0  # largest change of a coordinate in one step
-DAMPING = 1e-6  # of the diagonal of J^T J, at least
-STUBBORN = 1e6  # damping at which a search gives up: its steps are lost in the differences
-STILL = 1e-9  # change of every coordinate below which a search has ended
+LONGEST = 1.0  # trusted change of the coordinates at first: a factor of e
+STILL = 1e-9  # change of the coordinates below which nothing moves
 STOP = 1e-9  # share of the cost that a step must promise
-FIRST = 1e-3  # damping of a descent from afar
+ROUGH = 1e-6  # the same for a cost that is not smooth in the small
+WEAKEST = 1e-12  # of the largest eigenvalue of J^T J
+HALVINGS = 40  # of the interval in which the damping of a step is sought
 
 
 def descent(
@@ -27,39 +27,36 @@ def descent(
     evaluations: int = 60,
     stop: float = STOP,
 ) -> Minimum:
-    """The minimum from a start anywhere: slopes are made anew after every step (Nielsen 1999 for the damping).
+    """The minimum from a start anywhere: slopes are made anew after every step.
 
-    It ends when a step promises less than `stop` of the cost, moves no coordinate, or after so many evaluations.
+    It ends when a step promises less than `stop` of the cost, moves nothing, or after so many evaluations.
     """
     loss = loss or Loss()
     bounds = prediction.space.low, prediction.space.high
     u = np.clip(start, *bounds)
     errors = finite(prediction.errors(u))
-    cost, used, damping, growth = float(loss.cost(errors)), 1, FIRST, 2.0
+    cost, used, radius = float(loss.cost(errors)), 1, LONGEST
     slopes = sound_slopes(prediction, u, errors)
     free = np.ones(len(u), bool)
     ended = False
     while used < evaluations and not ended:
-        move, promised = step(u, errors, slopes, loss, free, bounds, damping)
-        if promised <= stop * cost or np.abs(move).max() <= STILL:
+        move, promised = step(u, errors, slopes, loss, free, bounds, radius)
+        length = float(np.linalg.norm(move))
+        if promised <= stop * cost or length <= STILL:
             ended = True
             break
         tried = finite(prediction.errors(u + move))
         used += 1
-        tried_cost = float(loss.cost(tried))
-        if tried_cost < cost:
-            gain = (cost - tried_cost) / promised
+        gained = cost - float(loss.cost(tried))
+        radius = _trusted(radius, length, gained / promised)
+        if gained > 0:
             # a step that kept its promise and gained next to nothing is the last
-            ended = gain > 0.25 and cost - tried_cost <= stop * cost
-            u, errors, cost = u + move, tried, tried_cost
+            ended = gained <= stop * cost and gained > 0.25 * promised
+            u, errors, cost = u + move, tried, cost - gained
             slopes = sound_slopes(prediction, u, errors)
-            damping, growth = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), DAMPING), 2.0
-        else:
-            damping, growth = damping * growth, 2.0 * growth
-            ended = damping > STUBBORN
     failed = bool(np.all(errors == FAILED_ERROR))
     status = SearchStatus.FAILED if failed else SearchStatus.CONVERGED if ended else SearchStatus.STOPPED
-    return Minimum(u, cost, errors, slopes, used, status)
+    return Minimum(u, float(loss.cost(errors)), errors, slopes, used, status)
 
 
 def followed(
@@ -74,45 +71,51 @@ def followed(
 ) -> Minimum:
     """The minimum over all coordinates but the one numbered `held` (-1: none is), from a start close to it.
 
-    Levenberg-Marquardt steps within the bounds. slopes [n, p]: at a neighbouring point; each step corrects them by what
-    it saw (Broyden), and they are made anew where a step fails and once where the search would end. It ends when the
-    model promises less than `stop` of the cost. A profile asks for many such minima: this takes a small part of the
-    work of a search that knows nothing.
+    slopes [n, p]: at a neighbouring point; each step corrects them by what it saw (Broyden), and they are made anew
+    where a step fails and once where the search would end. It ends when the model promises less than `stop` of the
+    cost. A profile asks for many such minima: this takes a small part of the work of a search that knows nothing.
     """
-    low, high = prediction.space.low, prediction.space.high
+    bounds = prediction.space.low, prediction.space.high
     free = np.arange(len(start)) != held
     u, errors = start.copy(), finite(prediction.errors(start))
     cost, slopes = float(loss.cost(errors)), slopes.copy()
-    fresh, damping, used = False, DAMPING, 1
+    fresh, radius, used = False, LONGEST, 1
     while used < evaluations:
-        move, promised = step(u, errors, slopes, loss, free, (low, high), damping)
-        if promised <= stop * cost:
+        move, promised = step(u, errors, slopes, loss, free, bounds, radius)
+        length = float(np.linalg.norm(move))
+        if promised <= stop * cost or length <= STILL:
             if fresh:
                 return Minimum(u, cost, errors, slopes, used, SearchStatus.CONVERGED)
-            slopes, fresh = sound_slopes(prediction, u, errors, (held,)), True
+            slopes, fresh, radius = sound_slopes(prediction, u, errors, (held,)), True, LONGEST
             continue
         tried = finite(prediction.errors(u + move))
         used += 1
-        tried_cost = float(loss.cost(tried))
-        if tried_cost < cost:
+        gained = cost - float(loss.cost(tried))
+        if gained > 0:
             slopes = slopes + np.outer(tried - errors - slopes @ move, move / (move @ move))
-            settled = fresh and cost - tried_cost <= 0.3 * stop * cost
-            u, errors, cost, damping = u + move, tried, tried_cost, max(damping / 10, DAMPING)
+            settled = fresh and gained <= 0.3 * stop * cost
+            u, errors, cost = u + move, tried, cost - gained
+            radius = _trusted(radius, length, gained / promised)
             if settled:
                 return Minimum(u, cost, errors, slopes, used, SearchStatus.CONVERGED)
-            fresh = fresh and cost - tried_cost <= stop * cost
+            fresh = fresh and gained <= stop * cost
         elif not fresh:
             slopes, fresh = sound_slopes(prediction, u, errors, (held,)), True
         else:
-            damping = max(damping, 1e-4) * 10
-            if damping > STUBBORN:
-                return Minimum(u, cost, errors, slopes, used, SearchStatus.CONVERGED)
+            radius = _trusted(radius, length, gained / promised)
     return Minimum(u, cost, errors, slopes, used, SearchStatus.STOPPED)
 
 
 def sound_slopes(prediction: Prediction, u: np.ndarray, errors: np.ndarray, held: tuple[int, ...] = ()) -> np.ndarray:
     """Slopes [n, p], zero where a difference could not be made."""
     return np.nan_to_num(prediction.slopes(u, errors, held), nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def _trusted(radius: float, length: float, kept: float) -> float:
+    """The trusted distance after a step of a length that kept such a share of its promise."""
+    if kept < 0.25:
+        return 0.25 * length
+    return max(radius, 2.0 * length) if kept > 0.75 else radius
 
 
 def step(
@@ -122,26 +125,45 @@ def step(
     loss: Loss,
     free: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
-    damping: float,
+    radius: float,
 ) -> tuple[np.ndarray, float]:
-    """A step within the bounds and the decrease of the cost that it promises.
+    """A step within the bounds and the decrease of the cost that it promises, 0 where there is none to be had.
 
-    It solves (J^T W J + damping diag) move = -J^T W e, W the weights of the loss. Coordinates that it would take over
-    a bound, or further than LONGEST, go that far and stay, and the others are solved for anew.
+    It minimises |e + J move|^2, weighted by the loss, over moves no longer than the radius. Coordinates that it would
+    take over a bound go that far and stay, and the others are solved for anew; where that promises nothing, a shorter
+    step does.
     """
     weighted = slopes if loss.kind == "linear" else loss.slope(errors)[:, None] * slopes
     gradient, matrix = weighted.T @ errors, weighted.T @ slopes
-    low, high = np.maximum(bounds[0] - u, -LONGEST), np.minimum(bounds[1] - u, LONGEST)
-    diagonal = np.diag(matrix)
-    damped = matrix + np.diag(damping * diagonal + 1e-12 * max(diagonal.max(), 1e-300))
-    move = np.zeros_like(u)
-    moving = free & ~(((low >= 0) & (gradient > 0)) | ((high <= 0) & (gradient < 0)))
-    while moving.any():
-        pull = gradient[moving] + damped[np.ix_(moving, ~moving)] @ move[~moving]
-        move[moving] = -np.linalg.solve(damped[np.ix_(moving, moving)], pull)
-        over = moving & ((move < low) | (move > high))
-        move = np.clip(move, low, high)
-        if not over.any():
-            break
-        moving &= ~over
-    return move, float(-(gradient @ move) - 0.5 * move @ matrix @ move)
+    low, high = bounds[0] - u, bounds[1] - u
+    may_move = free & ~(((low >= 0) & (gradient > 0)) | ((high <= 0) & (gradient < 0)))
+    while radius > STILL:
+        move, moving = np.zeros_like(u), may_move.copy()
+        while moving.any():
+            pull = gradient[moving] + matrix[np.ix_(moving, ~moving)] @ move[~moving]
+            move[moving] = _within(matrix[np.ix_(moving, moving)], -pull, radius)
+            over = moving & ((move < low) | (move > high))
+            move = np.clip(move, low, high)
+            moving &= ~over
+            if not over.any():
+                break
+        promised = float(-(gradient @ move) - 0.5 * move @ matrix @ move)
+        if promised > 0 or not move.any():
+            return move, max(promised, 0.0)
+        radius *= 0.25
+    return np.zeros_like(u), 0.0
+
+
+def _within(matrix: np.ndarray, pull: np.ndarray, radius: float) -> np.ndarray:
+    """x of (matrix + damping) x = pull with the least damping >= 0 for which x is no longer than the radius."""
+    values, vectors = np.linalg.eigh(matrix)
+    values = np.maximum(values, WEAKEST * max(float(values[-1]), 1e-300))
+    along = vectors.T @ pull
+    if np.linalg.norm(along / values) <= radius:
+        return vectors @ (along / values)
+    low, high = float(values[0]), float(values[-1] + np.linalg.norm(along) / radius)  # of damping + least eigenvalue
+    for _ in range(HALVINGS):  # by factors: the damping may be anything between the weakest and the strongest direction
+        middle = float(np.sqrt(low * high))
+        longer = np.linalg.norm(along / (values + (middle - values[0]))) > radius
+        low, high = (middle, high) if longer else (low, middle)
+    return vectors @ (along / (values + (high - values[0])))

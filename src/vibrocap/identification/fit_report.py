@@ -1,5 +1,6 @@
 """The report of a finished search: parameters with intervals, errors by record, identifiability."""
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -21,14 +22,15 @@ from vibrocap.parameters import parameter_table
 
 def finished_fit(
     problem: Problem,
+    best: Minimum,
     profiles: Mapping[str, Interval] | None,
     held_out: Sequence[Samples],
     starts: tuple[Start, ...],
     options: Mapping[str, Any],
     seconds: Callable[[], float],
 ) -> Fit:
-    """The `Fit` at the minimum of a problem."""
-    prediction, best, spread = problem.prediction, problem.best, problem.uncertainty
+    """The `Fit` at a minimum, with the intervals of a problem."""
+    prediction, spread = problem.prediction, problem.uncertainty
     space = prediction.space
     values = dict(zip(space.names, space.values(best.u).tolist(), strict=True))
     standard = dict(zip(space.names, np.sqrt(np.diag(spread.covariance)).tolist(), strict=True))
@@ -39,6 +41,10 @@ def finished_fit(
         name: (profiles or {}).get(name)
         or _from_covariance(values[name], standard[name], thresholds[name] / inflation[name], each)
         for name, each in zip(space.names, space.coordinates, strict=True)
+    }
+    found = {
+        name: dataclasses.replace(each, low=min(each.low, values[name]), high=max(each.high, values[name]))
+        for name, each in found.items()
     }
     report = _identifiability(problem, values, found)
     law = prediction.law(best.u)
@@ -115,12 +121,6 @@ def failed_fit(
         seconds=seconds,
         options=dict(options),
     )
-
-
-def predicted_force(problem: Problem, record: Samples) -> np.ndarray:
-    """Force [n] that the fitted law predicts for a record that was not fitted, from a relaxed contact."""
-    own = problem.prediction.of([record], [1.0])
-    return own.forces(problem.best.u, 0)[0]
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:

@@ -128,7 +128,10 @@ class Fit:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Problem:
-    """What a fit minimised: the prediction on all samples and on few, the loss, the minimum and its uncertainty."""
+    """What a fit minimised: the prediction on all samples and on few, the loss, the minimum and its uncertainty.
+
+    Of a law whose force jumps, without the samples beside jumps (see `jumps`): its minimum is a little off the fit's.
+    """
 
     prediction: Prediction
     draft: Prediction

@@ -5,7 +5,6 @@ import math
 from vibrocap.identification.fit_result import Fit, FittedParameter
 from vibrocap.identification.identifiability import Verdict
 
-
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
 
 

@@ -42,7 +42,7 @@ class Prediction:
 
     @property
     def size(self) -> int:
-        """Number of samples."""
+        """Number of samples, those that do not count included."""
         return sum(len(each) for each in self.records)
 
     def of(self, records: Sequence[Samples], units: Sequence[Any]) -> "Prediction":
@@ -127,6 +127,21 @@ class Prediction:
                     found[begin:end, j] = ((row - record.force) / unit - base) / steps[j]
             begin = end
         return found
+
+    def start(self, u: np.ndarray, which: int) -> np.ndarray | None:
+        """Internal states [k] at the first sample of record number `which`; None where the contact is relaxed."""
+        values = self.space.values(u[None])
+        columns = [self.space.names.index(name) for name in self.law_names]
+        found = self._start(values, values[:, columns], self.records[which])
+        return None if found is None else found[0]
+
+    @property
+    def counts(self) -> list[np.ndarray]:
+        """Which samples of each record count: an infinite unit leaves one out."""
+        return [
+            np.broadcast_to(np.isfinite(unit), len(record))
+            for record, unit in zip(self.records, self.units, strict=True)
+        ]
 
     def _start(self, values: np.ndarray, law_values: np.ndarray, record: Samples) -> np.ndarray | None:
         """Internal states [m, k] at the first sample of a record."""

@@ -6,15 +6,16 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.identification.coordinates import STEP
-from vibrocap.identification.descent import descent
+from vibrocap.identification.descent import ROUGH, STOP, descent
 from vibrocap.identification.minimum import Loss, Minimum, finite
 from vibrocap.identification.prediction import Prediction
+from vibrocap.identification.roles import is_gap
 
-SCREENED = 8  # points looked at per start
+SCREENED = 32  # points looked at per start
 SHORT, LONG, POLISH = 10, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
 CARRIED = 3  # drafts that are carried on
-SCAN, REACH = 81, 8.0  # points of a scan and its reach, in coarse steps
+SCAN, REACH, LOOKS = 41, 8.0, 5  # points of a scan, its reach in coarse steps, scans at most
+DAMPED, FARTHEST = 1e-9, 100.0  # of J^T J; of another coordinate's change along a valley
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ def search(
     Drafts run on `draft` (the same law and coordinates, fewer samples); the best is polished on `prediction`.
     """
     said = progress or (lambda _: None)
-    first = list(first)[-starts:] if starts < len(first) else first
+    first = list(first)[:starts]
     begins = [np.clip(u, prediction.space.low, prediction.space.high) for u in first]
     if starts > len(begins):
         begins += _promising(draft, first[-1], starts - len(begins), loss, seed)
@@ -56,28 +57,40 @@ def search(
         drafts[i] = (descent(draft, u, loss, evaluations=LONG, stop=1e-6), drafts[i][1])
         said(0.55 + 0.15 * (i + 1) / CARRIED)
     drafts.sort(key=lambda each: each[0].cost)
-    best = _scanned(prediction, descent(prediction, drafts[0][0].u, loss, evaluations=POLISH), loss)
+    stop = ROUGH if any(is_gap(name) for name in prediction.space.names) else STOP
+    best = _scanned(prediction, descent(prediction, drafts[0][0].u, loss, evaluations=POLISH, stop=stop), loss)
     said(0.8)
     return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in drafts)
 
 
 def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:
-    """The minimum, after a look along coordinates in which the force is not smooth: there a descent ends too soon."""
+    """The minimum, after looks along coordinates in which the force is not smooth: there a descent ends too soon.
+
+    The others stay, or follow as the slopes say that they should; a lower point starts a new descent.
+    """
     for j, coordinate in enumerate(prediction.space.coordinates):
-        if coordinate.step <= STEP:
+        if not is_gap(coordinate.name):
             continue
-        table = np.tile(best.u, (SCAN, 1))
-        table[:, j] = np.clip(
-            best.u[j] + coordinate.step * np.linspace(-REACH, REACH, SCAN),
-            prediction.space.low[j],
-            prediction.space.high[j],
-        )
-        costs = loss.cost(finite(prediction.error_table(table)))
-        i = int(np.argmin(costs))
-        if costs[i] < best.cost:
-            again = descent(prediction, table[i], loss, evaluations=POLISH)
-            best = again if again.cost < best.cost else best
+        for _ in range(LOOKS):
+            moves = coordinate.step * np.linspace(-REACH, REACH, SCAN)[:, None]
+            lines = [np.eye(len(best.u))[j], _valley(best, j)]
+            table = np.concatenate([best.u + moves * line for line in lines])
+            table = np.clip(table, prediction.space.low, prediction.space.high)
+            costs = loss.cost(finite(prediction.error_table(table)))
+            lowest = table[int(np.argmin(costs))]
+            if not costs.min() < best.cost:
+                break
+            again = descent(prediction, lowest, loss, evaluations=POLISH, stop=ROUGH)
+            if not again.cost < best.cost:
+                break
+            best = again
     return best
+
+
+def _valley(best: Minimum, j: int) -> np.ndarray:
+    """How all coordinates change along the valley of the cost when coordinate j changes by 1, at most as much each."""
+    line = np.linalg.solve(best.slopes.T @ best.slopes + DAMPED * np.eye(len(best.u)), np.eye(len(best.u))[j])
+    return line / line[j] if line[j] > 0 and np.abs(line).max() <= line[j] * FARTHEST else np.eye(len(best.u))[j]
 
 
 def _promising(draft: Prediction, centre: np.ndarray, count: int, loss: Loss, seed: int) -> list[np.ndarray]:
