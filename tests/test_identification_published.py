@@ -33,7 +33,7 @@ def test_lugre_on_the_rotary_damper(damper):
     assert one.effective_samples < one.samples / 100
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_laws_on_the_rotary_damper(damper):
     reached = {}
     for law in ("lugre", "anisotropic-lugre", "backlash-anisotropic-lugre"):
@@ -45,7 +45,7 @@ def test_laws_on_the_rotary_damper(damper):
     assert reached["backlash-anisotropic-lugre"] <= 0.75 * reached["anisotropic-lugre"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_profiles_of_the_rotary_damper_name_what_is_open(damper):
     one = fit([r for r in damper if r.name != EARTHQUAKE], "backlash-anisotropic-lugre")
     assert one["gap"].determined
@@ -64,7 +64,7 @@ def test_basalt_with_the_spring_as_measured(basalt):
         assert one[name].determined, name
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_basalt_with_the_spring_searched_fits_better_and_is_stiffer(basalt):
     measured = spring_fit(basalt, machine_stiffness="measured", starts=1)
     searched = spring_fit(basalt, starts=1)

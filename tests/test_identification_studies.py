@@ -118,7 +118,6 @@ def test_a_law_matches_itself_and_leaves_a_difference_to_another():
         match(LAW, LuGre(), velocity=(1.0, 0.1))
 
 
-@pytest.mark.thorough
 def test_the_bootstrap_scatters_as_the_covariance_says(found):
     drawn = bootstrap(found, replicates=40, over="blocks", seed=1)
     assert drawn.failed == 0

@@ -15,7 +15,7 @@ from vibrocap.identification.data_scales import DataScales
 from vibrocap.identification.roles import Role, is_gap, role
 from vibrocap.parameters import parameter_table
 
-STIFFEST = 10.0  # a bristle that yields a tenth of the smallest displacement between samples is rigid for the data
+STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
