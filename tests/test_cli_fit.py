@@ -115,6 +115,35 @@ def test_files_of_a_fit(folder, capsys):
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
 
 
+def test_a_law_in_the_units_of_a_case_has_the_same_force(folder):
+    """Fitted under 2 N and in SI; in a case forces count in the weight and velocities in sqrt(g l)."""
+    arguments = ("wide.csv", *STEADY, "--load", 2)
+    assert command(*arguments, "--out", "si") == OK
+    assert command(*arguments, "--out", "case", "--pendulum", "mass=0.5,length=0.3") == OK
+    machine = '[machine]\nkind = "pendulum-capsule"\n[drive]\nwaveform = "harmonic"\n'
+    found = {
+        name: case_from_text(machine + (folder / name / "friction.toml").read_text()).system.friction
+        for name in ("si", "case")
+    }
+    assert (folder / "case/friction.toml").read_text().startswith("# Dimensionless, for a pendulum of 0.5 kg and 0.3 m")
+    assert "SI" in (folder / "si/friction.toml").read_text().splitlines()[0]
+    speed, weight, root = 0.04, 0.5 * 9.80665, (9.80665 * 0.3) ** 0.5
+    expected = found["si"].steady_force(speed, 2.0) / weight
+    assert found["case"].steady_force(speed / root, 2.0 / weight) == pytest.approx(expected, rel=1e-12)
+    assert found["case"].decay_rate == pytest.approx(found["si"].decay_rate * root, rel=1e-12)
+
+
+def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
+    text = refused(capsys, "wide.csv", *STEADY, "--out", "fit", "--pendulum", "mass=0.5,length=0.3")
+    assert "--pendulum: needs the normal force of wide; give it by --load" in text
+    text = refused(capsys, "wide.csv", *STEADY, "--load", 2, "--pendulum", "mass=0.5,lenght=0.3")
+    assert "--pendulum: is for the friction.toml of --out FOLDER" in text
+    assert "should be written as mass=0.5,length=0.3" in text
+    text = refused(capsys, "wide.csv", *STEADY, "--load", 2, "--out", "fit", "--pendulum", "mass=0,length=0.3")
+    assert "should be numbers > 0" in text
+    assert not (folder / "fit").exists()
+
+
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_picture_shows_records_and_parameters(folder):
     from vibrocap.faces.fit_plots import fit_figure, residual_figure
@@ -270,6 +299,7 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
 def test_messages_name_options():
     assert by_option("held_out: no record is called 'x'") == "--hold-out: no record is called 'x'"
     assert by_option("record 'a': held_out: x") == "record 'a': held_out: x"
+    assert by_option("force: say columns={'force': ...}; there is x") == "force: say --columns force=NAME; there is x"
     assert is_refusal("records: have 5 samples")
     assert not is_refusal("values should be finite, got nan")
 
@@ -284,7 +314,7 @@ def test_laws_are_ranked(folder, capsys):
     assert command("wide.csv", "narrow.csv", *arguments, *outputs) == OK
     text = capsys.readouterr().out
     assert text.index("exponential") < text.index("stribeck")
-    assert (folder / "laws.png").exists() == HAS_PICTURES
+    assert (folder / "laws.png").exists() == (folder / "fits/comparison.png").exists() == HAS_PICTURES
     found = json.loads((folder / "fits/comparison.json").read_text())
     assert {each["law"] for each in found["laws"]} == {"stribeck", "exponential", "dahl"}
     assert found["laws"][0]["law"] == "exponential"

@@ -13,6 +13,7 @@ from vibrocap.faces.fit_request import (
     own_settings,
     pieces,
     read,
+    units_of_case,
 )
 from vibrocap.faces.terminal import Page, Refusal, progress
 
@@ -45,6 +46,7 @@ def fit(
     starts: int = 8,
     seed: int = 0,
     out: Path | None = None,
+    pendulum: list[str] | None = None,
     plot: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -52,7 +54,8 @@ def fit(
 
     Printed are the parameters with 95 % intervals, what the data do not determine
     and which experiment would, and the errors of each record. A fit that is saved
-    holds friction.toml, the section [friction] of a case file.
+    holds friction.toml, the section [friction] of a case file: in SI, as fitted, or
+    with --pendulum in the dimensionless units of a case.
 
     Example: vibrocap fit damper.csv --law lugre --out fit --plot fit.png
     Example: vibrocap fit damper.npz --compare lugre,dahl,bouc-wen --hold-out eq_1
@@ -105,7 +108,10 @@ def fit(
     seed
         of their starting points
     out
-        folder for fit.json, friction.toml, residuals.csv and, where matplotlib is there, fit.png and residuals.png
+        folder for fit.json, friction.toml, residuals.csv and, where matplotlib is there, fit.png and residuals.png;
+        with --compare a folder for each law and comparison.json, comparison.png
+    pendulum
+        mass=KG,length=M of the pendulum whose weight and length are the units of the case that friction.toml is for
     plot
         FILE.png, .svg or .pdf: measured and fitted force, loops, intervals
     json
@@ -123,6 +129,7 @@ def fit(
     destinations(out, plot, complaints)
     found, doubts = read(data, columns, units, sampling_rate, load, cutoff, complaints)
     hidden = held_out(hold_out, found, complaints)
+    scales = units_of_case(pendulum, out, found, complaints)
     if complaints:
         raise Refusal("\n".join(complaints))
     for doubt in doubts:
@@ -133,8 +140,8 @@ def fit(
     settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
     try:
         if compare:
-            return _compared(found, laws, settings, out, plot, json)
-        return _fitted(found, laws[0], steady, settings, out, plot, json)
+            return _compared(found, laws, settings, out, scales, plot, json)
+        return _fitted(found, laws[0], steady, settings, out, scales, plot, json)
     except ValueError as error:
         if not is_refusal(str(error)):  # a fault of ours, which must not pass for one of the user's
             raise
@@ -142,7 +149,14 @@ def fit(
 
 
 def _fitted(
-    records: "list[Record]", law: str, steady: bool, settings: dict[str, Any], out: Any, plot: Any, json: bool
+    records: "list[Record]",
+    law: str,
+    steady: bool,
+    settings: dict[str, Any],
+    out: Any,
+    scales: Any,
+    plot: Any,
+    json: bool,
 ) -> int:
     from vibrocap.identification.fit import fit as driven_fit
     from vibrocap.identification.saving import as_data
@@ -157,7 +171,7 @@ def _fitted(
             _print_json(as_data(found))
         complain(f"No fit of {law}: {found.status}.")
         return INCOMPLETE
-    written = _write(found, out) if out is not None else []
+    written = _write(found, out, scales) if out is not None else []
     if plot is not None:
         from vibrocap.faces.fit_plots import plot_fit
 
@@ -173,7 +187,7 @@ def _fitted(
 
 
 def _compared(
-    records: "list[Record]", laws: list[str], settings: dict[str, Any], out: Any, plot: Any, json: bool
+    records: "list[Record]", laws: list[str], settings: dict[str, Any], out: Any, scales: Any, plot: Any, json: bool
 ) -> int:
     from vibrocap.identification.comparison import compare
 
@@ -181,18 +195,20 @@ def _compared(
         own = {law: own_settings(law, settings) for law in laws}
         found = compare(records, laws, options=own, progress=lambda share: report(share, None), **settings)
     good = [each.fit for each in found.laws if each.fit.ok]
-    written = [path for each in good for path in _write(each, out / each.law_name)] if out is not None else []
+    written = [path for each in good for path in _write(each, out / each.law_name, scales)] if out is not None else []
     if out is not None:
         from vibrocap.faces.record import json_text
 
         out.mkdir(parents=True, exist_ok=True)
         written.append(out / "comparison.json")
         written[-1].write_text(json_text(comparison_record(found)) + "\n", encoding="utf-8")
-    if plot is not None and good:
+    pictures = [plot] if plot is not None else []
+    pictures += [out / "comparison.png"] if out is not None and _can_draw() else []
+    for picture in pictures if good else ():
         from vibrocap.faces.fit_plots import plot_comparison
 
-        plot.parent.mkdir(parents=True, exist_ok=True)
-        written.append(plot_comparison(found, plot))
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        written.append(plot_comparison(found, picture))
     if json:
         _print_json(comparison_record(found))
     else:
@@ -216,18 +232,22 @@ def comparison_record(found: "Comparison") -> dict[str, Any]:
     return {"held_out": found.method, "effective_samples": found.effective_samples, "laws": rows}
 
 
-def _write(found: "Fit", folder: Path) -> list[Path]:
+def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:
     """The files of a fit in a folder."""
-    import importlib.util
-
-    written = list(found.save(folder))
+    written = list(found.save(folder, scales))
     written.append(write_residuals(found, folder / "residuals.csv"))
-    if importlib.util.find_spec("matplotlib") is not None:
+    if _can_draw():
         from vibrocap.faces.fit_plots import plot_fit, plot_residuals
 
         written.append(plot_fit(found, folder / "fit.png"))
         written.append(plot_residuals(found, folder / "residuals.png"))
     return written
+
+
+def _can_draw() -> bool:
+    import importlib.util
+
+    return importlib.util.find_spec("matplotlib") is not None
 
 
 def write_residuals(found: "Fit", path: Path) -> Path:

@@ -11,7 +11,7 @@ from vibrocap.identification.coordinates import Coordinate
 from vibrocap.identification.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
 from vibrocap.identification.identifiability import WIDE, Identifiability, Verdict, identifiability
 from vibrocap.identification.minimum import Minimum, SearchStatus
-from vibrocap.identification.prediction import Prediction, is_nuisance
+from vibrocap.identification.prediction import START, Prediction, is_nuisance
 from vibrocap.identification.profile import Interval
 from vibrocap.identification.roles import unit_of
 from vibrocap.identification.samples import Samples
@@ -48,7 +48,9 @@ def finished_fit(
     }
     report = _identifiability(problem, values, found)
     law = prediction.law(best.u)
-    known_load = any(np.any(np.asarray(each.load) != 1.0) for each in prediction.records)
+    known_load = options.get("load") is not None or any(
+        np.any(np.asarray(each.load) != 1.0) for each in prediction.records
+    )
     parameters = []
     for info in parameter_table(law):
         value = getattr(law, info.name)
@@ -79,7 +81,9 @@ def finished_fit(
         status=best.status,
         parameters=tuple(parameters),
         nuisances=tuple(
-            _nuisance(name, values[name], found[name], standard[name]) for name in found if is_nuisance(name)
+            _nuisance(each, values[each.name], found[each.name], standard[each.name])
+            for each in space.coordinates
+            if is_nuisance(each.name)
         ),
         records=tuple(results),
         relative_rmse=relative,
@@ -92,7 +96,7 @@ def finished_fit(
         identifiability=report,
         starts=starts,
         seconds=seconds(),
-        options=dict(options),
+        options={**options, "known_load": known_load},
         problem=problem,
     )
 
@@ -179,12 +183,18 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
-def _nuisance(name: str, value: float, interval: Interval, error: float) -> FittedParameter:
+def _nuisance(coordinate: Coordinate, value: float, interval: Interval, error: float) -> FittedParameter:
+    """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
+    name = coordinate.name
     text, unit = {
         "offset": ("constant force of the sensor", "N"),
         "mass": ("inertia that the sensor carries", "kg"),
         "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
         "drift": ("change of the force with the load point's displacement", "N/m"),
     }.get(name, ("state of the contact at the first sample, over its natural size", "1"))
-    verdict = Verdict.DETERMINED if interval.closed else Verdict.UNDETERMINED
-    return FittedParameter(name, "", text, unit, value, interval.low, interval.high, error, verdict)
+    low, high = interval.low, interval.high
+    if name.startswith(START):
+        low, high = max(low, coordinate.low), min(high, coordinate.high)
+    determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
+    verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
+    return FittedParameter(name, "", text, unit, value, low, high, error, verdict)

@@ -119,11 +119,14 @@ class Fit:
 
         return summary(self)
 
-    def save(self, folder: Any) -> tuple[Any, Any]:
-        """Write fit.json and friction.toml (a [friction] section for a case file) into a folder; their paths."""
+    def save(self, folder: Any, scales: Any = None) -> tuple[Any, Any]:
+        """Write fit.json and friction.toml (a [friction] section for a case file) into a folder; their paths.
+
+        scales: `Scales` of the pendulum of the case, which is dimensionless; None: friction.toml is in SI, as fitted.
+        """
         from vibrocap.identification.saving import save
 
-        return save(self, folder)
+        return save(self, folder, scales)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

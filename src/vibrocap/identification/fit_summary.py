@@ -8,6 +8,11 @@ from vibrocap.identification.identifiability import Verdict
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
 
 
+def number(value: float, digits: int) -> str:
+    """A number to so many digits, without an exponent where it is of a common size."""
+    return f"{float(f'{value:.{digits}g}'):.6g}"
+
+
 def summary(fit: Fit) -> str:
     """The fit as lines of text."""
     if not fit.ok:
@@ -39,17 +44,17 @@ def summary(fit: Fit) -> str:
 
 def _row(p: FittedParameter) -> tuple[str, ...]:
     if p.verdict == Verdict.HELD:
-        return p.name, f"{p.value:.5g}", "held", p.unit, ""
+        return p.name, number(p.value, 5), "held", p.unit, ""
     note = "" if p.verdict == Verdict.DETERMINED else str(p.verdict)
     size = max((abs(end) for end in (p.low, p.high) if math.isfinite(end)), default=abs(p.value))
     value = 0.0 if abs(p.value) < NOTHING * size else p.value
-    return p.name, f"{value:.5g}", f"{_end(p.low, size)} to {_end(p.high, size)}", p.unit, note
+    return p.name, number(value, 5), f"{_end(p.low, size)} to {_end(p.high, size)}", p.unit, note
 
 
 def _end(value: float, size: float) -> str:
     if not math.isfinite(value):
         return "open"
-    return f"{value if abs(value) >= NOTHING * size else 0.0:.4g}"
+    return number(value if abs(value) >= NOTHING * size else 0.0, 4)
 
 
 def _percent(share: float) -> str:

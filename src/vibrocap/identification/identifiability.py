@@ -169,4 +169,4 @@ def _determined_partner(loose: Direction, directions: Sequence[Direction]) -> Di
 
 
 def _number(value: float) -> str:
-    return f"{value:.3g}"
+    return f"{float(f'{value:.3g}'):g}"
