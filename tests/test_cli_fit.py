@@ -115,6 +115,25 @@ def test_files_of_a_fit(folder, capsys):
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
 
 
+@pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
+def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
+    from vibrocap.faces.match_plots import match_figure, plot_match
+    from vibrocap.friction.exponential import Exponential
+    from vibrocap.friction.stribeck import Stribeck
+    from vibrocap.identification.matched import match
+    from vibrocap.identification.motions import ramp
+
+    for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
+        found = match("exponential", Stribeck(), starts=2, **over)
+        axes = match_figure(found).get_axes()
+        assert len(axes) == (4 if "motion" in over else 2)
+        remaining = axes[-1].get_lines()[0].get_ydata()
+        assert np.abs(remaining).max() == pytest.approx(found.largest)
+        assert found.largest > 0
+    assert plot_match(found, tmp_path / "match.png").stat().st_size > 10_000
+    assert isinstance(found.law, Exponential)
+
+
 def test_a_law_in_the_units_of_a_case_has_the_same_force(folder):
     """Fitted under 2 N and in SI; in a case forces count in the weight and velocities in sqrt(g l)."""
     arguments = ("wide.csv", *STEADY, "--load", 2)

@@ -114,8 +114,9 @@ def test_a_law_matches_itself_and_leaves_a_difference_to_another():
     assert driven.relative_rmse < 1e-4
     with pytest.raises(ValueError, match="either a velocity range or a motion"):
         match(LAW, LuGre())
-    with pytest.raises(ValueError, match="0 < lowest < highest"):
-        match(LAW, LuGre(), velocity=(1.0, 0.1))
+    for wrong in ((1.0, 0.1), (0.1, math.inf), (0.1, math.nan), 3.0):
+        with pytest.raises(ValueError, match="0 < lowest < highest"):
+            match(LAW, LuGre(), velocity=wrong)
 
 
 def test_the_bootstrap_scatters_as_the_covariance_says(found):
