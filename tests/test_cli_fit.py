@@ -115,6 +115,33 @@ def test_files_of_a_fit(folder, capsys):
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
 
 
+def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
+    from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
+    from vibrocap.identification.spring_prediction import _pulled
+    from vibrocap.identification.velocity_step import Step
+
+    law = RateAndStateAgeing(
+        reference_coefficient=0.6, direct_effect=0.008, evolution_effect=0.009, critical_distance=8e-6,
+        reference_velocity=3e-6,
+    )  # fmt: skip
+    time = np.linspace(0.0, 40.0, 800)
+    force = _pulled(law, 1.0, np.array([5000.0]), [Step(0.0, 3e-6), Step(21.0, 1e-5)], time)[0]
+    force = force + 3e-4 * np.random.default_rng(0).standard_normal(800)
+    displacement = 3e-6 * np.minimum(time, 21.0) + 1e-5 * np.maximum(time - 21.0, 0.0)
+    header = "time,displacement,friction"
+    np.savetxt("step.csv", np.stack([time, displacement, force], axis=1), delimiter=",", header=header, comments="")
+    arguments = ("step.csv", "--law", "rate-and-state-ageing", "--intervals", "covariance", "--starts", 1)
+    assert command(*arguments, "--spring", "5000", "--json") == OK
+    found = {each["name"]: each for each in json.loads(capsys.readouterr().out)["parameters"]}
+    for name in ("direct_effect", "evolution_effect", "critical_distance"):
+        assert found[name]["low"] < getattr(law, name) < found[name]["high"]
+    assert command(*arguments, "--spring", "searched", "--out", "fit") == OK
+    assert "machine_stiffness" in capsys.readouterr().out
+    for spring, words in (("-3", "--spring: should be > 0 N/m"), ("stiff", "--spring stiff: should be measured")):
+        assert words in refused(capsys, *arguments, "--spring", spring)
+    assert "--spring: is for one law and one record" in refused(capsys, *arguments, "--spring", "5000", "--steady")
+
+
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.faces.match_plots import match_figure, plot_match

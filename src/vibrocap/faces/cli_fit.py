@@ -10,6 +10,7 @@ from vibrocap.faces.fit_request import (
     held_out,
     held_parameters,
     is_refusal,
+    machine_stiffness,
     own_settings,
     pieces,
     read,
@@ -38,6 +39,7 @@ def fit(
     offset: bool = False,
     mass: bool = False,
     steady: bool = False,
+    spring: str | None = None,
     least_speed: float = 0.0,
     loss: str = "linear",
     weights: str = "power",
@@ -93,6 +95,9 @@ def fit(
         search an inertia that the sensor carries, too
     steady
         fit the curve of force over velocity alone, without the memory of the contact
+    spring
+        a step of the speed is imposed through the machine's spring (rate-and-state laws): N/m, or measured (from the
+        rise after the step), or searched along with the law
     least_speed
         m/s, of the samples that --steady takes
     loss
@@ -124,6 +129,7 @@ def fit(
         complaints.append("--law: give one law, or several with --compare")
     if compare and steady:
         complaints.append("--steady: is for --law; laws are compared by driving them through the records")
+    stiffness = machine_stiffness(spring, compare or steady, hold_out, data, complaints)
     if not data:
         complaints.append("DATA: give at least one file with force and motion")
     destinations(out, plot, complaints)
@@ -135,13 +141,18 @@ def fit(
     for doubt in doubts:
         complain(f"warning: {doubt}")
     settings: dict[str, Any] = {"fixed": held, "free": pieces(free) or None, "held_out": hidden, "loss": loss}
-    settings |= {"weights": weights, "offset": offset, "starts": starts, "seed": seed}
-    settings |= {} if intervals is None else {"intervals": intervals}
-    settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
+    settings |= {"starts": starts, "seed": seed} | ({} if intervals is None else {"intervals": intervals})
+    if spring is not None:
+        del settings["held_out"]
+        settings |= {"machine_stiffness": stiffness}
+    else:
+        settings |= {"weights": weights, "offset": offset}
+        settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
     try:
         if compare:
             return _compared(found, laws, settings, out, scales, plot, json)
-        return _fitted(found, laws[0], steady, settings, out, scales, plot, json)
+        method = "spring" if spring is not None else "steady" if steady else "driven"
+        return _fitted(found, laws[0], method, settings, out, scales, plot, json)
     except ValueError as error:
         if not is_refusal(str(error)):  # a fault of ours, which must not pass for one of the user's
             raise
@@ -151,7 +162,7 @@ def fit(
 def _fitted(
     records: "list[Record]",
     law: str,
-    steady: bool,
+    method: str,
     settings: dict[str, Any],
     out: Any,
     scales: Any,
@@ -160,12 +171,12 @@ def _fitted(
 ) -> int:
     from vibrocap.identification.fit import fit as driven_fit
     from vibrocap.identification.saving import as_data
+    from vibrocap.identification.spring_fit import spring_fit
     from vibrocap.identification.steady_fit import steady_fit
 
+    methods = {"driven": driven_fit, "steady": steady_fit, "spring": spring_fit}
     with progress(f"Fitting {law}") as report:
-        found = (steady_fit if steady else driven_fit)(
-            records, law, progress=lambda share: report(share, None), **settings
-        )
+        found = methods[method](records, law, progress=lambda share: report(share, None), **settings)
     if not found.ok:
         if json:
             _print_json(as_data(found))

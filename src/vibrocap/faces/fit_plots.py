@@ -50,7 +50,9 @@ def fit_figure(fit: Fit) -> Figure:
     with matplotlib.rc_context(STYLE):
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
         steady = fit.options.get("method", "").startswith("steady")  # samples at rest are left out: no loops
-        rows = top.subplots(len(shown), 1 if steady else 3, squeeze=False, width_ratios=None if steady else (2, 1, 1))
+        # the load point's velocity through a spring is made of noise, and its loops tell nothing
+        widths = (1,) if steady else (2, 1) if fit.options.get("method", "").endswith("spring") else (2, 1, 1)
+        rows = top.subplots(len(shown), len(widths), squeeze=False, width_ratios=widths)
         for axes, record in zip(rows, shown, strict=True):
             if steady:
                 _curve(axes[0], record)
@@ -134,7 +136,7 @@ def _history(axes: np.ndarray, record: RecordResult) -> None:
         (displacement, narrow, *_labelled(displacement[narrow], "displacement", "m")),
         (record.velocity, narrow, *_labelled(record.velocity[narrow], "velocity", "m/s")),
     )
-    for ax, (x, stretch, factor, label) in zip(axes, columns, strict=True):
+    for ax, (x, stretch, factor, label) in zip(axes, columns[: len(axes)], strict=True):
         at = np.arange(len(x))[stretch]
         at = at[_even_choice(len(at), MOST_POINTS)]
         for force, style in ((record.measured, MEASURED), (record.predicted, _style(record))):

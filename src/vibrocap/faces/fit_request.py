@@ -20,6 +20,8 @@ OPTIONS = {
     "normal_force": "load",
     "least_speed": "least-speed",
     "laws": "compare",
+    "program": "spring",
+    "machine_stiffness": "spring",
     **{name: name for name in ("law", "free", "fixed", "loss", "starts", "weights", "start", "intervals", "seed")},
     **{name: name for name in ("columns", "units", "cutoff", "load")},
 }
@@ -121,6 +123,23 @@ def destinations(out: Path | None, plot: Path | None, complaints: list[str]) -> 
             needs("--plot", "plot", "matplotlib")
         except Refusal as refusal:
             complaints.append(str(refusal))
+
+
+def machine_stiffness(
+    text: str | None, other: Any, hold_out: Any, data: tuple[Path, ...], complaints: list[str]
+) -> "float | str | None":
+    """The stiffness of the machine's spring: N/m, "measured", or None where it is searched."""
+    if text is None:
+        return None
+    if other or hold_out or len(data) > 1:
+        complaints.append("--spring: is for one law and one record, without --compare, --steady and --hold-out")
+    if text in ("measured", "searched"):
+        return "measured" if text == "measured" else None
+    try:
+        return float(text)
+    except ValueError:
+        complaints.append(f"--spring {text}: should be measured, searched or a stiffness in N/m")
+        return None
 
 
 def units_of_case(

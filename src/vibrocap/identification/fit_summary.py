@@ -34,6 +34,8 @@ def summary(fit: Fit) -> str:
     report = fit.identifiability
     if report is not None and report.sentences:
         lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+    if fit.options.get("machine_stiffness") is not None:
+        lines += ["", f"Pulled through a spring of {number(fit.options['machine_stiffness'], 4)} N/m, which was held."]
     lines += [
         "",
         f"Relative to the standard deviation of the force. {fit.samples:,} samples, {len(fit.starts)} starts, "
