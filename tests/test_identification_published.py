@@ -5,6 +5,7 @@ import pytest
 
 from published_data import published_folder
 from vibrocap.identification.fit import fit
+from vibrocap.identification.samples import samples
 from vibrocap.identification.spring_fit import spring_fit
 from vibrocap.records.published import basalt_velocity_step, rotary_damper
 
@@ -84,3 +85,22 @@ def test_basalt_with_the_spring_searched_fits_better_and_is_stiffer(basalt):
     assert searched["evolution_effect"].low > 0.00772
     for name in ("direct_effect", "evolution_effect", "critical_distance"):
         assert measured[name].determined, name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["harmonic_02", "harmonic_07", "harmonic_11"])
+def test_one_stroke_without_its_reversals_does_not_tell_the_stiffness(damper, name):
+    """Of the longest stroke the first 20 mm are left out: the gap and several times the distance to break-away."""
+    record = samples(next(each for each in damper if each.name == name))
+    turns = np.flatnonzero(np.diff(np.sign(record.velocity)))
+    longest = int(np.argmax(np.diff(turns)))
+    begin, end = turns[longest], turns[longest + 1]
+    path = np.abs(record.displacement[begin:end] - record.displacement[begin])
+    one = fit(record.between(begin + int(np.argmax(path > 0.02)), end - 5), "lugre")
+    stiffness = one["bristle_stiffness"]
+    assert not stiffness.determined
+    assert stiffness.high > 10 * stiffness.low
+    assert "bristle_stiffness" in one.identifiability.experiments
+    both = fit(record, "lugre", intervals="covariance")["bristle_stiffness"]  # with the reversals
+    assert both.determined
+    assert both.high / both.low < 0.3 * stiffness.high / max(stiffness.low, 1e-300)
