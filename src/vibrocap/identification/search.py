@@ -52,12 +52,13 @@ def search(
         drafts.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
         said(0.05 + 0.5 * (i + 1) / len(begins))
     drafts.sort(key=lambda each: each[0].cost)
+    rough = any(is_gap(name) for name in prediction.space.names)
     for i in range(min(CARRIED, len(drafts))):
         u = drafts[i][0].u
-        drafts[i] = (descent(draft, u, loss, evaluations=LONG, stop=1e-6), drafts[i][1])
+        drafts[i] = (_scanned(draft, descent(draft, u, loss, evaluations=LONG, stop=1e-6), loss), drafts[i][1])
         said(0.55 + 0.15 * (i + 1) / CARRIED)
     drafts.sort(key=lambda each: each[0].cost)
-    stop = ROUGH if any(is_gap(name) for name in prediction.space.names) else STOP
+    stop = ROUGH if rough else STOP
     best = _scanned(prediction, descent(prediction, drafts[0][0].u, loss, evaluations=POLISH, stop=stop), loss)
     said(0.8)
     return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in drafts)
