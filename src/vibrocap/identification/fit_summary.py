@@ -34,6 +34,9 @@ def summary(fit: Fit) -> str:
     report = fit.identifiability
     if report is not None and report.sentences:
         lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+    if fit.options.get("not_shown"):
+        names = ", ".join(fit.options["not_shown"])
+        lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]
     if fit.options.get("machine_stiffness") is not None:
         lines += ["", f"Pulled through a spring of {number(fit.options['machine_stiffness'], 4)} N/m, which was held."]
     lines += [
