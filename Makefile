@@ -21,7 +21,7 @@ test: $(READY) ## the tests, without the slow ones
 test-slow: $(READY) ## the slow tests alone
 	@$(BIN)/python -m pytest -q -n $(JOBS) -m "slow and not thorough" || [ $$? -eq 5 ] # 5: there is none
 
-test-thorough: $(READY) ## what takes minutes each: every law in every test, coverage of intervals
+test-thorough: $(READY) ## what takes minutes each: every law in every test
 	@$(BIN)/python -m pytest -q -n $(JOBS) -m thorough || [ $$? -eq 5 ] # 5: there is none
 
 lint: $(READY) ## style, format and import contracts

@@ -1,7 +1,7 @@
 """Fits of friction laws: time and error on the rotary damper, coverage of the intervals law by law.
 
 `python -m benchmarks.fitting [folder of arts-rotary-damper]` times the fits; with `--recovery N` it repeats simulated
-experiments N times for every law (100 take about an hour on two cores).
+experiments N times for every law (100 take about 25 minutes on one core).
 """
 
 import argparse

@@ -15,7 +15,7 @@ from vibrocap.faces.cli_fit import fit
 from vibrocap.faces.fit_request import by_option, is_refusal
 from vibrocap.identification import steady_fit as steady_fits
 from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.search import SearchStatus
+from vibrocap.identification.minimum import SearchStatus
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m
@@ -113,6 +113,81 @@ def test_files_of_a_fit(folder, capsys):
     assert np.array([float(row["error_N"]) for row in rows]) == pytest.approx(fitted - actual, abs=1e-8)
     held_out = next(each for each in data["records"] if each["name"] == "narrow")
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
+
+
+def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
+    from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
+    from vibrocap.identification.spring_prediction import _pulled
+    from vibrocap.identification.velocity_step import Step
+
+    law = RateAndStateAgeing(
+        reference_coefficient=0.6, direct_effect=0.008, evolution_effect=0.009, critical_distance=8e-6,
+        reference_velocity=3e-6,
+    )  # fmt: skip
+    time = np.linspace(0.0, 40.0, 800)
+    force = _pulled(law, 1.0, np.array([5000.0]), [Step(0.0, 3e-6), Step(21.0, 1e-5)], time)[0]
+    force = force + 3e-4 * np.random.default_rng(0).standard_normal(800)
+    displacement = 3e-6 * np.minimum(time, 21.0) + 1e-5 * np.maximum(time - 21.0, 0.0)
+    header = "time,displacement,friction"
+    np.savetxt("step.csv", np.stack([time, displacement, force], axis=1), delimiter=",", header=header, comments="")
+    arguments = ("step.csv", "--law", "rate-and-state-ageing", "--intervals", "covariance", "--starts", 1)
+    assert command(*arguments, "--spring", "5000", "--json") == OK
+    found = {each["name"]: each for each in json.loads(capsys.readouterr().out)["parameters"]}
+    for name in ("direct_effect", "evolution_effect", "critical_distance"):
+        assert found[name]["low"] < getattr(law, name) < found[name]["high"]
+    assert command(*arguments, "--spring", "searched", "--out", "fit") == OK
+    assert "machine_stiffness" in capsys.readouterr().out
+    for spring, words in (("-3", "--spring: should be > 0 N/m"), ("stiff", "--spring stiff: should be measured")):
+        assert words in refused(capsys, *arguments, "--spring", spring)
+    assert "--spring: is for one law and one record" in refused(capsys, *arguments, "--spring", "5000", "--steady")
+
+
+@pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
+def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
+    from vibrocap.faces.match_plots import match_figure, plot_match
+    from vibrocap.friction.exponential import Exponential
+    from vibrocap.friction.stribeck import Stribeck
+    from vibrocap.identification.matched import match
+    from vibrocap.identification.motions import ramp
+
+    for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
+        found = match("exponential", Stribeck(), starts=2, **over)
+        axes = match_figure(found).get_axes()
+        assert len(axes) == (4 if "motion" in over else 2)
+        remaining = axes[-1].get_lines()[0].get_ydata()
+        assert np.abs(remaining).max() == pytest.approx(found.largest)
+        assert found.largest > 0
+    assert plot_match(found, tmp_path / "match.png").stat().st_size > 10_000
+    assert isinstance(found.law, Exponential)
+
+
+def test_a_law_in_the_units_of_a_case_has_the_same_force(folder):
+    """Fitted under 2 N and in SI; in a case forces count in the weight and velocities in sqrt(g l)."""
+    arguments = ("wide.csv", *STEADY, "--load", 2)
+    assert command(*arguments, "--out", "si") == OK
+    assert command(*arguments, "--out", "case", "--pendulum", "mass=0.5,length=0.3") == OK
+    machine = '[machine]\nkind = "pendulum-capsule"\n[drive]\nwaveform = "harmonic"\n'
+    found = {
+        name: case_from_text(machine + (folder / name / "friction.toml").read_text()).system.friction
+        for name in ("si", "case")
+    }
+    assert (folder / "case/friction.toml").read_text().startswith("# Dimensionless, for a pendulum of 0.5 kg and 0.3 m")
+    assert "SI" in (folder / "si/friction.toml").read_text().splitlines()[0]
+    speed, weight, root = 0.04, 0.5 * 9.80665, (9.80665 * 0.3) ** 0.5
+    expected = found["si"].steady_force(speed, 2.0) / weight
+    assert found["case"].steady_force(speed / root, 2.0 / weight) == pytest.approx(expected, rel=1e-12)
+    assert found["case"].decay_rate == pytest.approx(found["si"].decay_rate * root, rel=1e-12)
+
+
+def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
+    text = refused(capsys, "wide.csv", *STEADY, "--out", "fit", "--pendulum", "mass=0.5,length=0.3")
+    assert "--pendulum: needs the normal force of wide; give it by --load" in text
+    text = refused(capsys, "wide.csv", *STEADY, "--load", 2, "--pendulum", "mass=0.5,lenght=0.3")
+    assert "--pendulum: is for the friction.toml of --out FOLDER" in text
+    assert "should be written as mass=0.5,length=0.3" in text
+    text = refused(capsys, "wide.csv", *STEADY, "--load", 2, "--out", "fit", "--pendulum", "mass=0,length=0.3")
+    assert "should be numbers > 0" in text
+    assert not (folder / "fit").exists()
 
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
@@ -270,6 +345,7 @@ def test_faults_of_our_own_are_not_taken_for_wrong_input(folder, monkeypatch):
 def test_messages_name_options():
     assert by_option("held_out: no record is called 'x'") == "--hold-out: no record is called 'x'"
     assert by_option("record 'a': held_out: x") == "record 'a': held_out: x"
+    assert by_option("force: say columns={'force': ...}; there is x") == "force: say --columns force=NAME; there is x"
     assert is_refusal("records: have 5 samples")
     assert not is_refusal("values should be finite, got nan")
 
@@ -284,7 +360,7 @@ def test_laws_are_ranked(folder, capsys):
     assert command("wide.csv", "narrow.csv", *arguments, *outputs) == OK
     text = capsys.readouterr().out
     assert text.index("exponential") < text.index("stribeck")
-    assert (folder / "laws.png").exists() == HAS_PICTURES
+    assert (folder / "laws.png").exists() == (folder / "fits/comparison.png").exists() == HAS_PICTURES
     found = json.loads((folder / "fits/comparison.json").read_text())
     assert {each["law"] for each in found["laws"]} == {"stribeck", "exponential", "dahl"}
     assert found["laws"][0]["law"] == "exponential"

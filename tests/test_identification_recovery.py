@@ -55,7 +55,7 @@ def test_intervals_that_were_half_as_wide_would_be_seen(monkeypatch):
     assert min(p.inside for p in found.parameters) < least(16)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*SLOW, *WRAPPED])
 def test_intervals_of_every_law_hold_the_truth(name):
     check(recovery(truth(name), repetitions=12, starts=8 if "backlash" in name else 4))

@@ -79,6 +79,20 @@ def test_a_steady_fit_finds_the_curve_and_holds_what_it_does_not_show():
         steady_fit(Record("curve", np.arange(300.0), force, velocity=velocity), LuGre, free=["bristle_stiffness"])
 
 
+def test_a_hidden_static_level_does_not_hold_the_coulomb_level_down():
+    """In newtons, far above the law's own values; the curve of Coulomb friction shows nothing of the static level."""
+    velocity = np.concatenate([np.linspace(0.01, 1, 60), -np.linspace(0.01, 1, 60)])
+    force = 400.0 * np.sign(velocity) + np.random.default_rng(3).standard_normal(120)
+    one = steady_fit(Record("curve", np.arange(120.0), force, velocity=velocity), "coulomb", starts=2)
+    assert 400.0 in one["coulomb_coefficient"]
+    assert one["coulomb_coefficient"].determined
+    assert not one["static_coefficient"].determined
+    assert one.law.static_coefficient >= one.law.coulomb_coefficient
+    lugre = steady_fit(Record("curve", np.arange(120.0), force, velocity=velocity), "lugre", starts=2)
+    assert lugre.options["not_shown"] == ["bristle_stiffness", "bristle_damping"]
+    assert "does not show bristle_stiffness, bristle_damping" in lugre.summary()
+
+
 def test_laws_are_ranked_by_the_error_where_they_were_not_fitted(records):
     ranking = compare(records, [Exponential, LAW], starts=1, start="relaxed")
     assert [each.law for each in ranking.laws] == ["lugre", "exponential"]
@@ -114,11 +128,11 @@ def test_a_law_matches_itself_and_leaves_a_difference_to_another():
     assert driven.relative_rmse < 1e-4
     with pytest.raises(ValueError, match="either a velocity range or a motion"):
         match(LAW, LuGre())
-    with pytest.raises(ValueError, match="0 < lowest < highest"):
-        match(LAW, LuGre(), velocity=(1.0, 0.1))
+    for wrong in ((1.0, 0.1), (0.1, math.inf), (0.1, math.nan), 3.0):
+        with pytest.raises(ValueError, match="0 < lowest < highest"):
+            match(LAW, LuGre(), velocity=wrong)
 
 
-@pytest.mark.thorough
 def test_the_bootstrap_scatters_as_the_covariance_says(found):
     drawn = bootstrap(found, replicates=40, over="blocks", seed=1)
     assert drawn.failed == 0

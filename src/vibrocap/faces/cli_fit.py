@@ -10,9 +10,11 @@ from vibrocap.faces.fit_request import (
     held_out,
     held_parameters,
     is_refusal,
+    machine_stiffness,
     own_settings,
     pieces,
     read,
+    units_of_case,
 )
 from vibrocap.faces.terminal import Page, Refusal, progress
 
@@ -37,6 +39,7 @@ def fit(
     offset: bool = False,
     mass: bool = False,
     steady: bool = False,
+    spring: str | None = None,
     least_speed: float = 0.0,
     loss: str = "linear",
     weights: str = "power",
@@ -45,6 +48,7 @@ def fit(
     starts: int = 8,
     seed: int = 0,
     out: Path | None = None,
+    pendulum: list[str] | None = None,
     plot: Path | None = None,
     json: bool = False,
 ) -> int:
@@ -52,7 +56,8 @@ def fit(
 
     Printed are the parameters with 95 % intervals, what the data do not determine
     and which experiment would, and the errors of each record. A fit that is saved
-    holds friction.toml, the section [friction] of a case file.
+    holds friction.toml, the section [friction] of a case file: in SI, as fitted, or
+    with --pendulum in the dimensionless units of a case.
 
     Example: vibrocap fit damper.csv --law lugre --out fit --plot fit.png
     Example: vibrocap fit damper.npz --compare lugre,dahl,bouc-wen --hold-out eq_1
@@ -90,6 +95,9 @@ def fit(
         search an inertia that the sensor carries, too
     steady
         fit the curve of force over velocity alone, without the memory of the contact
+    spring
+        a step of the speed is imposed through the machine's spring (rate-and-state laws): N/m, or measured (from the
+        rise after the step), or searched along with the law
     least_speed
         m/s, of the samples that --steady takes
     loss
@@ -105,7 +113,10 @@ def fit(
     seed
         of their starting points
     out
-        folder for fit.json, friction.toml, residuals.csv and, where matplotlib is there, fit.png and residuals.png
+        folder for fit.json, friction.toml, residuals.csv and, where matplotlib is there, fit.png and residuals.png;
+        with --compare a folder for each law and comparison.json, comparison.png
+    pendulum
+        mass=KG,length=M of the pendulum whose weight and length are the units of the case that friction.toml is for
     plot
         FILE.png, .svg or .pdf: measured and fitted force, loops, intervals
     json
@@ -118,23 +129,30 @@ def fit(
         complaints.append("--law: give one law, or several with --compare")
     if compare and steady:
         complaints.append("--steady: is for --law; laws are compared by driving them through the records")
+    stiffness = machine_stiffness(spring, compare or steady, hold_out, data, complaints)
     if not data:
         complaints.append("DATA: give at least one file with force and motion")
     destinations(out, plot, complaints)
     found, doubts = read(data, columns, units, sampling_rate, load, cutoff, complaints)
     hidden = held_out(hold_out, found, complaints)
+    scales = units_of_case(pendulum, out, found, complaints)
     if complaints:
         raise Refusal("\n".join(complaints))
     for doubt in doubts:
         complain(f"warning: {doubt}")
     settings: dict[str, Any] = {"fixed": held, "free": pieces(free) or None, "held_out": hidden, "loss": loss}
-    settings |= {"weights": weights, "offset": offset, "starts": starts, "seed": seed}
-    settings |= {} if intervals is None else {"intervals": intervals}
-    settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
+    settings |= {"starts": starts, "seed": seed} | ({} if intervals is None else {"intervals": intervals})
+    if spring is not None:
+        del settings["held_out"]
+        settings |= {"machine_stiffness": stiffness}
+    else:
+        settings |= {"weights": weights, "offset": offset}
+        settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
     try:
         if compare:
-            return _compared(found, laws, settings, out, plot, json)
-        return _fitted(found, laws[0], steady, settings, out, plot, json)
+            return _compared(found, laws, settings, out, scales, plot, json)
+        method = "spring" if spring is not None else "steady" if steady else "driven"
+        return _fitted(found, laws[0], method, settings, out, scales, plot, json)
     except ValueError as error:
         if not is_refusal(str(error)):  # a fault of ours, which must not pass for one of the user's
             raise
@@ -142,22 +160,29 @@ def fit(
 
 
 def _fitted(
-    records: "list[Record]", law: str, steady: bool, settings: dict[str, Any], out: Any, plot: Any, json: bool
+    records: "list[Record]",
+    law: str,
+    method: str,
+    settings: dict[str, Any],
+    out: Any,
+    scales: Any,
+    plot: Any,
+    json: bool,
 ) -> int:
     from vibrocap.identification.fit import fit as driven_fit
     from vibrocap.identification.saving import as_data
+    from vibrocap.identification.spring_fit import spring_fit
     from vibrocap.identification.steady_fit import steady_fit
 
+    methods = {"driven": driven_fit, "steady": steady_fit, "spring": spring_fit}
     with progress(f"Fitting {law}") as report:
-        found = (steady_fit if steady else driven_fit)(
-            records, law, progress=lambda share: report(share, None), **settings
-        )
+        found = methods[method](records, law, progress=lambda share: report(share, None), **settings)
     if not found.ok:
         if json:
             _print_json(as_data(found))
         complain(f"No fit of {law}: {found.status}.")
         return INCOMPLETE
-    written = _write(found, out) if out is not None else []
+    written = _write(found, out, scales) if out is not None else []
     if plot is not None:
         from vibrocap.faces.fit_plots import plot_fit
 
@@ -173,7 +198,7 @@ def _fitted(
 
 
 def _compared(
-    records: "list[Record]", laws: list[str], settings: dict[str, Any], out: Any, plot: Any, json: bool
+    records: "list[Record]", laws: list[str], settings: dict[str, Any], out: Any, scales: Any, plot: Any, json: bool
 ) -> int:
     from vibrocap.identification.comparison import compare
 
@@ -181,18 +206,20 @@ def _compared(
         own = {law: own_settings(law, settings) for law in laws}
         found = compare(records, laws, options=own, progress=lambda share: report(share, None), **settings)
     good = [each.fit for each in found.laws if each.fit.ok]
-    written = [path for each in good for path in _write(each, out / each.law_name)] if out is not None else []
+    written = [path for each in good for path in _write(each, out / each.law_name, scales)] if out is not None else []
     if out is not None:
         from vibrocap.faces.record import json_text
 
         out.mkdir(parents=True, exist_ok=True)
         written.append(out / "comparison.json")
         written[-1].write_text(json_text(comparison_record(found)) + "\n", encoding="utf-8")
-    if plot is not None and good:
+    pictures = [plot] if plot is not None else []
+    pictures += [out / "comparison.png"] if out is not None and _can_draw() else []
+    for picture in pictures if good else ():
         from vibrocap.faces.fit_plots import plot_comparison
 
-        plot.parent.mkdir(parents=True, exist_ok=True)
-        written.append(plot_comparison(found, plot))
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        written.append(plot_comparison(found, picture))
     if json:
         _print_json(comparison_record(found))
     else:
@@ -216,18 +243,22 @@ def comparison_record(found: "Comparison") -> dict[str, Any]:
     return {"held_out": found.method, "effective_samples": found.effective_samples, "laws": rows}
 
 
-def _write(found: "Fit", folder: Path) -> list[Path]:
+def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:
     """The files of a fit in a folder."""
-    import importlib.util
-
-    written = list(found.save(folder))
+    written = list(found.save(folder, scales))
     written.append(write_residuals(found, folder / "residuals.csv"))
-    if importlib.util.find_spec("matplotlib") is not None:
+    if _can_draw():
         from vibrocap.faces.fit_plots import plot_fit, plot_residuals
 
         written.append(plot_fit(found, folder / "fit.png"))
         written.append(plot_residuals(found, folder / "residuals.png"))
     return written
+
+
+def _can_draw() -> bool:
+    import importlib.util
+
+    return importlib.util.find_spec("matplotlib") is not None
 
 
 def write_residuals(found: "Fit", path: Path) -> Path:

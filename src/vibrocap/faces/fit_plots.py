@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from vibrocap.faces.plots import BLUE, GREEN, STYLE, VERMILION, blank_figure, footnote, save
 from vibrocap.identification.comparison import Comparison
 from vibrocap.identification.fit_result import Fit, FittedParameter, RecordResult
+from vibrocap.identification.fit_summary import number
 from vibrocap.identification.identifiability import Verdict
 
 MOST_RECORDS = 6  # of one sheet
@@ -49,7 +50,9 @@ def fit_figure(fit: Fit) -> Figure:
     with matplotlib.rc_context(STYLE):
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
         steady = fit.options.get("method", "").startswith("steady")  # samples at rest are left out: no loops
-        rows = top.subplots(len(shown), 1 if steady else 3, squeeze=False, width_ratios=None if steady else (2, 1, 1))
+        # the load point's velocity through a spring is made of noise, and its loops tell nothing
+        widths = (1,) if steady else (2, 1) if fit.options.get("method", "").endswith("spring") else (2, 1, 1)
+        rows = top.subplots(len(shown), len(widths), squeeze=False, width_ratios=widths)
         for axes, record in zip(rows, shown, strict=True):
             if steady:
                 _curve(axes[0], record)
@@ -109,8 +112,8 @@ def comparison_figure(comparison: Comparison) -> Figure:
         places = np.arange(len(laws))[::-1]
         held, fitted = (100 * np.array([getattr(x, name) for x in laws]) for name in ("held_out", "relative_rmse"))
         ax.hlines(places, np.fmin(held, fitted), np.fmax(held, fitted), color="#C8C8C8", linewidth=1.5)
-        ax.plot(fitted, places, "o", color=BLUE, markersize=5, markerfacecolor="white", label="fitted to all records")
-        ax.plot(held, places, "D", color=VERMILION, markersize=5, label="held out")
+        ax.plot(held, places, "D", color=VERMILION, markersize=4, label="held out")
+        ax.plot(fitted, places, "o", color=BLUE, markersize=8, markerfacecolor="none", label="fitted to all records")
         ax.set_yticks(places, [f"{each.law} ({each.parameters})" for each in laws])
         ax.set(
             xlabel="error over the standard deviation of the force (%)", xlim=(0.0, None), ylim=(-0.6, len(laws) - 0.4)
@@ -133,7 +136,7 @@ def _history(axes: np.ndarray, record: RecordResult) -> None:
         (displacement, narrow, *_labelled(displacement[narrow], "displacement", "m")),
         (record.velocity, narrow, *_labelled(record.velocity[narrow], "velocity", "m/s")),
     )
-    for ax, (x, stretch, factor, label) in zip(axes, columns, strict=True):
+    for ax, (x, stretch, factor, label) in zip(axes, columns[: len(axes)], strict=True):
         at = np.arange(len(x))[stretch]
         at = at[_even_choice(len(at), MOST_POINTS)]
         for force, style in ((record.measured, MEASURED), (record.predicted, _style(record))):
@@ -178,7 +181,7 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
             )
         else:
             ax.text(1.0, place, "as good as zero", ha="center", va="center", fontsize=8, color=colour)
-        text = f"{p.value:.4g} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
+        text = f"{number(p.value, 4)} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
         note = "" if firm else f"  {p.verdict}"
         ax.text(1.02, place, text + note, transform=ax.get_yaxis_transform(), va="center", fontsize=8, color="#222222")
     ax.axvline(1.0, color="#999999", linewidth=0.7)
@@ -192,7 +195,7 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
 
 
 def _end(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else "open"
+    return number(value, 4) if math.isfinite(value) else "open"
 
 
 def _chosen(records: tuple[RecordResult, ...]) -> list[RecordResult]:

@@ -10,6 +10,7 @@ from vibrocap.faces.terminal import Refusal, needs, writable_file, writable_fold
 
 if TYPE_CHECKING:
     from vibrocap.records.record import Record
+    from vibrocap.scaling import Scales
 
 # a field that a fit or a reader complains of: the option that sets it
 OPTIONS = {
@@ -19,9 +20,12 @@ OPTIONS = {
     "normal_force": "load",
     "least_speed": "least-speed",
     "laws": "compare",
+    "program": "spring",
+    "machine_stiffness": "spring",
     **{name: name for name in ("law", "free", "fixed", "loss", "starts", "weights", "start", "intervals", "seed")},
     **{name: name for name in ("columns", "units", "cutoff", "load")},
 }
+EXAMPLES = {"fixed": "stribeck_velocity=0.01", "units": "force=kN", "pendulum": "mass=0.5,length=0.3"}
 
 
 def read(
@@ -121,6 +125,48 @@ def destinations(out: Path | None, plot: Path | None, complaints: list[str]) -> 
             complaints.append(str(refusal))
 
 
+def machine_stiffness(
+    text: str | None, other: Any, hold_out: Any, data: tuple[Path, ...], complaints: list[str]
+) -> "float | str | None":
+    """The stiffness of the machine's spring: N/m, "measured", or None where it is searched."""
+    if text is None:
+        return None
+    if other or hold_out or len(data) > 1:
+        complaints.append("--spring: is for one law and one record, without --compare, --steady and --hold-out")
+    if text in ("measured", "searched"):
+        return "measured" if text == "measured" else None
+    try:
+        return float(text)
+    except ValueError:
+        complaints.append(f"--spring {text}: should be measured, searched or a stiffness in N/m")
+        return None
+
+
+def units_of_case(
+    texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: list[str]
+) -> "Scales | None":
+    """The units of the case that a law is written for, if it is to be in such."""
+    from vibrocap.scaling import Scales
+
+    if not texts:
+        return None
+    if out is None:
+        complaints.append("--pendulum: is for the friction.toml of --out FOLDER")
+    loose = [record.name for record in records if record.normal_force is None]
+    if loose:
+        complaints.append(f"--pendulum: needs the normal force of {', '.join(loose)}; give it by --load")
+    given = pairs("pendulum", texts, complaints)
+    unknown = [name for name in given if name not in ("mass", "length")]
+    if unknown or len(given) < 2:
+        complaints.append(f"--pendulum {','.join(texts)}: should be written as {EXAMPLES['pendulum']}")
+        return None
+    try:
+        return Scales(pendulum_mass_kg=float(given["mass"]), pendulum_length_m=float(given["length"]))
+    except ValueError:
+        complaints.append(f"--pendulum {','.join(texts)}: mass (kg) and length (m) should be numbers > 0")
+        return None
+
+
 def pieces(texts: "list[str] | None") -> list[str]:
     """Texts, each of which may be several with commas between."""
     return [piece.strip() for text in texts or () for piece in text.split(",") if piece.strip()]
@@ -128,7 +174,7 @@ def pieces(texts: "list[str] | None") -> list[str]:
 
 def pairs(option: str, texts: "list[str] | None", complaints: list[str]) -> dict[str, str]:
     """KEY=VALUE pairs."""
-    example = {"fixed": "stribeck_velocity=0.01", "units": "force=kN"}.get(option, "force=F1")
+    example = EXAMPLES.get(option, "force=F1")
     pairs = {}
     for text in pieces(texts):
         key, equals, value = (part.strip() for part in text.partition("="))
@@ -145,6 +191,8 @@ def is_refusal(text: str) -> bool:
 
 
 def by_option(text: str) -> str:
-    """A message that names the option instead of the field."""
+    """A message that names options instead of fields and arguments."""
+    text = re.sub(r"columns=\{'(\w+)': \.\.\.\}", r"--columns \1=NAME", text)
+    text = text.replace(", or dt=;", ", or --sampling-rate;")
     fields = "|".join(sorted(map(re.escape, OPTIONS), key=len, reverse=True))
     return re.sub(rf"^(\s*)({fields}):", lambda match: f"{match[1]}--{OPTIONS[match[2]]}:", text, flags=re.MULTILINE)

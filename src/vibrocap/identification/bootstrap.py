@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.identification.descent import followed
 from vibrocap.identification.fit_result import Fit, Problem
-from vibrocap.identification.following import followed
+from vibrocap.identification.minimum import Minimum
 from vibrocap.identification.prediction import Prediction
-from vibrocap.identification.search import Minimum
 
 FEWEST_RECORDS = 4
 BLOCKS = 20  # stretches that a single record is cut into

@@ -12,10 +12,10 @@ from vibrocap import catalogue
 from vibrocap.friction.law import Law
 from vibrocap.identification.coordinates import COARSE_STEP, Coordinate, Space
 from vibrocap.identification.data_scales import DataScales
-from vibrocap.identification.roles import Role, role
+from vibrocap.identification.roles import Role, is_gap, role
 from vibrocap.parameters import parameter_table
 
-STIFFEST = 10.0  # a bristle that yields a tenth of the smallest displacement between samples is rigid for the data
+STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def choice(
             elif led and led not in chosen:
                 coordinate = dataclasses.replace(coordinate, form="below", partner=led)
                 constants[led] = start[led]
-        if role(name).name == "gap":
+        if any(is_gap(each) for each in names):
             coordinate = dataclasses.replace(coordinate, step=COARSE_STEP)
         coordinates.append(coordinate)
     shares = tuple(name for name in names if name.startswith("share_"))
@@ -246,6 +246,8 @@ def _guess(kind: Role, name: str, own: float, scales: DataScales, names: list[st
         return scales.drop_speed
     if kind.name == "decay over speed" and scales.drop_speed is not None:
         return 0.7 / scales.drop_speed
+    if kind.name == "bristle damping" and scales.stiffness is not None:
+        return scales.stiffness * math.sqrt(scales.interval * scales.length / scales.speed) / 3
     return kind.share * natural
 
 

@@ -12,10 +12,8 @@ import numpy as np
 
 Form = Literal["log", "foot", "linear", "above", "below"]
 LARGEST_RATIO = 20.0
-STEP, COARSE_STEP = (
-    1e-4,
-    5e-3,
-)  # the first: square root of the driven law's tolerance, where rounding and curvature meet
+STEP = 1e-4  # square root of the driven law's tolerance, where rounding and curvature meet
+COARSE_STEP = 2e-3  # over the steps that samples make when they pass from before a jump of the force to behind it
 LARGEST_SUM = 0.98  # of shares of one whole
 
 

@@ -1,5 +1,6 @@
 """The report of a finished search: parameters with intervals, errors by record, identifiability."""
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -9,25 +10,27 @@ import numpy as np
 from vibrocap.identification.coordinates import Coordinate
 from vibrocap.identification.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
 from vibrocap.identification.identifiability import WIDE, Identifiability, Verdict, identifiability
-from vibrocap.identification.prediction import Prediction, is_nuisance
+from vibrocap.identification.minimum import Minimum, SearchStatus
+from vibrocap.identification.prediction import START, Prediction, is_nuisance
 from vibrocap.identification.profile import Interval
 from vibrocap.identification.roles import unit_of
 from vibrocap.identification.samples import Samples
-from vibrocap.identification.search import Minimum, SearchStatus, Start
+from vibrocap.identification.search import Start
 from vibrocap.identification.uncertainty import correlation_time
 from vibrocap.parameters import parameter_table
 
 
 def finished_fit(
     problem: Problem,
+    best: Minimum,
     profiles: Mapping[str, Interval] | None,
     held_out: Sequence[Samples],
     starts: tuple[Start, ...],
     options: Mapping[str, Any],
     seconds: Callable[[], float],
 ) -> Fit:
-    """The `Fit` at the minimum of a problem."""
-    prediction, best, spread = problem.prediction, problem.best, problem.uncertainty
+    """The `Fit` at a minimum, with the intervals of a problem."""
+    prediction, spread = problem.prediction, problem.uncertainty
     space = prediction.space
     values = dict(zip(space.names, space.values(best.u).tolist(), strict=True))
     standard = dict(zip(space.names, np.sqrt(np.diag(spread.covariance)).tolist(), strict=True))
@@ -39,9 +42,15 @@ def finished_fit(
         or _from_covariance(values[name], standard[name], thresholds[name] / inflation[name], each)
         for name, each in zip(space.names, space.coordinates, strict=True)
     }
+    found = {
+        name: dataclasses.replace(each, low=min(each.low, values[name]), high=max(each.high, values[name]))
+        for name, each in found.items()
+    }
     report = _identifiability(problem, values, found)
     law = prediction.law(best.u)
-    known_load = any(np.any(np.asarray(each.load) != 1.0) for each in prediction.records)
+    known_load = options.get("load") is not None or any(
+        np.any(np.asarray(each.load) != 1.0) for each in prediction.records
+    )
     parameters = []
     for info in parameter_table(law):
         value = getattr(law, info.name)
@@ -54,7 +63,7 @@ def finished_fit(
             ends = (
                 one.low,
                 one.high,
-                standard[info.name],
+                math.inf if report.verdicts[info.name] == Verdict.NO_EFFECT else standard[info.name],
                 report.verdicts[info.name],
                 one.curve,
                 thresholds[info.name],
@@ -72,7 +81,9 @@ def finished_fit(
         status=best.status,
         parameters=tuple(parameters),
         nuisances=tuple(
-            _nuisance(name, values[name], found[name], standard[name]) for name in found if is_nuisance(name)
+            _nuisance(each, values[each.name], found[each.name], standard[each.name])
+            for each in space.coordinates
+            if is_nuisance(each.name)
         ),
         records=tuple(results),
         relative_rmse=relative,
@@ -85,7 +96,7 @@ def finished_fit(
         identifiability=report,
         starts=starts,
         seconds=seconds(),
-        options=dict(options),
+        options={**options, "known_load": known_load},
         problem=problem,
     )
 
@@ -114,12 +125,6 @@ def failed_fit(
         seconds=seconds,
         options=dict(options),
     )
-
-
-def predicted_force(problem: Problem, record: Samples) -> np.ndarray:
-    """Force [n] that the fitted law predicts for a record that was not fitted, from a relaxed contact."""
-    own = problem.prediction.of([record], [1.0])
-    return own.forces(problem.best.u, 0)[0]
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
@@ -165,7 +170,9 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     """Interval from the covariance: symmetric in the logarithm, or in the parameter where it may be zero."""
     reach = threshold * error
     if coordinate.form == "linear":
-        return Interval(value - reach, value + reach, False, False)
+        low, high = value - reach, value + reach
+        low_open, high_open = low <= coordinate.low, high >= coordinate.high
+        return Interval(-math.inf if low_open else low, math.inf if high_open else high, low_open, high_open)
     if coordinate.form == "foot":
         low, high = value - reach, value + reach
         return Interval(max(low, 0.0), high if high < coordinate.high else math.inf, low <= 0, high >= coordinate.high)
@@ -176,11 +183,18 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
-def _nuisance(name: str, value: float, interval: Interval, error: float) -> FittedParameter:
+def _nuisance(coordinate: Coordinate, value: float, interval: Interval, error: float) -> FittedParameter:
+    """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
+    name = coordinate.name
     text, unit = {
         "offset": ("constant force of the sensor", "N"),
         "mass": ("inertia that the sensor carries", "kg"),
         "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
         "drift": ("change of the force with the load point's displacement", "N/m"),
     }.get(name, ("state of the contact at the first sample, over its natural size", "1"))
-    return FittedParameter(name, "", text, unit, value, interval.low, interval.high, error, Verdict.DETERMINED)
+    low, high = interval.low, interval.high
+    if name.startswith(START):
+        low, high = max(low, coordinate.low), min(high, coordinate.high)
+    determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
+    verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
+    return FittedParameter(name, "", text, unit, value, low, high, error, verdict)

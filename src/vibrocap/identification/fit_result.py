@@ -9,8 +9,9 @@ import numpy as np
 
 from vibrocap.friction.law import Law
 from vibrocap.identification.identifiability import Identifiability, Verdict
+from vibrocap.identification.minimum import Loss, Minimum, SearchStatus
 from vibrocap.identification.prediction import Prediction
-from vibrocap.identification.search import Loss, Minimum, SearchStatus, Start
+from vibrocap.identification.search import Start
 from vibrocap.identification.uncertainty import Uncertainty
 
 
@@ -118,16 +119,22 @@ class Fit:
 
         return summary(self)
 
-    def save(self, folder: Any) -> tuple[Any, Any]:
-        """Write fit.json and friction.toml (a [friction] section for a case file) into a folder; their paths."""
+    def save(self, folder: Any, scales: Any = None) -> tuple[Any, Any]:
+        """Write fit.json and friction.toml (a [friction] section for a case file) into a folder; their paths.
+
+        scales: `Scales` of the pendulum of the case, which is dimensionless; None: friction.toml is in SI, as fitted.
+        """
         from vibrocap.identification.saving import save
 
-        return save(self, folder)
+        return save(self, folder, scales)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Problem:
-    """What a fit minimised: the prediction on all samples and on few, the loss, the minimum and its uncertainty."""
+    """What a fit minimised: the prediction on all samples and on few, the loss, the minimum and its uncertainty.
+
+    Of a law whose force jumps, without the samples beside jumps (see `jumps`): its minimum is a little off the fit's.
+    """
 
     prediction: Prediction
     draft: Prediction

@@ -5,6 +5,13 @@ import math
 from vibrocap.identification.fit_result import Fit, FittedParameter
 from vibrocap.identification.identifiability import Verdict
 
+NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
+
+
+def number(value: float, digits: int) -> str:
+    """A number to so many digits, without an exponent where it is of a common size."""
+    return f"{float(f'{value:.{digits}g}'):.6g}"
+
 
 def summary(fit: Fit) -> str:
     """The fit as lines of text."""
@@ -27,6 +34,11 @@ def summary(fit: Fit) -> str:
     report = fit.identifiability
     if report is not None and report.sentences:
         lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+    if fit.options.get("not_shown"):
+        names = ", ".join(fit.options["not_shown"])
+        lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]
+    if fit.options.get("machine_stiffness") is not None:
+        lines += ["", f"Pulled through a spring of {number(fit.options['machine_stiffness'], 4)} N/m, which was held."]
     lines += [
         "",
         f"Relative to the standard deviation of the force. {fit.samples:,} samples, {len(fit.starts)} starts, "
@@ -37,13 +49,17 @@ def summary(fit: Fit) -> str:
 
 def _row(p: FittedParameter) -> tuple[str, ...]:
     if p.verdict == Verdict.HELD:
-        return p.name, f"{p.value:.5g}", "held", p.unit, ""
+        return p.name, number(p.value, 5), "held", p.unit, ""
     note = "" if p.verdict == Verdict.DETERMINED else str(p.verdict)
-    return p.name, f"{p.value:.5g}", f"{_end(p.low)} to {_end(p.high)}", p.unit, note
+    size = max((abs(end) for end in (p.low, p.high) if math.isfinite(end)), default=abs(p.value))
+    value = 0.0 if abs(p.value) < NOTHING * size else p.value
+    return p.name, number(value, 5), f"{_end(p.low, size)} to {_end(p.high, size)}", p.unit, note
 
 
-def _end(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else ("open" if value > 0 else "-open")
+def _end(value: float, size: float) -> str:
+    if not math.isfinite(value):
+        return "open"
+    return number(value if abs(value) >= NOTHING * size else 0.0, 4)
 
 
 def _percent(share: float) -> str:

@@ -13,7 +13,8 @@ from vibrocap.identification.roles import role
 WIDE = 10.0  # an interval whose ends differ by more than this factor does not determine a positive parameter
 LOOSE = 0.5  # standard deviation of the logarithm of a combination from which it counts as undetermined
 MEMBER = 0.3  # least share of a parameter in a combination that is named
-SMALL = 1e-3  # share of the force's unit per e-fold below which a parameter does nothing
+NO_EFFECT = 1e-9  # change of the errors (root mean square) per e-fold below which a parameter does nothing
+ROUNDING = 1e-12  # exponent of a combination that is rounding
 
 
 class Verdict(enum.StrEnum):
@@ -24,7 +25,7 @@ class Verdict(enum.StrEnum):
     BOUNDED_BELOW = "only bounded below"
     WIDE = "loosely determined"
     UNDETERMINED = "not determined"
-    NO_EFFECT = "without effect in these data"
+    NO_EFFECT = "not determined: without effect in these data"
     HELD = "held"
 
 
@@ -116,14 +117,14 @@ def _directions(names: Sequence[str], slopes: np.ndarray, unit: float) -> tuple[
     _, singular, right = np.linalg.svd(slopes, full_matrices=False)
     found = []
     for value, row in zip(singular, right, strict=True):
-        row = row * np.sign(row[np.argmax(np.abs(row))])
-        deviation = math.sqrt(unit) / value if value > 0 else math.inf
+        row = np.where(np.abs(row) > ROUNDING, row * np.sign(row[np.argmax(np.abs(row))]), 0.0)
+        deviation = math.sqrt(unit) / value if value > NO_EFFECT * math.sqrt(len(slopes)) else math.inf
         found.append(Direction(dict(zip(names, row.tolist(), strict=True)), float(deviation)))
     return tuple(found)
 
 
 def _verdict(effect: float, value: float, interval: Interval | None) -> Verdict:
-    if effect < 1e-9:
+    if effect < NO_EFFECT:
         return Verdict.NO_EFFECT
     if interval is None:
         return Verdict.UNDETERMINED
@@ -140,7 +141,7 @@ def _verdict(effect: float, value: float, interval: Interval | None) -> Verdict:
 
 def _sentence(name: str, verdict: Verdict, interval: Interval | None) -> str:
     if verdict == Verdict.NO_EFFECT:
-        return f"{name} does not change the force in these records; {role(name).experiment.rstrip(',')} would show it."
+        return f"{name} is not determined: it does not change the force here; {role(name).experiment} would show it."
     if interval is None or verdict in (Verdict.DETERMINED, Verdict.HELD):
         return ""
     experiment = f"{role(name).experiment} would determine it."
@@ -168,4 +169,4 @@ def _determined_partner(loose: Direction, directions: Sequence[Direction]) -> Di
 
 
 def _number(value: float) -> str:
-    return f"{value:.3g}"
+    return f"{float(f'{value:.3g}'):g}"

@@ -5,9 +5,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vibrocap.identification.descent import descent
+from vibrocap.identification.minimum import Loss, Minimum
 from vibrocap.identification.prediction import Prediction
 from vibrocap.identification.profile import BetterFound, Interval, profile_intervals
-from vibrocap.identification.search import Loss, Minimum, minimum
 from vibrocap.identification.uncertainty import Uncertainty, inverse, uncertainty
 
 INTERVALS = ("profile", "covariance")
@@ -37,15 +38,17 @@ def with_intervals(
             found = quick or profile_intervals(prediction, best, spread, rule, prediction.law_names, progress)
             return best, spread, found
         except BetterFound as better:
-            best = minimum(prediction, prediction.space.of(better.values), rule, evaluations=100, stop=1e-10)
+            best = descent(prediction, prediction.space.of(better.values), rule, evaluations=100, stop=1e-10)
             spread = spread_of(prediction, best, rule)
     return best, spread, None
 
 
 def spread_of(prediction: Prediction, best: Minimum, rule: Loss) -> Uncertainty:
     """The uncertainty at a minimum of a prediction."""
+    counts = prediction.counts
     errors = np.split(best.errors, np.cumsum([len(each) for each in prediction.records])[:-1])
-    return uncertainty(errors, best.slopes, prediction.space.slopes(best.u), rule)
+    errors = [each[count] for each, count in zip(errors, counts, strict=True)]
+    return uncertainty(errors, best.slopes[np.concatenate(counts)], prediction.space.slopes(best.u), rule)
 
 
 def _draft_profiles(
@@ -64,7 +67,7 @@ def _draft_profiles(
     """
     if prediction.size < WORTH * draft.size:
         return None
-    low = minimum(draft, best.u, rule, evaluations=60, stop=1e-8)
+    low = descent(draft, best.u, rule, evaluations=60, stop=1e-8)
     share = draft.size / prediction.size
     space, law = prediction.space, [prediction.space.names.index(name) for name in prediction.law_names]
     full, thin = _errors(prediction, best), _errors(draft, low) * np.sqrt(share)

@@ -1,6 +1,7 @@
 """Matched laws: the parameters of one law that bring it closest to another, and the difference that remains."""
 
 import dataclasses
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -14,6 +15,7 @@ from vibrocap.identification.samples import Samples
 from vibrocap.identification.steady_fit import steady_fit, steady_force
 
 CURVE = 400  # points of a matched steady curve
+AT_REST = 1e-9  # of the largest speed: rounding
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -76,9 +78,7 @@ def match(
         over, time, speeds, target = f"the motion {motion.name}", record.time, record.velocity, record.force
     else:
         assert velocity is not None
-        low, high = velocity
-        if not 0 < low < high:
-            raise ValueError(f"velocity: should be (lowest, highest) with 0 < lowest < highest, got {velocity!r}")
+        low, high = _range(velocity)
         if spacing not in ("even", "logarithmic"):
             raise ValueError(f"spacing: should be 'even' or 'logarithmic', got {spacing!r}")
         speeds = np.linspace(low, high, CURVE) if spacing == "even" else np.geomspace(low, high, CURVE)
@@ -95,6 +95,15 @@ def match(
     difference = np.abs(matched - target)
     at = int(np.argmax(difference))
     relative = float(np.sqrt(np.mean(difference**2) / np.mean(target**2)))
-    return Match(
-        found.law, to, over, relative, float(difference[at]), float(speeds[at]), time, speeds, target, matched, found
-    )
+    where = float(speeds[at]) if abs(speeds[at]) > AT_REST * np.abs(speeds).max() else 0.0
+    return Match(found.law, to, over, relative, float(difference[at]), where, time, speeds, target, matched, found)
+
+
+def _range(velocity: Any) -> tuple[float, float]:
+    try:
+        low, high = (float(end) for end in velocity)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not (0 < low < high < math.inf):
+        raise ValueError(f"velocity: should be (lowest, highest) with 0 < lowest < highest, got {velocity!r}")
+    return low, high

@@ -12,6 +12,7 @@ from vibrocap.identification.samples import Samples
 from vibrocap.laboratory.driven import driven_forces
 
 TOLERANCE = 1e-8  # of the driven law, over the natural size of its states
+SMALL = 20_000  # samples, over all rows, below which starting threads takes longer than the work they share
 START = "start"  # prefix of the nuisance parameters that are the state of the contact at the first sample
 
 
@@ -41,7 +42,7 @@ class Prediction:
 
     @property
     def size(self) -> int:
-        """Number of samples."""
+        """Number of samples, those that do not count included."""
         return sum(len(each) for each in self.records)
 
     def of(self, records: Sequence[Samples], units: Sequence[Any]) -> "Prediction":
@@ -74,7 +75,7 @@ class Prediction:
             load=record.load,
             internal=None if start is None else start[lawful],
             tolerance=self.tolerance,
-            threads=self.threads,
+            threads=1 if lawful.sum() * len(record) < SMALL else self.threads,
         ).force
         for name, column in (("offset", 1.0), ("mass", record.acceleration)):
             if name in names:
@@ -126,6 +127,21 @@ class Prediction:
                     found[begin:end, j] = ((row - record.force) / unit - base) / steps[j]
             begin = end
         return found
+
+    def start(self, u: np.ndarray, which: int) -> np.ndarray | None:
+        """Internal states [k] at the first sample of record number `which`; None where the contact is relaxed."""
+        values = self.space.values(u[None])
+        columns = [self.space.names.index(name) for name in self.law_names]
+        found = self._start(values, values[:, columns], self.records[which])
+        return None if found is None else found[0]
+
+    @property
+    def counts(self) -> list[np.ndarray]:
+        """Which samples of each record count: an infinite unit leaves one out."""
+        return [
+            np.broadcast_to(np.isfinite(unit), len(record))
+            for record, unit in zip(self.records, self.units, strict=True)
+        ]
 
     def _start(self, values: np.ndarray, law_values: np.ndarray, record: Samples) -> np.ndarray | None:
         """Internal states [m, k] at the first sample of a record."""

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.identification.following import followed
+from vibrocap.identification.descent import followed
+from vibrocap.identification.minimum import Loss, Minimum
 from vibrocap.identification.prediction import Prediction
-from vibrocap.identification.search import Loss, Minimum
 from vibrocap.identification.uncertainty import Uncertainty
 
 CLOSE = 0.03  # relative accuracy of an interval's half width

@@ -145,6 +145,11 @@ def role(name: str) -> Role:
     return next((each for each in ROLES if re.search(each.pattern, name)), UNKNOWN)
 
 
+def is_gap(name: str) -> bool:
+    """Whether a parameter is the width of a gap, in which the force is not smooth: it moves the instants of closing."""
+    return role(name).name == "gap"
+
+
 def unit_of(name: str, known_load: bool) -> str:
     """SI unit of a parameter; a coefficient is a force in N where the normal force is not known."""
     found = role(name)

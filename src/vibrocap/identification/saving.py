@@ -7,22 +7,27 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.identification.case_units import dimensionless, heading
 from vibrocap.identification.fit_result import Fit, FittedParameter
 from vibrocap.parameters import parameter_table
+from vibrocap.scaling import Scales
 
 
-def save(fit: Fit, folder: str | Path) -> tuple[Path, Path]:
+def save(fit: Fit, folder: str | Path, scales: Scales | None = None) -> tuple[Path, Path]:
     """Write fit.json and friction.toml into a folder, which is made; their paths.
 
-    Raises ValueError where the fit found no law.
+    scales: of the pendulum in whose units friction.toml is written, as a case wants it; None: in SI, as fitted.
+    Raises ValueError where the fit found no law, and for scales where the normal force is not known.
     """
     if not fit.ok:
         raise ValueError(f"fit: has no law to save; {fit.status}")
+    assert fit.law is not None
+    law = fit.law if scales is None else dimensionless(fit.law, scales, bool(fit.options.get("known_load")))
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     paths = folder / "fit.json", folder / "friction.toml"
     paths[0].write_text(json.dumps(as_data(fit), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    paths[1].write_text(case_section(fit.law), encoding="utf-8")
+    paths[1].write_text(heading(scales) + case_section(law), encoding="utf-8")
     return paths
 
 

@@ -9,12 +9,15 @@ import numpy as np
 
 from vibrocap.identification.choice import Choice
 from vibrocap.identification.coordinates import Space
+from vibrocap.identification.descent import ROUGH, descent
 from vibrocap.identification.fit_report import failed_fit, finished_fit
 from vibrocap.identification.fit_result import Fit, Problem
 from vibrocap.identification.intervals import INTERVALS, with_intervals
+from vibrocap.identification.jumps import away_from_jumps
+from vibrocap.identification.minimum import LOSSES, Loss, SearchStatus, robust_scale
 from vibrocap.identification.prediction import Prediction
 from vibrocap.identification.samples import Samples
-from vibrocap.identification.search import LOSSES, Loss, SearchStatus, minimum, robust_scale, search
+from vibrocap.identification.search import search
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,7 +68,7 @@ def solution(
     first = [np.concatenate([u, rest]) for u in (chosen.own_start, chosen.start) if u is not None]
     rule = Loss(settings.loss, settings.loss_scale or 1.0)
     if settings.loss != "linear" and settings.loss_scale is None:
-        linear = minimum(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
+        linear = descent(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
         rule = Loss(settings.loss, robust_scale(linear.errors))
     all_options = {**options, **dataclasses.asdict(settings)}
     all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
@@ -77,13 +80,17 @@ def solution(
         return failed_fit(prediction.template.name, ended, prediction.size, all_options, seconds)
     ordered = elements_in_order(prediction.space, best.u)
     if ordered is not None:
-        best = minimum(prediction, ordered, rule, stop=1e-8)
-    best, spread, found = with_intervals(
-        prediction, draft, best, rule, settings.intervals, lambda done: said(0.8 + 0.2 * done)
+        best = descent(prediction, ordered, rule, stop=1e-8)
+    smooth = away_from_jumps(prediction, best.u)
+    jumps = smooth is not prediction
+    thin, low = (away_from_jumps(draft, best.u), descent(smooth, best.u, rule, stop=ROUGH)) if jumps else (draft, best)
+    low, spread, found = with_intervals(
+        smooth, thin, low, rule, settings.intervals, lambda done: said(0.8 + 0.2 * done)
     )
-    problem = Problem(prediction, draft, rule, best, spread)
+    problem = Problem(smooth, thin, rule, low, spread)
     said(1.0)
-    return finished_fit(problem, found, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
+    end = best if jumps else low  # a profile may have come upon a lower minimum
+    return finished_fit(problem, end, found, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
 
 
 def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:

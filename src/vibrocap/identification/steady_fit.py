@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.friction.law import Law
-from vibrocap.identification.choice import Choice, choice
+from vibrocap.identification.choice import Choice, choice, partner_of
 from vibrocap.identification.data_scales import data_scales
 from vibrocap.identification.fit import DRAFT, split_records, units
 from vibrocap.identification.fit_result import Fit
@@ -100,7 +100,8 @@ def steady_fit(
 
     For measurements at constant speeds, and for set-valued laws, which have nothing else. Samples at rest tell nothing
     of the curve and are left out, as are those slower than `least_speed` (m/s): near a reversal the contact is elastic.
-    Parameters that the steady curve does not show (stiffness, bristle damping) are held; `free` may not name them.
+    Parameters that the steady curve does not show (stiffness, bristle damping) are held at the law's own values, which
+    nobody measured, and `options["not_shown"]` names them; `free` may not.
     The other arguments, the result and the errors are those of `fit.fit`.
     """
     begin = clock.perf_counter()
@@ -119,8 +120,11 @@ def steady_fit(
         raise ValueError(f"free: {hidden} does not change the steady curve; fit the driven law for it")
     if not shown:
         raise ValueError(f"law: no parameter of {chosen.template.name} changes the steady curve at these speeds")
-    if len(shown) < len(chosen.space.names):
-        chosen = _reduced(law, scales, shown, fixed, bounds)
+    # a static level that is not shown must not be held below the Coulomb level that is searched: it goes along
+    searched = [name for name in chosen.space.names if name in shown or partner_of(name, shown)]
+    hidden = [name for name in chosen.space.names if name not in searched]
+    if hidden:
+        chosen = _reduced(law, scales, searched, fixed, bounds)
     extra = nuisances(chosen.template, fitted, offset=offset, mass=False, start="relaxed", level=scales.level)
     prediction = SteadyPrediction(chosen.template, chosen.space.with_more(extra), tuple(fitted), units(fitted, weights))
     options = {
@@ -130,6 +134,7 @@ def steady_fit(
         "least_speed": least_speed,
         "load": load,
         "fixed": dict(fixed or {}),
+        "not_shown": hidden,
     }
     every = max(1, prediction.size // DRAFT)
     draft = prediction.of([_each(record, every) for record in fitted], prediction.units)

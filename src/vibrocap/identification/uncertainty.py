@@ -5,10 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.identification.search import Loss
+from vibrocap.identification.minimum import Loss
 
 WINDOW = 5.0  # correlation times over which correlations are summed (Sokal 1997)
 LEVEL = 0.95
+FAINT = 1e-9  # length of a column of slopes that are rounding
 FEWEST = 2.0  # degrees of freedom that an interval has at least
 
 
@@ -106,10 +107,13 @@ def _correlation(series: Sequence[np.ndarray], longest: int) -> np.ndarray:
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
-    """Inverse of a matrix J^T J; directions that it does not determine get a huge variance instead of an error."""
-    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-24 * max(float(np.diag(matrix).max()), 1e-200)))
+    """Inverse of a matrix J^T J; directions that it does not determine get a huge variance instead of an error.
+
+    J: changes of errors that are themselves of the order of 1, so that a column shorter than FAINT says nothing.
+    """
+    scale = np.maximum(np.sqrt(np.diag(matrix)), FAINT)
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
-    values = np.maximum(values, 1e-14 * max(values.max(), 1e-300))
+    values = np.maximum(values, 1e-14)
     return (vectors / values) @ vectors.T / np.outer(scale, scale)
 
 

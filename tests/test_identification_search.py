@@ -1,0 +1,133 @@
+"""The search of a fit: descents within bounds, starts that find the minimum from the data alone, jumps left out."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from vibrocap.catalogue import law as law_of
+from vibrocap.friction.exponential import Exponential
+from vibrocap.friction.lugre import LuGre
+from vibrocap.identification.choice import choice
+from vibrocap.identification.data_scales import data_scales
+from vibrocap.identification.descent import LONGEST, descent, followed, step
+from vibrocap.identification.fit import fit
+from vibrocap.identification.jumps import away_from_jumps
+from vibrocap.identification.minimum import Loss, SearchStatus
+from vibrocap.identification.motions import joined, multisine, ramp, sinusoid, synthetic_record
+from vibrocap.identification.prediction import Prediction
+from vibrocap.identification.samples import samples
+from vibrocap.laboratory.driven import driven_force
+
+
+def prediction_of(law, motion, noise=0.02):
+    """(prediction, start made from the data) of a law's own record."""
+    record = samples(synthetic_record(law, motion, noise=noise, seed=3))
+    chosen = choice(type(law), data_scales([record]))
+    return Prediction(chosen.template, chosen.space, (record,), (record.deviation,)), chosen.start
+
+
+def test_a_descent_finds_the_minimum_that_an_independent_one_finds():
+    from scipy.optimize import least_squares
+
+    prediction, start = prediction_of(Exponential(), ramp(0.4, 6.0, 300))
+    found = descent(prediction, start)
+    other = least_squares(
+        lambda u: prediction.errors(u), start, bounds=(prediction.space.low, prediction.space.high), xtol=1e-12
+    )
+    assert found.status == SearchStatus.CONVERGED
+    assert math.isclose(found.cost, other.cost, rel_tol=1e-7)
+    again = followed(prediction, found.u + 0.05, found.slopes, Loss(), held=-1, stop=1e-9)
+    assert math.isclose(again.cost, found.cost, rel_tol=1e-7)
+    held = followed(prediction, found.u + 0.05, found.slopes, Loss(), held=0, stop=1e-9)
+    assert held.u[0] == found.u[0] + 0.05
+    assert held.cost > found.cost
+
+
+def test_a_descent_that_begins_off_a_bound_ends_at_it_and_stays_within():
+    prediction, start = prediction_of(Exponential(static_coefficient=0.3), ramp(0.4, 6.0, 300))
+    j = prediction.space.names.index("decay_rate")
+    best = descent(prediction, start)
+    coordinates = list(prediction.space.coordinates)
+    limit = float(prediction.space.values(best.u)[j]) * 0.5
+    coordinates[j] = dataclasses.replace(coordinates[j], high=limit)
+    space = dataclasses.replace(prediction.space, coordinates=tuple(coordinates))
+    inside = descent(dataclasses.replace(prediction, space=space), start)
+    assert math.isclose(space.values(inside.u)[j], limit, rel_tol=1e-12)
+    assert inside.cost > best.cost
+
+
+def test_steps_are_no_longer_than_trusted_keep_the_bounds_and_promise_a_decrease():
+    rng = np.random.default_rng(2)
+    for _ in range(200):
+        p = int(rng.integers(1, 7))
+        slopes = rng.standard_normal((30, p)) * 10 ** rng.uniform(-6, 2, p)  # columns of very different lengths
+        errors = rng.standard_normal(30)
+        u = rng.uniform(-1, 1, p)
+        bounds = np.where(rng.random(p) < 0.3, u, -1.5), np.where(rng.random(p) < 0.3, u, 1.5)
+        radius = 10 ** rng.uniform(-3, 0)
+        move, promised = step(u, errors, slopes, Loss(), np.ones(p, bool), bounds, radius)
+        assert np.linalg.norm(move) <= radius * math.sqrt(p) * (1 + 1e-6)
+        assert np.all((u + move >= bounds[0]) & (u + move <= bounds[1]))
+        decrease = 0.5 * errors @ errors - 0.5 * np.sum((errors + slopes @ move) ** 2)
+        assert promised >= 0
+        assert math.isclose(promised, decrease, rel_tol=1e-6, abs_tol=1e-9)
+    bounds = -np.ones(1), np.ones(1)
+    free = step(np.zeros(1), np.array([-1.0]), np.array([[2.0]]), Loss(), np.ones(1, bool), bounds, LONGEST)
+    assert math.isclose(free[0][0], 0.5)
+
+
+def cases(count):
+    """Laws and motions of many kinds: (law, motion)."""
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        law = LuGre(
+            bristle_stiffness=100 * 10 ** rng.uniform(-0.5, 1),
+            bristle_damping=10 * 10 ** rng.uniform(-2, 0.3),
+            viscous_damping=10 ** rng.uniform(-2.5, -0.5),
+            static_coefficient=0.15 * rng.uniform(1.1, 3),
+            stribeck_velocity=0.1 * 10 ** rng.uniform(-0.7, 0.5),
+        )
+        size = 10 ** rng.uniform(-2, -0.3)
+        yield (
+            law,
+            (
+                sinusoid(size, 10 ** rng.uniform(-0.5, 0.5), 3, 600),
+                multisine(size, [1.0, 2.7], 900),
+                joined([sinusoid(0.01, 1.0, 2, 300), ramp(0.5, 6.0, 500)], "mix"),
+            )[seed % 3],
+        )
+
+
+@pytest.mark.slow
+def test_fits_from_the_data_alone_end_at_the_noise():
+    """Of 30 laws and motions at most 2 may be missed: with the starts of an earlier version it was every fifth."""
+    missed = []
+    for seed, (law, motion) in enumerate(cases(30)):
+        exact = synthetic_record(law, motion)
+        record = synthetic_record(law, motion, noise=0.02, seed=seed)
+        noise = np.std(record.force - exact.force) / np.std(record.force)
+        one = fit(record, "lugre", start="relaxed", intervals="covariance")
+        if one.relative_rmse > 1.1 * noise:
+            missed.append((seed, one.relative_rmse))
+    assert len(missed) <= 2, missed
+
+
+@pytest.mark.slow
+def test_samples_beside_jumps_count_in_the_search_and_not_in_the_intervals():
+    law = law_of("backlash-lugre")(viscous_damping=0.05, bristle_damping=0.2)
+    motion = joined([sinusoid(0.012, 0.4, 2, 400), ramp(1.0, 4.0, 400)], "loops")
+    record = synthetic_record(law, motion, noise=0.02, seed=1)
+    one = fit(record, "backlash-lugre", start="relaxed", fixed={"stribeck_exponent": 2.0}, intervals="covariance")
+    (counts,) = one.problem.prediction.counts
+    left_out = np.flatnonzero(~counts)
+    assert 4 <= len(left_out) < 0.2 * len(record)
+    closed = driven_force(law, motion.time, motion.velocity).internal[:, law.internal.index("engaged")]
+    jumps = np.flatnonzero(np.diff(closed))
+    assert len(jumps) >= 6
+    assert set(jumps.tolist()) | set((jumps + 1).tolist()) <= set(left_out.tolist())
+    assert one.relative_rmse < 0.03  # over all samples: the law itself is the one that fits them all
+    assert law.gap in one["gap"]
+    plain = prediction_of(LuGre(), motion)[0]
+    assert away_from_jumps(plain, prediction_of(LuGre(), motion)[1]) is plain
