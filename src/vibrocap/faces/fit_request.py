@@ -10,7 +10,7 @@ from vibrocap.faces.terminal import Refusal, needs, writable_file, writable_fold
 
 if TYPE_CHECKING:
     from vibrocap.records.record import Record
-    from vibrocap.scaling import Scales
+    from vibrocap.scales import Scales
 
 # a field that a fit or a reader complains of: the option that sets it
 OPTIONS = {
@@ -146,7 +146,7 @@ def units_of_case(
     texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: list[str]
 ) -> "Scales | None":
     """The units of the case that a law is written for, if it is to be in such."""
-    from vibrocap.scaling import Scales
+    from vibrocap.scales import Scales
 
     if not texts:
         return None

@@ -4,7 +4,7 @@ from vibrocap.friction.law import Law
 from vibrocap.identification.choice import with_values
 from vibrocap.identification.roles import role
 from vibrocap.parameters import parameter_table
-from vibrocap.scaling import Scales
+from vibrocap.scales import Scales
 
 IN_SI = """\
 # In the units of the records, which are SI: N, m, s. A case counts forces in the weight m g of the pendulum, lengths in

@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.identification.case_units import dimensionless, heading
 from vibrocap.identification.fit_result import Fit, FittedParameter
 from vibrocap.parameters import parameter_table
-from vibrocap.scaling import Scales
+from vibrocap.scales import Scales
 
 
 def save(fit: Fit, folder: str | Path, scales: Scales | None = None) -> tuple[Path, Path]:
