@@ -6,7 +6,7 @@ JOBS ?= 2
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
 
-.PHONY: help reproduce test test-slow test-thorough lint format type bench docs all lock clean
+.PHONY: help reproduce test test-slow lint format type bench docs all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -19,10 +19,7 @@ test: $(READY) ## the tests, without the slow ones
 	@$(BIN)/python -m pytest -q -n $(JOBS)
 
 test-slow: $(READY) ## the slow tests alone
-	@$(BIN)/python -m pytest -q -n $(JOBS) -m "slow and not thorough" || [ $$? -eq 5 ] # 5: there is none
-
-test-thorough: $(READY) ## what takes minutes each: every law in every test
-	@$(BIN)/python -m pytest -q -n $(JOBS) -m thorough || [ $$? -eq 5 ] # 5: there is none
+	@$(BIN)/python -m pytest -q -n $(JOBS) -m slow || [ $$? -eq 5 ] # 5: there is none
 
 lint: $(READY) ## style, format and import contracts
 	@$(BIN)/ruff check --quiet
