@@ -23,6 +23,14 @@ from vibrocap.friction.rate_and_state_slip import RateAndStateSlip
 from vibrocap.friction.smoothed_arctan import SmoothedArctan
 from vibrocap.friction.smoothed_tanh import SmoothedTanh
 from vibrocap.friction.stribeck import Stribeck
+from vibrocap.identification.bootstrap import Bootstrap, bootstrap
+from vibrocap.identification.comparison import Comparison, compare
+from vibrocap.identification.experiment_design import ExperimentDesign, candidate_motions, experiment_design
+from vibrocap.identification.fit import fit
+from vibrocap.identification.fit_result import Fit
+from vibrocap.identification.matched import Match, match
+from vibrocap.identification.spring_fit import spring_fit
+from vibrocap.identification.steady_fit import steady_fit
 from vibrocap.laboratory.break_away import BreakAway, break_away
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
 from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
@@ -238,4 +246,17 @@ __all__ = [
     "SpecialKind",
     "WordChange",
     "branch_dataset",
+    "fit",
+    "Fit",
+    "steady_fit",
+    "spring_fit",
+    "bootstrap",
+    "Bootstrap",
+    "compare",
+    "Comparison",
+    "match",
+    "Match",
+    "experiment_design",
+    "ExperimentDesign",
+    "candidate_motions",
 ]
