@@ -90,6 +90,7 @@ def test_coulomb_does_not_creep():
 # --- any units, any law ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_any_units_serve():
     """Twice the unit of length, a third of that of time: numbers in proportion (LuGre, forces in the unit of load)."""
     length, time = 2.0, 1.0 / 3.0

@@ -33,6 +33,7 @@ def drift(system, periods=400):
     return float(marks[-1, 2] - marks[-2, 2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
     found = vc.crossing(capsule(law), "drift", RATIO, (0.2, 8.1), initial=START, points=30)
@@ -48,6 +49,7 @@ def test_control_points_of_a_soft_spring_are_those_of_shooting(law):
     assert (beside[1] - beside[0]) / 2e-3 == pytest.approx(place.slope, rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_no_control_point_at_the_printed_parameters(law):
     """The paper's O1 and O2: every steady motion is symmetric, so that the drift is nothing throughout."""

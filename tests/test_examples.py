@@ -129,6 +129,7 @@ def test_slow_drive_mostly_sticks_and_weight_sticks_a_third(motions):
     assert vc.word(motions["weight-as-load"]).count("S") == 4
 
 
+@pytest.mark.slow
 def test_the_study_of_the_readme_finds_travel_and_none(tmp_path, monkeypatch):
     """The commands of examples/README.md on a coarser grid: the paper's machine (rho = 4) goes nowhere."""
     text = (EXAMPLES / "README.md").read_text("utf-8")

@@ -162,6 +162,7 @@ def test_any_units_serve():
     assert vc.energy_balance(first).belt != 0.0 != vc.energy_balance(first).damper
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["outer_force", "powers"])
 def test_a_wrong_account_shows_in_the_certificate(fault, monkeypatch):
     """Planted: a damper that the momentum forgets; a belt that gives no power."""

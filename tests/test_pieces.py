@@ -126,7 +126,8 @@ def times(motion, kind):
     return [event.time for event in motion.events if event.kind == kind]
 
 
-@pytest.mark.parametrize("law", [Prandtl(), pytest.param(Relaxing(), marks=pytest.mark.slow)])
+@pytest.mark.slow  # a compilation each
+@pytest.mark.parametrize("law", [Prandtl(), Relaxing()])
 def test_against_an_event_solver(law):
     """Errors: 1e-9 per step over some hundred steps, and what the equations make of it over a period and a half."""
     system = system_with(law)
