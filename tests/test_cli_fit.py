@@ -213,7 +213,8 @@ def test_picture_shows_records_and_parameters(folder):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
-    from vibrocap.faces.fit_plots import _envelope, _stretch
+    from vibrocap.faces.fit_plots import MOST_POINTS, _stretch
+    from vibrocap.faces.long_lines import by_extremes
     from vibrocap.identification.fit_result import RecordResult
 
     time = np.linspace(0.0, 100.0, 20_001)
@@ -226,7 +227,9 @@ def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
     assert _stretch(record, 100) == slice(0, len(time))
     force = np.zeros(20_001)
     force[7_777] = 1.0
-    assert _envelope(time, force)[1].max() == 1.0
+    drawn = by_extremes(time, force, MOST_POINTS)[1]
+    assert drawn.max() == 1.0
+    assert len(drawn) <= MOST_POINTS < len(force)
 
 
 def test_columns_and_units_are_named(folder, capsys):

@@ -20,12 +20,12 @@ from vibrocap.faces.cli_crossing import crossing
 from vibrocap.faces.cli_fit import fit
 from vibrocap.faces.cli_friction import friction
 from vibrocap.faces.cli_orbit import orbit
-from vibrocap.faces.cli_plot import PICTURES, plot
+from vibrocap.faces.cli_plot import plot
 from vibrocap.faces.cli_records import datasets
 from vibrocap.faces.cli_stick_slip import stick_slip
 from vibrocap.faces.cli_sweep import measures, sweep
 from vibrocap.faces.exits import BROKEN_PIPE, INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, complain
-from vibrocap.faces.terminal import Refusal, needs, needs_film, progress, writable_file, writable_folder
+from vibrocap.faces.terminal import PICTURES, Refusal, needs, needs_film, progress, writable_file, writable_folder
 
 EXPORTS = (".nc", ".csv")
 ANIMATIONS = (".mp4", ".gif")

@@ -4,9 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.faces.cli_crossing import range_of
-from vibrocap.faces.cli_plot import PICTURES
 from vibrocap.faces.exits import INCOMPLETE, OK, complain
-from vibrocap.faces.terminal import Page, Refusal, needs, progress, writable_file
+from vibrocap.faces.terminal import Page, Refusal, progress, writable_picture
 
 
 def branch(
@@ -52,7 +51,7 @@ def branch(
 
     given = read_source(case)
     path, low, high = range_of(over)
-    _picture(plot)
+    writable_picture("--plot", plot)
     try:
         with progress(f"Following steady motions over {path}"):
             found = branches(
@@ -124,7 +123,7 @@ def basins(
 
     given = read_source(case)
     axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
-    _picture(plot)
+    writable_picture("--plot", plot)
     try:
         with progress("Running the starts of the plane") as report:
             found = basins_of(
@@ -158,13 +157,6 @@ def _axis(text: str) -> tuple[str, tuple[float, float] | None]:
         return text, None
     name, low, high = range_of(text, "--plane", "angle=-3:3")
     return name, (low, high)
-
-
-def _picture(path: Path | None) -> None:
-    """Refuse a picture that cannot be drawn or written, before any work."""
-    if path is not None:
-        writable_file("--plot", path, PICTURES)
-        needs("--plot", "plot", "matplotlib")
 
 
 def _quantity(found: Any) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 
 from vibrocap.faces.exits import OK
-from vibrocap.faces.terminal import Page, Refusal, needs, progress, writable_file
+from vibrocap.faces.terminal import Page, Refusal, progress, writable_picture
 from vibrocap.friction.law import Law
 
 friction = App(
@@ -74,7 +74,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
 
     law = _law(name, set_)
     if plot is not None:
-        _picture("friction show --plot", plot)
+        writable_picture("--plot", plot)
     page = Page()
     page.print(f"{name}: {KINDS[law.kind]}", style="bold", soft_wrap=True)
     page.print("\n" + inspect.cleandoc(type(law).__doc__ or ""), soft_wrap=True, markup=False)
@@ -144,7 +144,7 @@ def canonical_tests(
 
     law = _law(name, set_)
     if plot is not None:
-        _picture("friction test --plot", plot)
+        writable_picture("--plot", plot)
     with progress(f"Testing {name}") as report, _refusing():
         sheet = test_sheet(
             law,
@@ -253,14 +253,6 @@ def _law(name: str, settings: list[str]) -> Law:
     except ValidationError as error:
         faults = "; ".join(f"{'.'.join(map(str, each['loc'])) or name}: {each['msg']}" for each in error.errors())
         raise Refusal(f"--set: {faults}") from None
-
-
-def _picture(option: str, path: Path) -> None:
-    """Refuse a picture that cannot be drawn or written, before any work."""
-    from vibrocap.faces.cli_plot import PICTURES
-
-    needs(option, "plot", "matplotlib")
-    writable_file("--plot", path, PICTURES)
 
 
 @contextlib.contextmanager

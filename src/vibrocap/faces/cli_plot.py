@@ -4,9 +4,7 @@ from pathlib import Path
 
 from vibrocap.case import CaseError
 from vibrocap.faces.exits import OK
-from vibrocap.faces.terminal import Page, Refusal, needs, writable_file
-
-PICTURES = (".png", ".svg", ".pdf")
+from vibrocap.faces.terminal import PICTURES, Page, Refusal, needs, writable_file
 
 
 def plot(

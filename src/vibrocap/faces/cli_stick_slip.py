@@ -5,9 +5,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.faces.cli_plot import PICTURES
 from vibrocap.faces.exits import OK
-from vibrocap.faces.terminal import Page, Refusal, needs, writable_file
+from vibrocap.faces.terminal import Page, Refusal, writable_picture
 
 if TYPE_CHECKING:
     from vibrocap.records.regimes import RegimeDiagram
@@ -77,12 +76,10 @@ def stick_slip(
     complaints: list[str] = []
     wanted = _pairs("columns", columns, complaints)
     units_given = {quantity: str(unit) for quantity, unit in _pairs("units", units, complaints).items()}
-    if plot is not None:
-        try:
-            writable_file("--plot", plot, PICTURES)
-            needs("--plot", "plot", "matplotlib")
-        except Refusal as refusal:
-            complaints.append(str(refusal))
+    try:
+        writable_picture("--plot", plot)
+    except Refusal as refusal:
+        complaints.append(str(refusal))
     given = {"stiffness": stiffness, "pulling_speed": speed, "mass": mass, "normal_force": normal_force}
     settings: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if coefficient:

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vibrocap.faces.long_lines import by_extremes
 from vibrocap.faces.plots import BLUE, GREEN, STYLE, VERMILION, blank_figure, footnote, save
 from vibrocap.identification.comparison import Comparison
 from vibrocap.identification.fit_result import Fit, FittedParameter, RecordResult
@@ -84,7 +85,7 @@ def residual_figure(fit: Fit) -> Figure:
             colour = _style(record)["color"]
             speed_scale, speed_prefix = _scale(record.velocity)
             at = _even_choice(len(error), MOST_POINTS)
-            time, envelope = _envelope(record.time, error)
+            time, envelope = by_extremes(record.time, error, MOST_POINTS)
             left.plot(time, envelope, color=colour, linewidth=0.6)
             left.axhline(0.0, color="#444444", linewidth=0.6)
             left.set(xlabel="time (s)", ylabel=f"error ({prefix}N)", title=_title(record))
@@ -256,18 +257,6 @@ def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
 def _even_choice(count: int, most: int) -> np.ndarray:
     """Places of at most `most` of `count` samples, evenly chosen."""
     return np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(int)
-
-
-def _envelope(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A long line by the extremes of as many stretches as can be seen."""
-    block = -(-2 * len(x) // MOST_POINTS)
-    if block <= 2:
-        return x, y
-    number = len(x) // block
-    parts = y[: number * block].reshape(number, block)
-    at = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
-    index = (at + block * np.arange(number)[:, None]).ravel()
-    return x[index], y[index]
 
 
 def _scale(values: np.ndarray) -> tuple[float, str]:

@@ -5,8 +5,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.faces.cli_plot import PICTURES
-from vibrocap.faces.terminal import Refusal, needs, writable_file, writable_folder
+from vibrocap.faces.terminal import Refusal, writable_folder, writable_picture
 
 if TYPE_CHECKING:
     from vibrocap.records.record import Record
@@ -117,12 +116,10 @@ def destinations(out: Path | None, plot: Path | None, complaints: list[str]) -> 
             writable_folder("--out", out)
         except Refusal as refusal:
             complaints.append(str(refusal))
-    if plot is not None:
-        try:
-            writable_file("--plot", plot, PICTURES)
-            needs("--plot", "plot", "matplotlib")
-        except Refusal as refusal:
-            complaints.append(str(refusal))
+    try:
+        writable_picture("--plot", plot)
+    except Refusal as refusal:
+        complaints.append(str(refusal))
 
 
 def machine_stiffness(

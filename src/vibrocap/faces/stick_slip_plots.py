@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from vibrocap.faces.long_lines import by_extremes
 from vibrocap.faces.plots import (
     BLACK,
     BLUE,
@@ -97,7 +98,7 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
 
 
 def _whole(ax: Axes, found: StickSlip) -> None:
-    x, y = _thinned(found.time, found.force)
+    x, y = by_extremes(found.time, found.force, MOST_POINTS)
     ax.plot(x, y, color="#5A5A5A", linewidth=0.5)
     size = 0.8 if len(found.slips) <= CROWD else 0.4
     for slips, face, name in ((found.main_slips, VERMILION, "slip"), (_minor(found), "white", "minor slip")):
@@ -190,18 +191,6 @@ def _detail_window(found: StickSlip) -> tuple[float, float]:
     half = min(0.5 * DETAIL_PERIODS * period, 0.5 * (end - begin))
     middle = 0.5 * (begin + end)
     return middle - half, middle + half
-
-
-def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """At most MOST_POINTS points that keep every extreme of a long line."""
-    block = -(-2 * len(x) // MOST_POINTS)
-    if block <= 2:
-        return x, y
-    number = len(x) // block
-    parts = y[: number * block].reshape(number, block)
-    at = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
-    index = (at + block * np.arange(number)[:, None]).ravel()
-    return x[index], y[index]
 
 
 def _minor(found: StickSlip) -> tuple[Any, ...]:

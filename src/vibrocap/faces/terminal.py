@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+PICTURES = (".png", ".svg", ".pdf")
 SHOWN_AFTER = 2.0  # seconds; what takes less needs no progress bar
 
 
@@ -72,6 +73,13 @@ def writable_file(option: str, path: Path, kinds: Iterable[str]) -> Path:
     if path.exists() and not os.access(path, os.W_OK):
         raise Refusal(f"{option}: {str(path)!r} exists and cannot be overwritten; give another name")
     return path
+
+
+def writable_picture(option: str, path: Path | None) -> None:
+    """Refusal for a picture that cannot be drawn or written. None is no picture."""
+    if path is not None:
+        writable_file(option, path, PICTURES)
+        needs(option, "plot", "matplotlib")
 
 
 def writable_folder(option: str, folder: Path) -> Path:

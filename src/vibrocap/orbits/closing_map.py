@@ -162,18 +162,23 @@ class ClosingMap:
         options = self.tolerance, self.mirrored, self.map.plain
         return ClosingMap(self.system, self.path, self.between, response_period, half, *options)
 
-    def attempt(self, x: np.ndarray, like: Closing | None = None) -> Closing:
-        map_, m = self.map, len(self.unknowns)
-        n, low, high = map_.states, *self.between
-        state = self.state(x, like)
+    def tangents_and_neighbours(self, x: np.ndarray, state: np.ndarray, nudge: float) -> tuple[np.ndarray, np.ndarray]:
+        """(parameters, starts) of m + 2 runs: with the tangent along each unknown, and two beside in the parameter."""
+        m, n = len(self.unknowns), self.map.states
         rows = np.tile(self.row, (m + 2, 1))
-        nudge = NUDGE * (high - low)
         rows[:, self.index] = self.parameter(x)
         rows[m:, self.index] += (nudge, -nudge)
         start = np.zeros((m + 2, 2 * n))
         start[:, :n] = state
-        free = map_.free(state[None])[0]
+        free = self.map.free(state[None])[0]
         start[np.arange(m), n + self.unknowns] = (self.sizes * free)[self.unknowns]
+        return rows, start
+
+    def attempt(self, x: np.ndarray, like: Closing | None = None) -> Closing:
+        map_, m, n = self.map, len(self.unknowns), self.map.states
+        state = self.state(x, like)
+        nudge = NUDGE * (self.between[1] - self.between[0])
+        rows, start = self.tangents_and_neighbours(x, state, nudge)
         response = 0.5 * self.response_period if self.half else float(self.response_period)
         lengths = np.full(m + 2, response * map_.period(rows[0]))
         if self.path.startswith("drive."):

@@ -93,15 +93,8 @@ class CycleMap(ClosingMap):
         map_, m, n = self.map, len(self.unknowns), self.map.states
         x = self._at_rest_again(x, like)
         state, length = self.state(x, like), self.period(x)
-        low, high = self.between
-        nudge = NUDGE * (high - low)
-        rows = np.tile(self.row, (m + 2, 1))
-        rows[:, self.index] = self.parameter(x)
-        rows[m:, self.index] += (nudge, -nudge)
-        start = np.zeros((m + 2, 2 * n))
-        start[:, :n] = state
-        free = map_.free(state[None])[0]
-        start[np.arange(m), n + self.unknowns] = (self.sizes * free)[self.unknowns]
+        nudge = NUDGE * (self.between[1] - self.between[0])
+        rows, start = self.tangents_and_neighbours(x, state, nudge)
         sizes = self.sizes[self.unknowns]
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
