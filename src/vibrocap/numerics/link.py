@@ -41,7 +41,7 @@ ENTRIES = ("advance", "advance_ensemble", "follow")  # the last one of a kernel 
 # Nothing is allocated in a kernel; without its runtime (_nrt), Numba counts no references to the arrays that are passed
 # around, atomic operations that took a third of the time.
 OPTIONS = 'fastmath={"contract"}, error_model="numpy", nogil=True, _nrt=False'
-DECORATOR = f"numba.njit({OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True)"
+DECORATORS = "one_version", f"numba.njit({OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True)"
 ENTRY_DECORATOR = f"numba.njit({OPTIONS}, cache=True)"
 
 
@@ -113,7 +113,8 @@ def compiled_kernel(linked: str) -> Any:
 
 def _compiled_kernel(linked: str) -> Any:
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
-    text = "import numba\n" + _decorated(linked, entry)
+    head = "import numba\nfrom vibrocap.numerics.one_version import one_version\n"
+    text = head + _decorated(linked, entry)
     if PLAIN_VECTORS in text:  # their code is part of what is compiled
         vectors = importlib.import_module("vibrocap.numerics.vectors")
         code = hashlib.sha256(inspect.getsource(vectors).encode()).hexdigest()
@@ -196,7 +197,8 @@ def _decorated(text: str, entry: str) -> str:
     lines = []
     for line in ast.unparse(tree).splitlines():
         if line.startswith("def "):
-            lines.append("@" + (ENTRY_DECORATOR if line.startswith(f"def {entry}(") else DECORATOR))
+            decorators = (ENTRY_DECORATOR,) if line.startswith(f"def {entry}(") else DECORATORS
+            lines.extend(f"@{decorator}" for decorator in decorators)
         lines.append(line)
     return "\n".join(lines) + "\n"
 
