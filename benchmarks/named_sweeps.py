@@ -66,7 +66,8 @@ PEERS = (
     Peer("vibrocap", "sweep_vibrocap"),
     Peer("heyoka, batch", "sweep_peers_heyoka"),
     Peer("heyoka, its ensemble", "sweep_peers_heyoka", prepare="prepare_ensemble"),
-    Peer("Numba, scalar loop (Tsit5)", "sweep_peers_numba"),
+    Peer("Numba loop, events located", "sweep_peers_numba"),
+    Peer("Numba loop, |v| as written", "sweep_peers_numba", prepare="prepare_plain_sweep"),
     Peer("diffrax, vmap (Tsit5)", "sweep_peers_diffrax", every=10),
     Peer("SciPy, DOP853", "sweep_peers_scipy", every=100),
 )
@@ -133,7 +134,8 @@ def compare(law: str, threads: int, peers: Sequence[Peer], rounds: int = 5) -> N
         spent = nanoseconds(statistics.median(measured), len(masses))
         first = first or spent
         error = error_share(law, masses, final[peer])
-        print(f"  {peer.label:30s}{spent:14,.0f}{spent / first:9.2f}{error:12.1e}{len(masses):7d}")
+        missed = "  above the error asked" if error > ERROR_ASKED else ""
+        print(f"  {peer.label:30s}{spent:14,.0f}{spent / first:9.2f}{error:12.1e}{len(masses):7d}{missed}")
 
 
 def main() -> None:
