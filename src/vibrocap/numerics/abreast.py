@@ -8,6 +8,7 @@ is to be decided than that takes `loop.step`, like a single motion; the others w
 from vibrocap.numerics.contact import JUMP, cross
 from vibrocap.numerics.generated import (
     ARRIVING,
+    DAMPED_STEP,
     HOLD,
     IDLE,
     IMPLICIT_STEPS,
@@ -57,8 +58,9 @@ from vibrocap.numerics.plain_vectors import (
     whole_set,
 )
 from vibrocap.numerics.roots import EPSILON
+from vibrocap.numerics.stabilised_abreast import stabilised_steps
 from vibrocap.numerics.tangents import tangents_wait
-from vibrocap.numerics.taylor import series_value
+from vibrocap.numerics.taylor import GENTLE, series_value
 from vibrocap.numerics.taylor_abreast import greater, lesser, series_values, taylor_steps
 from vibrocap.numerics.window import on_piece
 
@@ -89,17 +91,20 @@ def step_abreast(real, whole, tape, running):
     side = load(real, SIDE)
     period = load(real, PERIOD)
     remaining = period - load(real, TIME)
-    longest, gentle = taylor_steps(real, side)
-    h = lesser(longest, remaining)
-    plain = running & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
-    plain = plain & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
-    if not SET_VALUED:
-        free = whole_above(whole, PATIENCE, 1) | whole_above(whole, ZEROS, 0) | (longest >= remaining) | gentle
-        plain = plain & whole_equal(whole, STIFF, 0) & free
+    longest, last, before = taylor_steps(real, side)
     start = load(real, VELOCITY)
+    moving = running
     if KINKED:
         change = abs(load(real, VELOCITY + LANES)) * longest
-        plain = plain & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
+        moving = running & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
+    series = damped = moving
+    if not SET_VALUED:
+        settled = whole_above(whole, ZEROS, 0) | (longest >= remaining) | (ORDER * last * longest < GENTLE * before)
+        series = whole_equal(whole, STIFF, 0) & (settled | whole_above(whole, PATIENCE, 1))
+        longest, damped = stabilised_steps(real, last, before, longest, moving & series & ~settled)
+    h = lesser(longest, remaining)
+    plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
+    plain = plain & series & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
     plain = tangents_wait(whole, plain)
     for i in range(SWITCHES):
         plain = plain & within_piece(real, SWITCH + i * (ORDER + 1) * LANES, h)
@@ -126,6 +131,8 @@ def step_abreast(real, whole, tape, running):
                 event = event & ~early
     end = series_values(real, VELOCITY, h)
     plain = plain & foreseen_abreast(real, start, end, h, period)
+    if not SET_VALUED:
+        store(real, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     move_abreast(real, whole, tape, plain, h, end)
     finish_abreast(real, whole, tape, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
     return bits(plain)

@@ -4,15 +4,15 @@ Tangents are followed by Taylor steps too: an implicit step would need second de
 """
 
 from vibrocap.numerics.generated import PATIENCE
-from vibrocap.numerics.taylor import taylor_step
+from vibrocap.numerics.stabilised import series_step
 
 FOR_GOOD = 2**40  # steps
 
 
 def chosen_step(real, whole, lane, remaining):
-    """The Taylor step, and no look at any other."""
+    """The step of the series, and no look at any other."""
     whole[PATIENCE + lane] = FOR_GOOD
-    return taylor_step(real, whole, lane)
+    return series_step(real, whole, lane, remaining)[0]
 
 
 def polished_step(real, whole, lane, h, longest):

@@ -22,7 +22,8 @@ from types import ModuleType
 from typing import Any
 
 # Modules of the kernel, in the order in which they use each other.
-STEPS = {False: ("roots", "taylor", "explicit"), True: ("roots", "taylor", "implicit", "switching")}  # maybe stiff?
+COMMON = ("roots", "taylor", "stabilised")
+STEPS = {False: (*COMMON, "explicit"), True: (*COMMON, "implicit", "switching")}  # maybe stiff?
 TANGENTS = {False: "no_tangents", True: "tangents"}
 PIECES = {False: "one_piece", True: "pieces"}  # of the law, on each side
 RECORDING, MEASURING = ("record",), ("settle", "window")  # the hooks of one motion, of an ensemble
@@ -30,7 +31,7 @@ RECORDING, MEASURING = ("record",), ("settle", "window")  # the hooks of one mot
 LOOPS = {
     "single": ("contact", "loop", "one_by_one"),
     "ensemble": ("contact", "loop", "one_by_one", "feed"),
-    "abreast": ("elementary_abreast", "contact", "loop", "taylor_abreast", "abreast", "feed"),
+    "abreast": ("elementary_abreast", "contact", "loop", "taylor_abreast", "stabilised_abreast", "abreast", "feed"),
 }
 PLAIN_VECTORS, VECTORS = "from vibrocap.numerics.plain_vectors", "from vibrocap.numerics.vectors"
 VECTOR_NAMES = (

@@ -25,7 +25,8 @@ from vibrocap.numerics.implicit import (
     velocity_series,
 )
 from vibrocap.numerics.roots import EPSILON, first_root
-from vibrocap.numerics.taylor import GENTLE, STABLE, last_terms, series_value, taylor_step
+from vibrocap.numerics.stabilised import STABILITY, series_step
+from vibrocap.numerics.taylor import GENTLE, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
 REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
@@ -45,11 +46,8 @@ def chosen_step(real, whole, lane, remaining):
         whole[STIFF + lane] = 0
     whole[PATIENCE + lane] -= 1
     if whole[STIFF + lane] == 0:
-        explicit = taylor_step(real, whole, lane)
-        if whole[ZEROS + lane] > 0 or whole[PATIENCE + lane] > 0 or not (explicit < remaining):
-            return explicit
-        last, before = last_terms(real, lane)
-        if ORDER * last * explicit < GENTLE * before:
+        explicit, gentle = series_step(real, whole, lane, remaining)
+        if gentle or whole[PATIENCE + lane] > 0:
             return explicit
         whole[PATIENCE + lane] = LOOK
         stretch = explicit * spectral_radius(real, whole, lane)
@@ -71,7 +69,7 @@ def chosen_step(real, whole, lane, remaining):
         whole[PATIENCE + lane] = LOOK
         reach = real[IMPLICIT_STEP + lane] / IMPLICIT_COST
         lost = reach < real[EXPLICIT_STEP + lane]
-        if lost or reach * spectral_radius(real, whole, lane) < STABLE:
+        if lost or reach * spectral_radius(real, whole, lane) < STABILITY:
             whole[STIFF + lane] = 0
             whole[PATIENCE + lane] = rest_steps(whole, lane) if lost else LOOK
     return h

@@ -12,7 +12,7 @@ from vibrocap.numerics.generated import (
     TOLERANCE,
 )
 from vibrocap.numerics.plain_vectors import exponent, floor, load, mantissa, power_of_two, where
-from vibrocap.numerics.taylor import GENTLE, SAFETY
+from vibrocap.numerics.taylor import SAFETY
 
 
 def lesser(x, y):
@@ -26,7 +26,7 @@ def greater(x, y):
 
 
 def taylor_steps(real, side):
-    """(`taylor.taylor_step`, where stability does not bound it) of all lanes; 0 where a coefficient is not a number."""
+    """(`taylor.taylor_step`, last term, last but one) of all lanes; step 0 where a coefficient is not a number."""
     last = 0.0 * side
     before = 0.0 * side
     for i in range(STATES):
@@ -45,8 +45,7 @@ def taylor_steps(real, side):
             (wanted - rough_logarithms(before)) * (1.0 / (ORDER - 1)),
         )
     )
-    h = where(last <= 1e300, SAFETY * h, 0.0)
-    return h, ORDER * last * h < GENTLE * before
+    return where(last <= 1e300, SAFETY * h, 0.0), last, before
 
 
 def rough_logarithms(x):

@@ -1,0 +1,119 @@
+"""Stabilised Taylor steps: their polynomials, what they save where bristles are stiff, and what they must not cost."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from plain_kernels import kernel_of, running_on
+from stability_polynomials import DAMPED, damping, interval, longest_reach, smallest_filter, terms, undamped, wedge
+from vibrocap.numerics.stabilised import POLYNOMIALS
+
+ORDERS = sorted(POLYNOMIALS)
+MACHINE = vc.PendulumCapsule(mass_ratio=0.3, stiffness=2.0, damping=1.0)
+SYSTEM = vc.System(MACHINE, vc.LuGre(), vc.Harmonic(amplitude=1.8, frequency=1.0))
+START = {"angle": math.pi / 3, "bristle": 0.0026}
+PERIODS, TOLERANCE = 2, 1e-7
+SYSTEM_ROWS = 5
+
+
+def multiplied(z, order, factors):
+    """R(z), by which a step multiplies a disturbance that decays like exp(z)."""
+    return undamped(z, order) + terms(z, order) @ np.asarray(factors)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_fast_decays_are_damped_up_to_the_stated_reach(order):
+    reach, factors, _ = POLYNOMIALS[order]
+    x = np.linspace(-reach, -1e-3, 5000)
+    size = np.abs(multiplied(x, order, factors))
+    assert np.all(size <= np.where(x < -2.5, 0.9, 1.0) + 1e-3)
+    assert np.all(np.abs(multiplied(wedge(reach, 2000), order, factors)) <= 1.0 + 1e-3)
+    assert np.abs(multiplied(np.array([-1.1 * reach]), order, factors))[0] > 1.0
+    plain = np.abs(multiplied(x, order, np.ones(DAMPED)))
+    assert plain.max() > 1e3  # what the damping is for
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_polynomials_are_the_best_and_filters_the_smallest(order):
+    reach, factors, filters = POLYNOMIALS[order]
+    assert longest_reach(order) == pytest.approx(reach, rel=1e-3)
+    assert damping(order, reach) == pytest.approx(factors, rel=3e-3)
+    assert filters[0] == pytest.approx(1.0 - factors[0], rel=1e-12)
+    expected, largest = smallest_filter(order, reach, filters[0])
+    assert filters == pytest.approx(expected, rel=3e-3)
+    assert np.abs(terms(interval(reach, 3000), order) @ filters).max() == pytest.approx(largest, rel=1e-2)
+    assert largest < 12.0
+
+
+@pytest.fixture(scope="module")
+def kernel():
+    return kernel_of(SYSTEM, 12)
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return final(vc.simulate(SYSTEM, periods=PERIODS, initial=START, tolerance=1e-12))
+
+
+def final(motion):
+    assert motion.status.ok
+    return np.array(list(motion.state.values()))
+
+
+def run(kernel, **replaced):
+    """(error of the final state, Taylor steps) of a run on the plain kernel with functions replaced."""
+    with np.errstate(all="ignore"), running_on(kernel, **replaced):
+        motion = vc.simulate(SYSTEM, periods=PERIODS, initial=START, tolerance=TOLERANCE)
+    return motion, motion.certificate.taylor_steps
+
+
+@pytest.mark.slow
+def test_fewer_steps_for_no_larger_error(kernel, expected):
+    """A light capsule on bristles, where stability ends plain steps early: a quarter of the steps is saved at least."""
+    motion, steps = run(kernel)
+    plain_motion, plain_steps = run(kernel, stabilised_step=lambda real, lane, last, before, longest: longest)
+    assert steps < 0.8 * plain_steps
+    error, plain_error = (np.abs(final(found) - expected).max() for found in (motion, plain_motion))
+    assert error < max(3.0 * plain_error, TOLERANCE)
+    assert motion.certificate.energy_residual <= 100.0 * TOLERANCE
+    assert motion.certificate.event_velocity < 1e-13
+
+
+@pytest.mark.slow
+def test_the_lengths_without_the_damping_would_not_do(kernel, expected):
+    """A planted fault: the same lengths of steps on the plain series blow disturbances up."""
+    motion, steps = run(kernel, damp_series=lambda real, lane: None)
+    sound, sound_steps = run(kernel)
+    error, sound_error = (np.abs(final(found) - expected).max() for found in (motion, sound))
+    assert error > 10.0 * sound_error or steps > 1.2 * sound_steps
+
+
+def test_steps_without_stiffness_are_plain(kernel):
+    """A slow decay, which stability does not bound: the length is the plain one and no coefficient is touched."""
+    for row in range(SYSTEM_ROWS):
+        kernel.series(row)[:] = [0.1 * (-0.5) ** k / math.factorial(k) for k in range(13)]
+    kernel.fill("TOLERANCE", TOLERANCE)
+    kernel.fill("ZEROS", 0)
+    before = kernel.real.copy()
+    length, gentle = kernel["series_step"](kernel.real, kernel.whole, 0, 100.0)
+    assert gentle
+    assert length == kernel["taylor_step"](kernel.real, kernel.whole, 0)
+    assert np.array_equal(kernel.real, before)
+
+
+def test_a_fast_decay_is_damped_for_a_longer_step(kernel):
+    """Beside it a disturbance that decays 40 times as fast: the step goes on, and the last terms are damped."""
+    for row in range(SYSTEM_ROWS):
+        size = kernel.real[kernel.place("SCALE") + row]
+        decays = [(0.1 * (-0.5) ** k + 1e-3 * TOLERANCE * (-20.0) ** k) / math.factorial(k) for k in range(13)]
+        kernel.series(row)[:] = np.multiply(size, decays)
+    kernel.fill("TOLERANCE", TOLERANCE)
+    kernel.fill("ZEROS", 0)
+    plain, before = kernel["taylor_step"](kernel.real, kernel.whole, 0), kernel.series(0).copy()
+    length, gentle = kernel["series_step"](kernel.real, kernel.whole, 0, 100.0)
+    assert not gentle
+    assert 1.1 * plain < length <= POLYNOMIALS[12][0] / 20.0
+    assert np.array_equal(kernel.series(0)[:10], before[:10])
+    assert kernel.series(0)[10:] == pytest.approx(before[10:] * POLYNOMIALS[12][1], rel=1e-15)
