@@ -73,7 +73,7 @@ def run(kernel, **replaced):
 def test_fewer_steps_for_no_larger_error(kernel, expected):
     """A light capsule on bristles, where stability ends plain steps early: a quarter of the steps is saved at least."""
     motion, steps = run(kernel)
-    plain_motion, plain_steps = run(kernel, stabilised_step=lambda real, lane, last, before, longest: longest)
+    plain_motion, plain_steps = run(kernel, stabilised_step=lambda real, lane, longest: longest)
     assert steps < 0.8 * plain_steps
     error, plain_error = (np.abs(final(found) - expected).max() for found in (motion, plain_motion))
     assert error < max(3.0 * plain_error, TOLERANCE)
@@ -96,6 +96,7 @@ def test_steps_without_stiffness_are_plain(kernel):
         kernel.series(row)[:] = [0.1 * (-0.5) ** k / math.factorial(k) for k in range(13)]
     kernel.fill("TOLERANCE", TOLERANCE)
     kernel.fill("ZEROS", 0)
+    kernel.fill("DECAY_RATE", 0.5)
     before = kernel.real.copy()
     length, gentle = kernel["series_step"](kernel.real, kernel.whole, 0, 100.0)
     assert gentle
@@ -111,9 +112,26 @@ def test_a_fast_decay_is_damped_for_a_longer_step(kernel):
         kernel.series(row)[:] = np.multiply(size, decays)
     kernel.fill("TOLERANCE", TOLERANCE)
     kernel.fill("ZEROS", 0)
+    kernel.fill("DECAY_RATE", 20.0)
     plain, before = kernel["taylor_step"](kernel.real, kernel.whole, 0), kernel.series(0).copy()
     length, gentle = kernel["series_step"](kernel.real, kernel.whole, 0, 100.0)
     assert not gentle
-    assert 1.1 * plain < length <= POLYNOMIALS[12][0] / 20.0
+    assert 1.1 * plain < length == pytest.approx(0.85 * POLYNOMIALS[12][0] / 20.0)
     assert np.array_equal(kernel.series(0)[:10], before[:10])
     assert kernel.series(0)[10:] == pytest.approx(before[10:] * POLYNOMIALS[12][1], rel=1e-15)
+
+
+def test_the_rate_is_the_trace_of_the_jacobian(kernel):
+    """With the other sign; for a fast contact it is the rate of the bristles, the eigenvalue of the fastest decay."""
+    state = [0.5, 0.3, 0.0, 0.4, 0.0015]
+    kernel.fill("STATE", state)
+    kernel.fill("SIDE", 1.0)
+    kernel["jet"](kernel.real)
+    point = kernel.names["WORK"] + 100
+    kernel.real[point : point + SYSTEM_ROWS] = state
+    kernel["jacobian"](kernel.real, 0.0, point, 1.0, 0, point + SYSTEM_ROWS)
+    size = SYSTEM_ROWS * (SYSTEM_ROWS + 1)
+    slopes = kernel.real[point + SYSTEM_ROWS :][:size].reshape(SYSTEM_ROWS, -1)[:, :SYSTEM_ROWS]
+    rate = kernel.real[kernel.place("DECAY_RATE")]
+    assert rate == pytest.approx(-np.trace(slopes), rel=1e-13)
+    assert rate == pytest.approx(-np.linalg.eigvals(slopes).real.min(), rel=0.02)

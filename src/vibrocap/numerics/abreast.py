@@ -9,6 +9,7 @@ from vibrocap.numerics.contact import JUMP, cross
 from vibrocap.numerics.generated import (
     ARRIVING,
     DAMPED_STEP,
+    DECAY_RATE,
     HOLD,
     IDLE,
     IMPLICIT_STEPS,
@@ -99,9 +100,11 @@ def step_abreast(real, whole, tape, running):
         moving = running & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
     series = damped = moving
     if not SET_VALUED:
-        settled = whole_above(whole, ZEROS, 0) | (longest >= remaining) | (ORDER * last * longest < GENTLE * before)
+        rate = load(real, DECAY_RATE)
+        gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
+        settled = whole_above(whole, ZEROS, 0) | (longest >= remaining) | gentle
         series = whole_equal(whole, STIFF, 0) & (settled | whole_above(whole, PATIENCE, 1))
-        longest, damped = stabilised_steps(real, last, before, longest, moving & series & ~settled)
+        longest, damped = stabilised_steps(real, rate, longest, moving & series & ~settled)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     plain = plain & series & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)

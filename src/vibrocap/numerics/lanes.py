@@ -84,6 +84,7 @@ REAL = (
     "TOLERANCE",  # error per step over the natural size of a state
     "IMPLICIT_STEP",  # step that the implicit method proposes
     "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
+    "DECAY_RATE",  # of the fastest decay at the start of the step, about; of laws that cannot stick
     "DAMPED_STEP",  # step for which the series has been damped by the step of all lanes; 0: it has not
     "VISIBLE_SPEED",  # speed up to which a series notices that friction changes near rest
     "CONTACT_RESIDUAL",  # largest |contact velocity| at a located event

@@ -1,7 +1,9 @@
 """Writes the generated part of a kernel: series, rates and Jacobian of one system's equations, as Python source."""
 
 import dataclasses
+import functools
 import math
+import operator
 from collections.abc import Sequence
 from typing import Any
 
@@ -76,6 +78,10 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.holding(k)
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+        if k == 1 and equations.hold is None:
+            decay = writer.coefficient(decay_rate(equations).index, 0)
+            entry = "store(real, DECAY_RATE, {})" if abreast else "real[DECAY_RATE + lane] = {}"
+            writer.lines.append(entry.format(decay))
         for i, guard in enumerate(equations.switches, start=rows + 4):
             keep(i, k, writer.coefficient(guard.index, k) if k < order else "0.0")
     body = [*head, *writer.lines]
@@ -84,6 +90,16 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
         guard = guard_source(order, equations.hold is not None, constant)
         return "\n".join(["def jet(real):", "    align_stack()", *_indented(body, 4), "", guard])
     return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
+
+
+def decay_rate(equations: Any) -> Expression:
+    """Rate of the fastest decay: the trace of the Jacobian, with the other sign.
+
+    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles it is
+    the sum. Without the tangent of a motion, which decays as the motion does.
+    """
+    slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
+    return -functools.reduce(operator.add, slopes)
 
 
 def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:

@@ -15,13 +15,12 @@ whose first factor is exactly that of the error, 1 - DAMPING. The others are cho
 at most 11 times their size, where the damped terms themselves are 10^5 times as large and cancel.
 """
 
-import math
-
 import numpy as np
 
 from vibrocap.numerics.generated import (
     CONTACT_STATE,
     DAMPED_STEP,
+    DECAY_RATE,
     KINKED,
     LANES,
     ORDER,
@@ -36,7 +35,7 @@ from vibrocap.numerics.generated import (
     VELOCITY,
     ZEROS,
 )
-from vibrocap.numerics.taylor import GENTLE, STABLE, last_terms, rough_logarithm, rough_power, taylor_step
+from vibrocap.numerics.taylor import GENTLE, STABLE, last_terms, taylor_step
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
 POLYNOMIALS = {
@@ -49,20 +48,21 @@ STABILITY = POLYNOMIALS.get(ORDER, PLAIN)[0]
 DAMPING = np.array(POLYNOMIALS.get(ORDER, PLAIN)[1])
 FILTER = np.array(POLYNOMIALS.get(ORDER, PLAIN)[2])
 FIRST_DAMPED = ORDER - 2
+# Rate times length: of the longest stabilised step (bristles decay faster as the contact gets faster), of a plain one.
+DAMPED_REACH = 0.85 * STABILITY
+PLAIN_REACH = 0.9 * STABLE
 LONGEST = STABILITY / STABLE  # stabilised step over a plain one
-DECAY = 0.95 * STABILITY / ORDER  # longest step times last term over the last but one
-# Measured over 300 periods of ten capsules: with a share of 0.03 errors are those of plain steps at the same tolerance.
-# A length that is refused is tried again shorter: disturbances left by plain steps, which D sees, are damped in a few.
+# Measured over 30 periods of ten capsules each: with this share errors are those of plain steps at the same tolerance.
 SHARE = 0.03
-LENGTHS, SHORTER = 4, 2.0**-0.5
-# Lengths are powers of 2^(1/GRID): what a disturbance at the level of rounding tells of the rate must not reach them.
-GRID = 8.0
+LENGTHS, SHORTER = 4, 0.7  # that are tried
 
 
 def series_step(real, whole, lane, remaining):
     """(step length, gentle): that of the series, damped where stability would end a plain step early.
 
-    gentle: whether stability is far from bounding the step. A start from rest is a plain step: |v| = 0 is never stiff.
+    gentle: whether stability is far from bounding the step, by the rate of decay and by the last terms, which grow like
+    those of exp(-rate s), or of a fast oscillation, where they bound it: their ratio is rate/ORDER then. A start from
+    rest is a plain step: |v| = 0 is never stiff.
     """
     if SET_VALUED:
         return taylor_step(real, whole, lane), True
@@ -71,35 +71,32 @@ def series_step(real, whole, lane, remaining):
     longest = taylor_step(real, whole, lane)
     if whole[ZEROS + lane] > 0 or not (longest < remaining):
         return longest, True
+    stretch = real[DECAY_RATE + lane] * longest
     last, before = last_terms(real, lane)
-    if ORDER * last * longest < GENTLE * before:
+    if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
         return longest, True
     speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
     if KINKED and 0.1 * (speed + slope * longest) < real[TOLERANCE + lane]:
         return longest, False  # close to rest the sign of the velocity counts, see `taylor_step`
-    return stabilised_step(real, lane, last, before, longest), False
+    if not (stretch > PLAIN_REACH) or STABILITY == 0.0:
+        return longest, False
+    return stabilised_step(real, lane, longest), False
 
 
-def stabilised_step(real, lane, last, before, longest):
-    """Step length, no less than half of `longest`, that of the plain series; damps the series if a step pays.
+def stabilised_step(real, lane, longest):
+    """Step length where `longest`, that of the plain series, is beyond stability; damps the series for it if it can.
 
-    last, before: the last terms of the series, see `taylor.last_terms`; of a fast decay they tell its rate
+    The rate is that of the equations. The last terms of the series tell it too, but where disturbances have decayed to
+    rounding they tell rounding, and steps that depend on rounding differ from one machine to the next.
     """
-    h = rounded_down(min(DECAY * before / last, LONGEST * longest))
-    shortest = 0.5 * min(h, longest)
+    rate = real[DECAY_RATE + lane]
+    h = min(DAMPED_REACH / rate, LONGEST * longest)
     for _ in range(LENGTHS):
-        if not (h > shortest):
-            return longest
         if damping_error(real, lane, h) <= SHARE * real[TOLERANCE + lane]:
             damp_series(real, lane)
             return h
         h *= SHORTER
-    return longest
-
-
-def rounded_down(h):
-    """The largest power of 2^(1/GRID) up to h, to the exactness of `taylor.rough_power`."""
-    return rough_power(math.floor(GRID * rough_logarithm(h)) / GRID)
+    return PLAIN_REACH / rate
 
 
 def damping_error(real, lane, h):

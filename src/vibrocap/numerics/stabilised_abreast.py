@@ -13,31 +13,32 @@ from vibrocap.numerics.generated import (
     TOLERANCE,
     VELOCITY,
 )
-from vibrocap.numerics.plain_vectors import bits, floor, load, store, where
+from vibrocap.numerics.plain_vectors import bits, load, store, where
 from vibrocap.numerics.stabilised import (
+    DAMPED_REACH,
     DAMPING,
-    DECAY,
     FILTER,
     FIRST_DAMPED,
-    GRID,
     LENGTHS,
     LONGEST,
+    PLAIN_REACH,
     SHARE,
     SHORTER,
+    STABILITY,
 )
-from vibrocap.numerics.taylor_abreast import greater, lesser, rough_logarithms, rough_powers
+from vibrocap.numerics.taylor_abreast import greater, lesser
 
 
-def stabilised_steps(real, last, before, longest, wanted):
+def stabilised_steps(real, rate, longest, wanted):
     """(step lengths, lanes whose series have been damped for them), of the lanes `wanted`; `longest` of all others."""
-    h = lesser(DECAY * before / last, LONGEST * longest)
-    h = rough_powers(floor(GRID * rough_logarithms(h)) * (1.0 / GRID))
-    shortest = 0.5 * lesser(h, longest)
-    tolerance = SHARE * load(real, TOLERANCE)
-    open_still = wanted
     damped = wanted & ~wanted
+    if STABILITY == 0.0:
+        return longest, damped
+    open_still = wanted & (rate * longest > PLAIN_REACH)
+    h = lesser(DAMPED_REACH / rate, LONGEST * longest)
+    longest = where(open_still, PLAIN_REACH / rate, longest)
+    tolerance = SHARE * load(real, TOLERANCE)
     for _ in range(LENGTHS):
-        open_still = open_still & (h > shortest)
         if bits(open_still) == 0:
             break
         found = open_still & (damping_errors(real, h) <= tolerance)

@@ -39,8 +39,7 @@ def chosen_step(real, whole, lane, remaining):
 
     The implicit method is tried where stability, not accuracy, bounds the Taylor step, and kept while its steps are
     longer by more than it costs. A start from rest is a Taylor step: |v| = 0 is never stiff. The eigenvalues of the
-    Jacobian are looked at now and then, and only where the last two terms grow like those of a fast decay,
-    exp(-rate s): their ratio is rate/ORDER then.
+    Jacobian are looked at now and then, and only where its trace or the last terms say so, see `series_step`.
     """
     if whole[ZEROS + lane] > 0:
         whole[STIFF + lane] = 0
