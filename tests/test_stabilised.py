@@ -71,12 +71,12 @@ def run(kernel, **replaced):
 
 @pytest.mark.slow
 def test_fewer_steps_for_no_larger_error(kernel, expected):
-    """A light capsule on bristles, where stability ends plain steps early: a quarter of the steps is saved at least."""
+    """A light capsule on bristles, where stability ends plain steps early: three steps of ten are saved at least."""
     motion, steps = run(kernel)
     plain_motion, plain_steps = run(kernel, stabilised_step=lambda real, lane, longest: longest)
-    assert steps < 0.8 * plain_steps
+    assert steps < 0.7 * plain_steps
     error, plain_error = (np.abs(final(found) - expected).max() for found in (motion, plain_motion))
-    assert error < max(3.0 * plain_error, TOLERANCE)
+    assert error < 3.0 * plain_error
     assert motion.certificate.energy_residual <= 100.0 * TOLERANCE
     assert motion.certificate.event_velocity < 1e-13
 
@@ -87,7 +87,8 @@ def test_the_lengths_without_the_damping_would_not_do(kernel, expected):
     motion, steps = run(kernel, damp_series=lambda real, lane: None)
     sound, sound_steps = run(kernel)
     error, sound_error = (np.abs(final(found) - expected).max() for found in (motion, sound))
-    assert error > 10.0 * sound_error or steps > 1.2 * sound_steps
+    assert error > 10.0 * sound_error
+    assert steps > 1.2 * sound_steps
 
 
 def test_steps_without_stiffness_are_plain(kernel):

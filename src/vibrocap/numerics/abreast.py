@@ -95,19 +95,19 @@ def step_abreast(real, whole, tape, running):
     longest, last, before = taylor_steps(real, side)
     start = load(real, VELOCITY)
     moving = running
+    damped = running & ~running
     if KINKED:
         change = abs(load(real, VELOCITY + LANES)) * longest
         moving = running & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
-    series = damped = moving
-    if not SET_VALUED:
+    if not SET_VALUED:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(real, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
-        settled = whole_above(whole, ZEROS, 0) | (longest >= remaining) | gentle
-        series = whole_equal(whole, STIFF, 0) & (settled | whole_above(whole, PATIENCE, 1))
-        longest, damped = stabilised_steps(real, rate, longest, moving & series & ~settled)
+        gentle = gentle | whole_above(whole, ZEROS, 0) | (longest >= remaining)
+        moving = moving & whole_equal(whole, STIFF, 0) & (gentle | whole_above(whole, PATIENCE, 1))
+        longest, damped = stabilised_steps(real, rate, longest, moving & ~gentle)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
-    plain = plain & series & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
+    plain = plain & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
     plain = tangents_wait(whole, plain)
     for i in range(SWITCHES):
         plain = plain & within_piece(real, SWITCH + i * (ORDER + 1) * LANES, h)

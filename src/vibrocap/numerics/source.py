@@ -58,10 +58,13 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     states, rows = layout.states, layout.rows
     head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
 
-    def keep(row: int, k: int, value: str) -> None:
-        """Write a coefficient to memory as soon as it is known: values wait in registers, of which there are few."""
-        place = f"SERIES + {row * (order + 1) + k} * LANES"
+    def put(place: str, value: str) -> None:
+        """Write a value to memory as soon as it is known: values wait in registers, of which there are few."""
         writer.lines.append(f"store(real, {place}, {value})" if abreast else f"real[{place} + lane] = {value}")
+
+    def keep(row: int, k: int, value: str) -> None:
+        """Write a coefficient to its place in the series."""
+        put(f"SERIES + {row * (order + 1) + k} * LANES", value)
 
     for k in range(order + 1):
         for i in range(states):
@@ -79,9 +82,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         if k == 1 and equations.hold is None:
-            decay = writer.coefficient(decay_rate(equations).index, 0)
-            entry = "store(real, DECAY_RATE, {})" if abreast else "real[DECAY_RATE + lane] = {}"
-            writer.lines.append(entry.format(decay))
+            put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
         for i, guard in enumerate(equations.switches, start=rows + 4):
             keep(i, k, writer.coefficient(guard.index, k) if k < order else "0.0")
     body = [*head, *writer.lines]

@@ -24,7 +24,6 @@ from vibrocap.numerics.stabilised import (
     PLAIN_REACH,
     SHARE,
     SHORTER,
-    STABILITY,
 )
 from vibrocap.numerics.taylor_abreast import greater, lesser
 
@@ -32,8 +31,6 @@ from vibrocap.numerics.taylor_abreast import greater, lesser
 def stabilised_steps(real, rate, longest, wanted):
     """(step lengths, lanes whose series have been damped for them), of the lanes `wanted`; `longest` of all others."""
     damped = wanted & ~wanted
-    if STABILITY == 0.0:
-        return longest, damped
     open_still = wanted & (rate * longest > PLAIN_REACH)
     h = lesser(DAMPED_REACH / rate, LONGEST * longest)
     longest = where(open_still, PLAIN_REACH / rate, longest)
