@@ -42,8 +42,9 @@ ENTRIES = ("advance", "advance_ensemble", "follow")  # the last one of a kernel 
 # Nothing is allocated in a kernel; without its runtime (_nrt), Numba counts no references to the arrays that are passed
 # around, atomic operations that took a third of the time.
 OPTIONS = 'fastmath={"contract"}, error_model="numpy", nogil=True, _nrt=False'
-DECORATORS = "one_version", f"numba.njit({OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True)"
-ENTRY_DECORATOR = f"numba.njit({OPTIONS}, cache=True)"
+WITHOUT_WRAPPERS = "no_cpython_wrapper=True, no_cfunc_wrapper=True"
+DECORATORS = "one_version", f"numba.njit({OPTIONS}, {WITHOUT_WRAPPERS}, pipeline_class=PartCompiler)"
+ENTRY_DECORATOR = f"numba.njit({OPTIONS}, cache=True, pipeline_class=WholeCompiler)"
 
 
 @functools.cache
@@ -114,7 +115,10 @@ def compiled_kernel(linked: str) -> Any:
 
 def _compiled_kernel(linked: str) -> Any:
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
-    head = "import numba\nfrom vibrocap.numerics.one_version import one_version\n"
+    head = (
+        "import numba\nfrom vibrocap.numerics.one_module import PartCompiler, WholeCompiler\n"
+        "from vibrocap.numerics.one_version import one_version\n"
+    )
     text = head + _decorated(linked, entry)
     if PLAIN_VECTORS in text:  # their code is part of what is compiled
         vectors = importlib.import_module("vibrocap.numerics.vectors")
