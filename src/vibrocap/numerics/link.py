@@ -114,10 +114,12 @@ def compiled_kernel(linked: str) -> Any:
 
 
 def _compiled_kernel(linked: str) -> Any:
+    from vibrocap.numerics.inference import asked_once  # only here, as it imports Numba
+
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
     head = (
         "import numba\nfrom vibrocap.numerics.one_module import PartCompiler, WholeCompiler\n"
-        "from vibrocap.numerics.one_version import one_version\n"
+        "from vibrocap.numerics.inference import one_version\n"
     )
     text = head + _decorated(linked, entry)
     if PLAIN_VECTORS in text:  # their code is part of what is compiled
@@ -127,7 +129,7 @@ def _compiled_kernel(linked: str) -> Any:
     version = f"{platform.python_version()} {importlib.metadata.version('numba')}"
     name = hashlib.sha256(f"{version}\n{text}".encode()).hexdigest()[:24]
     compiled = loaded(name, text, entry)
-    with _one_process_at_a_time(name), _instructions_in_the_order_written():
+    with _one_process_at_a_time(name), _instructions_in_the_order_written(), asked_once():
         compiled.compile(SIGNATURE)
     return compiled
 
