@@ -112,7 +112,7 @@ def main() -> None:
     if "single" in wanted:
         runs = {"vibrocap.simulate": prepare_vibrocap(vc.Exponential(), EXPONENTIAL_40, 2e-10), **peers("exponential")}
         compare("One EM motion, 40 periods (exact sticking)", EXPONENTIAL_40, runs)
-        runs = {"vibrocap.simulate": prepare_vibrocap(vc.LuGre(), LUGRE_100, 5e-7), **peers("lugre")}
+        runs = {"vibrocap.simulate": prepare_vibrocap(vc.LuGre(), LUGRE_100, 1e-6), **peers("lugre")}
         compare("One LM motion, 100 periods", LUGRE_100, runs)
     for name, table in tables.items():
         if name in wanted:

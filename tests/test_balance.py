@@ -43,8 +43,8 @@ def series(system, start, side, balanced):
     with pytest.MonkeyPatch.context() as patch:
         if not balanced:
 
-            def explicit(graph, rates, abreast=False, balance=None):
-                return JetWriter(graph, rates, abreast)
+            def explicit(graph, rates, abreast, balance, polynomials):
+                return JetWriter(graph, rates, abreast, polynomials=polynomials)
 
             patch.setattr(source, "JetWriter", explicit)
         kernel = kernel_of(system, 12)

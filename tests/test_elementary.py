@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 from vibrocap.elementary import atan, tanh
-from vibrocap.numerics import elementary_abreast
+from vibrocap.numerics import elementary_polynomials
 from vibrocap.numerics.graph import Graph, derivative, evaluate
+from vibrocap.numerics.link import kernel_source, plain_kernel
 
 FUNCTIONS = {
-    "tanh": (elementary_abreast.hyperbolic_tangent, mp.tanh),
-    "atan": (elementary_abreast.arc_tangent, mp.atan),
+    "tanh": (elementary_polynomials.hyperbolic_tangent, mp.tanh),
+    "atan": (elementary_polynomials.arc_tangent, mp.atan),
 }
 ULPS = 3
+MODULES = ("one_number", "elementary_polynomials")
 
 
 def points():
@@ -43,7 +45,21 @@ def test_functions_abreast_are_right_to_ulps_and_odd(name):
 
 
 def test_tanh_keeps_its_end():
-    assert np.array_equal(elementary_abreast.hyperbolic_tangent(np.array([20.1, 1e9, -1e9])), [1.0, 1.0, -1.0])
+    assert np.array_equal(elementary_polynomials.hyperbolic_tangent(np.array([20.1, 1e9, -1e9])), [1.0, 1.0, -1.0])
+
+
+@pytest.mark.parametrize("name", ["sine_cosine", "exponential", "logarithm", "hyperbolic_tangent", "arc_tangent"])
+def test_one_number_alone_gives_the_bits_of_many(name):
+    """The names of `one_number.py` mean what those of the lanes mean: normal numbers, zero, and where exp runs over."""
+    kernel = plain_kernel("\n\n".join(["import math, numpy as np", *map(kernel_source, MODULES)]))
+    draw = np.random.default_rng(8)
+    x = np.concatenate((10.0 ** draw.uniform(-300, 3, 1000), draw.uniform(0.0, 10.0, 1000), [0.0, 708.5, 710.0]))
+    if name != "logarithm":
+        x = np.concatenate((x, -x))
+    with np.errstate(divide="ignore", over="ignore"):
+        many = np.array(getattr(elementary_polynomials, name)(x))
+        alone = np.array([kernel[name](float(value)) for value in x])
+    assert np.array_equal(many, alone.T)
 
 
 @pytest.mark.parametrize(("function", "plain"), [(tanh, math.tanh), (atan, math.atan)])

@@ -10,7 +10,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.gathered import Gathered
-from vibrocap.numerics import elementary_abreast
+from vibrocap.numerics import elementary_polynomials
 from vibrocap.numerics.ensemble import LANES, Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.lanes import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.motion import recorded_run
@@ -291,9 +291,9 @@ def test_elementary_functions_abreast_are_right_to_ulps():
     angles, powers = draw.uniform(-1, 1, (2, 5000)) * [[200], [700]]
     ratios = np.concatenate((10 ** draw.uniform(-300, 300, 5000), draw.uniform(0.5, 2.0, 5000)))
     for found, exact, points in (
-        *zip(elementary_abreast.sine_cosine(angles), (math.sin, math.cos), (angles, angles), strict=True),
-        (elementary_abreast.exponential(powers), math.exp, powers),
-        (elementary_abreast.logarithm(ratios), math.log, ratios),
+        *zip(elementary_polynomials.sine_cosine(angles), (math.sin, math.cos), (angles, angles), strict=True),
+        (elementary_polynomials.exponential(powers), math.exp, powers),
+        (elementary_polynomials.logarithm(ratios), math.log, ratios),
     ):
         expected = np.array([exact(x) for x in points])
         assert np.all(np.abs(found - expected) <= 3 * np.spacing(np.abs(expected))), exact

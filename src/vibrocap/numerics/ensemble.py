@@ -69,7 +69,7 @@ def ensemble_source(equations: Any, order: int, lanes: int, integrands: Integran
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
     parameters, switches = len(equations.parameter_paths), len(equations.switches)
     layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches)
-    generated = [generated_source(equations, layout, abreast=loop == "abreast"), integrands.text]
+    generated = [generated_source(equations, layout, loop), integrands.text]
     measuring = [kernel_source(name) for name in GATHERING]
     tangent = layout.states > equations.base
     stiff = equations.hold is None and not tangent

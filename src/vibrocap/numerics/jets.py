@@ -12,7 +12,7 @@ from vibrocap.numerics.balance import Balance, BalanceWriter
 from vibrocap.numerics.forms import Forms
 from vibrocap.numerics.graph import Expression, Graph, operands_of, reachable
 
-ABREAST = {  # functions of all lanes at once
+POLYNOMIALS = {  # of `elementary_polynomials.py`
     "exp": "exponential",
     "log": "logarithm",
     "sqrt": "square_root",
@@ -22,12 +22,23 @@ ABREAST = {  # functions of all lanes at once
 
 
 class JetWriter:
-    """Writes the coefficients of the nodes of one graph, each when first asked for."""
+    """Writes the coefficients of the nodes of one graph, each when first asked for.
 
-    def __init__(self, graph: Graph, rates: list[Expression], abreast: bool = False, balance: Balance | None = None):
+    abreast: for all lanes at once; polynomials: with the elementary functions of `elementary_polynomials.py`, not of
+    the library
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        rates: list[Expression],
+        abreast: bool = False,
+        balance: Balance | None = None,
+        polynomials: bool = False,
+    ):
         self.graph = graph
         self.rates = rates
-        self.abreast = abreast
+        self.abreast, self.polynomials = abreast, polynomials
         self.lines: list[str] = []
         self._written: dict[tuple, str] = {}
         self.forms = Forms(graph, rates)
@@ -218,12 +229,12 @@ class JetWriter:
     def _start(self, op: str, a: int) -> str:
         """The value of a function, from which its series starts."""
         x = self.coefficient(a, 0)
-        if not self.abreast:
+        if not self.polynomials:
             return f"math.{op}({x})"
         if op in ("sin", "cos"):
             pair = self.named(("pair", a), f"p{self.number(a)}", f"sine_cosine({x})")
             return f"{pair}[{0 if op == 'sin' else 1}]"
-        return f"{ABREAST[op]}({x})"
+        return f"{POLYNOMIALS[op]}({x})"
 
     def _function(self, index: int, op: str, a: int, k: int) -> str:
         if k == 0:

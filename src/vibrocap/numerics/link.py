@@ -29,9 +29,9 @@ PIECES = {False: "one_piece", True: "pieces"}  # of the law, on each side
 RECORDING, MEASURING = ("record",), ("settle", "window")  # the hooks of one motion, of an ensemble
 # of one motion, of an ensemble one by one, of an ensemble abreast
 LOOPS = {
-    "single": ("contact", "loop", "one_by_one"),
+    "single": ("one_number", "elementary_polynomials", "contact", "loop", "one_by_one"),
     "ensemble": ("contact", "loop", "one_by_one", "feed"),
-    "abreast": ("elementary_abreast", "contact", "loop", "taylor_abreast", "stabilised_abreast", "abreast", "feed"),
+    "abreast": ("elementary_polynomials", "contact", "loop", "taylor_abreast", "stabilised_abreast", "abreast", "feed"),
 }
 PLAIN_VECTORS, VECTORS = "from vibrocap.numerics.plain_vectors", "from vibrocap.numerics.vectors"
 VECTOR_NAMES = (

@@ -14,10 +14,10 @@ from vibrocap.numerics.lanes import Layout
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
-def generated_source(equations: Any, layout: Layout, abreast: bool = False) -> str:
-    """Source of everything that `generated.py` promises, for these equations.
+def generated_source(equations: Any, layout: Layout, loop: str = "single") -> str:
+    """Source of everything that `generated.py` promises, for these equations and this loop (of `link.LOOPS`).
 
-    The integrals are carried along where the layout has rows for them. abreast: the series of all lanes at once.
+    The integrals are carried along where the layout has rows for them.
     """
     series = layout.places["SERIES"]
     row_size = (layout.order + 1) * layout.lanes
@@ -37,7 +37,7 @@ def generated_source(equations: Any, layout: Layout, abreast: bool = False) -> s
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
-        jet_source(equations, integrals, layout, abreast),
+        jet_source(equations, integrals, layout, loop),
         rates_source(equations, integrals),
         holding_source(equations),
         pieces_source(equations),
@@ -51,10 +51,11 @@ def velocity_is_state(equations: Any) -> bool:
     return equations.contact_velocity.index == equations.graph.node("state", equations.contact_state).index
 
 
-def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, abreast: bool) -> str:
+def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
-    graph, order = equations.graph, layout.order
-    writer = JetWriter(graph, list(equations.rates), abreast, equations.balance)
+    graph, order, abreast = equations.graph, layout.order, loop == "abreast"
+    # A graphics card has functions of its own, and runs the ensemble one by one.
+    writer = JetWriter(graph, list(equations.rates), abreast, equations.balance, polynomials=loop != "ensemble")
     states, rows = layout.states, layout.rows
     head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
 

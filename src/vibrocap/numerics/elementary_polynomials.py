@@ -1,8 +1,9 @@
-"""sin, cos, exp, log, tanh and atan of all lanes at once.
+"""sin, cos, exp, log, tanh and atan, of all lanes at once or of one motion alone.
 
-The C library's functions take one number at a time and would keep a kernel from vector registers. These polynomials are
-those of fdlibm (sin, cos), Taylor polynomials (exp, tanh), the series of artanh (log) and the rational function of the
-Cephes library (atan; S. L. Moshier, Methods and Programs for Mathematical Functions, 1989): right to about an ulp.
+The C library's functions take one number at a time, which would keep a kernel from vector registers, and a call of them
+empties the registers. These polynomials are those of fdlibm (sin, cos), Taylor polynomials (exp, tanh), the series of
+artanh (log) and the rational function of the Cephes library (atan; S. L. Moshier, Methods and Programs for Mathematical
+Functions, 1989): right to about an ulp.
 """
 
 import math
