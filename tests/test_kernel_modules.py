@@ -1,0 +1,71 @@
+"""A kernel is one module: private functions, each compiled once, and nothing of Numba's left changed."""
+
+import numba
+import numpy as np
+import pytest
+from llvmlite.binding import Linkage
+from numba.core.types.functions import BaseFunction
+
+from vibrocap.numerics import link
+from vibrocap.numerics.inference import asked_once
+from vibrocap.numerics.one_module import Part, users_first
+
+# `leaf` is reached on ways of different lengths, and powers with whole exponents bring functions of Numba's own.
+TEXT = """
+import math
+
+import numpy as np
+
+def leaf(real, k):
+    return real[k] ** 3 + math.floor(real[k])
+
+def branch(real, k):
+    return leaf(real, k) - k ** 2 * max(real[k], 0.5)
+
+def unused(real, k):
+    return leaf(real, k)
+
+def advance(real, whole, tape, rounds):
+    for k in range(rounds):
+        tape[k] = leaf(real, k) + branch(real, k) * 2.0
+        whole[k] += 1
+"""
+
+
+@pytest.fixture
+def compiled(tmp_path, monkeypatch):
+    """The kernel of TEXT, compiled anew."""
+    monkeypatch.setattr(link, "_cache_folder", lambda: tmp_path)
+    return link.compiled_kernel(TEXT)
+
+
+def called(advance):
+    real, whole, tape = np.linspace(-2.0, 3.0, 7), np.zeros(7, dtype=np.int64), np.zeros(7)
+    advance(real, whole, tape, 7)
+    return tape, whole
+
+
+def test_a_compiled_kernel_does_what_its_text_says(compiled):
+    for found, wanted in zip(called(compiled), called(link.plain_kernel(TEXT)["advance"]), strict=True):
+        assert np.allclose(found, wanted, rtol=1e-15, atol=1e-15)
+
+
+def test_only_the_entry_of_a_kernel_is_seen_from_outside(compiled):
+    library = compiled.overloads[compiled.signatures[0]].library
+    seen = [f.name for f in library.get_defined_functions() if f.linkage != Linkage.internal]
+    assert len(seen) == 3  # the entry itself, and the wrappers through which Python and C call it
+    assert all("advance" in name for name in seen)
+
+
+def test_what_is_linked_stands_behind_all_that_use_it(compiled):
+    order = users_first(compiled.overloads[compiled.signatures[0]].library)
+    assert [library.name for library in order if isinstance(library, Part)] == ["branch", "leaf"]
+
+
+def test_numba_is_left_as_it_was(compiled):
+    asked = BaseFunction.get_call_type
+    with pytest.raises(ZeroDivisionError), asked_once():
+        assert BaseFunction.get_call_type is not asked
+        _ = 1 / 0
+    assert BaseFunction.get_call_type is asked
+    assert numba.njit(lambda x, k: x**3 + k**2)(2.0, 3) == 17.0  # with functions that the kernel needed too
