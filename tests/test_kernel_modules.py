@@ -10,14 +10,18 @@ from vibrocap.numerics import link
 from vibrocap.numerics.inference import asked_once
 from vibrocap.numerics.one_module import Part, users_first
 
-# `leaf` is reached on ways of different lengths, and powers with whole exponents bring functions of Numba's own.
-TEXT = """
+# `leaf` is reached on ways of different lengths, and too long to be inlined there; powers with whole exponents bring
+# functions of Numba's own.
+LONG = "\n".join(f"    x = math.sin(x) + {i}.5 * real[k]" for i in range(60))
+TEXT = f"""
 import math
 
 import numpy as np
 
 def leaf(real, k):
-    return real[k] ** 3 + math.floor(real[k])
+    x = real[k] ** 3 + math.floor(real[k])
+{LONG}
+    return x
 
 def branch(real, k):
     return leaf(real, k) - k ** 2 * max(real[k], 0.5)
@@ -51,8 +55,9 @@ def test_a_compiled_kernel_does_what_its_text_says(compiled):
 
 
 def test_only_the_entry_of_a_kernel_is_seen_from_outside(compiled):
-    library = compiled.overloads[compiled.signatures[0]].library
-    seen = [f.name for f in library.get_defined_functions() if f.linkage != Linkage.internal]
+    functions = list(compiled.overloads[compiled.signatures[0]].library.get_defined_functions())
+    seen = [function.name for function in functions if function.linkage != Linkage.internal]
+    assert len(functions) > len(seen)
     assert len(seen) == 3  # the entry itself, and the wrappers through which Python and C call it
     assert all("advance" in name for name in seen)
 
@@ -64,8 +69,7 @@ def test_what_is_linked_stands_behind_all_that_use_it(compiled):
 
 def test_numba_is_left_as_it_was(compiled):
     asked = BaseFunction.get_call_type
-    with pytest.raises(ZeroDivisionError), asked_once():
+    with asked_once():
         assert BaseFunction.get_call_type is not asked
-        _ = 1 / 0
     assert BaseFunction.get_call_type is asked
     assert numba.njit(lambda x, k: x**3 + k**2)(2.0, 3) == 17.0  # with functions that the kernel needed too
