@@ -11,10 +11,12 @@ import vibrocap as vc
 from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.numerics import elementary_polynomials
-from vibrocap.numerics.ensemble import LANES, Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
+from vibrocap.numerics.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.lanes import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.motion import recorded_run
+from vibrocap.numerics.registers import lane_count
 
+LANES = lane_count()
 ORDER, STEPS = 10, RESULT_HEAD.index("taylor_steps")
 BUDGET = Budget(periods=6, window=2, threshold=0.0, tolerance=1e-8, max_events_per_period=10_000, max_steps=10**6)
 LIMITS = BUDGET.periods, BUDGET.tolerance, BUDGET.max_events_per_period, BUDGET.max_steps
@@ -248,9 +250,9 @@ def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
     kernel, real, _, _ = sliding_lanes("exponential")
     every = np.ones(LANES, bool)
     real[kernel["VELOCITY"] + 2 * LANES :][:LANES] = 1.0
-    acceleration = np.array([0.0, 1e-12, -1e-12, 1e-3, -1e-3, 1.0, -1.0, 1e3])
-    real[kernel["VELOCITY"] + LANES :][:LANES] = acceleration
-    assert np.array_equal(kernel["hold_abreast"](real, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
+    for acceleration in np.reshape([0.0, 1e-12, -1e-12, 1e-3, -1e-3, 1.0, -1.0, 1e3], (-1, LANES)):
+        real[kernel["VELOCITY"] + LANES :][:LANES] = acceleration
+        assert np.array_equal(kernel["hold_abreast"](real, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
 
 
 def test_a_plain_step_ends_the_decisions():

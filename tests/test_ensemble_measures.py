@@ -390,7 +390,7 @@ def test_runs_of_one_form_go_together(monkeypatch):
     calls = []
 
     def run(recording, parameters, states, budget, threads, progress, integrands=None):
-        layout, _ = numerics.ensemble_source(recording, ORDER, numerics.LANES)
+        layout, _ = numerics.ensemble_source(recording, ORDER, numerics.lane_count())
         calls.append([dict(zip(recording.parameter_paths, row, strict=True)) for row in parameters])
         results = np.zeros((len(states), layout.result_size))
         results[:, 0], results[:, 1] = 1.0, 10.0

@@ -14,9 +14,9 @@ from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.graph import evaluate
 from vibrocap.numerics.lanes import Layout, gathered_entries
 from vibrocap.numerics.link import compiled_kernel, kernel_source, linked_source, plain_kernel
+from vibrocap.numerics.registers import lane_count
 from vibrocap.numerics.source import Integrands, generated_source, integrands_source
 
-LANES = 8
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
 BLOCK = 128  # most runs that a thread takes at a time
 TURNS = 500  # of up to `feed.ROUNDS` steps of all lanes, between two looks at the keyboard
@@ -51,7 +51,7 @@ GATHERING = ("turning", "gather", "spelling")  # modules of the kernel that meas
 
 @functools.lru_cache(maxsize=64)
 def ensemble_kernel(
-    equations: Any, order: int, lanes: int = LANES, plain: bool = False, integrands: Integrands | None = None
+    equations: Any, order: int, lanes: int, plain: bool = False, integrands: Integrands | None = None
 ) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for an ensemble of these equations, compiled or as plain Python."""
     layout, text = ensemble_source(equations, order, lanes, integrands)
@@ -61,9 +61,10 @@ def ensemble_kernel(
 def ensemble_source(equations: Any, order: int, lanes: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
+    lanes: 1 for one by one, else `registers.lane_count()`
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
     """
-    loop = "abreast" if lanes == LANES else "ensemble"
+    loop = "ensemble" if lanes == 1 else "abreast"
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
@@ -85,7 +86,7 @@ def ensemble_run(
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
     order: int | None = None,
-    lanes: int = LANES,
+    lanes: int | None = None,
     plain: bool = False,
     integrands: Integrands | None = None,
     mark_distance: np.ndarray | None = None,
@@ -98,6 +99,7 @@ def ensemble_run(
     Returns the layout and the results [runs, layout.result_size], see `lanes.RESULT_HEAD`.
     """
     order = ensemble_order(budget.tolerance) if order is None else order
+    lanes = lane_count() if lanes is None else lanes
     layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
     count = len(initial)
     tape = np.empty(count * (layout.run_size + layout.result_size))

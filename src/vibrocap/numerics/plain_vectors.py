@@ -2,7 +2,9 @@
 
 import numpy as np
 
-WIDTH = 8
+from vibrocap.numerics.registers import lane_count
+
+WIDTH = lane_count()
 where, floor, square_root = np.where, np.floor, np.sqrt
 
 

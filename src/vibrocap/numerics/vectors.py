@@ -16,7 +16,9 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
-WIDTH = 8
+from vibrocap.numerics.registers import lane_count
+
+WIDTH = lane_count()
 CONTRACT = ("contract",)
 
 

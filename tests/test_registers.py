@@ -1,0 +1,60 @@
+"""As many motions side by side as registers hold; how many changes no bit of a run."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from vibrocap.numerics.registers import lane_count
+
+
+@pytest.mark.parametrize(
+    ("names", "lanes"),
+    [
+        ({"NUMBA_CPU_FEATURES": "+avx2,+avx512f"}, 8),
+        ({"NUMBA_CPU_FEATURES": "+avx2,-avx512f"}, 4),
+        ({"NUMBA_CPU_NAME": "haswell"}, 4),
+        ({"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": "+avx512f"}, 8),
+    ],
+)
+def test_lanes_follow_the_processor_that_kernels_are_compiled_for(monkeypatch, names, lanes):
+    for name in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in names.items():
+        monkeypatch.setenv(name, value)
+    lane_count.cache_clear()
+    try:
+        assert lane_count() == lanes
+    finally:
+        lane_count.cache_clear()
+
+
+RUNS = """
+import sys
+import numpy as np
+from vibrocap.numerics import registers
+registers.lane_count = lambda: int(sys.argv[1])
+import vibrocap as vc
+from vibrocap.numerics.vectors import WIDTH
+assert WIDTH == int(sys.argv[1])
+over = {"machine.mass_ratio": np.linspace(0.05, 8.0, 101)}
+settings = {"initial": {"angle": 1.0}, "periods": 20, "tolerance": 1e-6, "measures": ["mean_velocity", "word"]}
+for law in (vc.Exponential(), vc.LuGre()):
+    system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
+    found = vc.ensemble(system, over, **settings)
+    print([value.hex() for value in found["mean_velocity"]], list(found["word"]))
+"""
+
+
+@pytest.mark.slow
+def test_four_lanes_give_the_bits_of_eight():
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_CPU")}
+    four, eight = (
+        subprocess.run(
+            [sys.executable, "-c", RUNS, lanes], capture_output=True, text=True, check=True, env=environment
+        ).stdout
+        for lanes in ("4", "8")
+    )
+    assert len(four) > 2000
+    assert four == eight
