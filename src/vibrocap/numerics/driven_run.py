@@ -1,6 +1,5 @@
 """Runs a driven kernel for one or many parameter sets, over threads, and returns forces and internal states."""
 
-import concurrent.futures
 import dataclasses
 import functools
 import itertools
@@ -11,9 +10,9 @@ import numpy as np
 
 from vibrocap.numerics.driven_source import DrivenEquations, DrivenLayout
 from vibrocap.numerics.driven_step import driven_source
-from vibrocap.numerics.ensemble import available_threads
 from vibrocap.numerics.graph import evaluate
 from vibrocap.numerics.link import compiled_kernel, driven_text, plain_kernel
+from vibrocap.numerics.threads import available_threads, share
 
 STEPS_PER_SAMPLE = 1000  # on average: the limit of the steps of a run
 
@@ -103,9 +102,9 @@ def _scales(
 def _over_threads(run: Callable[[int], None], runs: int, threads: int | None) -> None:
     """Call run(0), run(1), ..., each by whichever thread is free."""
     workers = max(1, min(threads or available_threads(), runs))
-    waiting, guard, stop = itertools.count(), threading.Lock(), threading.Event()
+    waiting, guard = itertools.count(), threading.Lock()
 
-    def work() -> None:
+    def work(stop: threading.Event) -> None:
         while not stop.is_set():
             with guard:
                 i = next(waiting)
@@ -113,13 +112,4 @@ def _over_threads(run: Callable[[int], None], runs: int, threads: int | None) ->
                 return
             run(i)
 
-    if workers == 1:
-        work()
-        return
-    with concurrent.futures.ThreadPoolExecutor(workers) as pool:
-        tasks = [pool.submit(work) for _ in range(workers)]
-        try:
-            for task in tasks:
-                task.result()
-        finally:
-            stop.set()
+    share(work, workers)

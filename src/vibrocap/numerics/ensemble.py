@@ -1,9 +1,7 @@
 """Runs the kernel for many motions: side by side in lanes, over threads, a measure or two of each instead of a tape."""
 
-import concurrent.futures
 import dataclasses
 import functools
-import os
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +14,7 @@ from vibrocap.numerics.lanes import Layout, gathered_entries
 from vibrocap.numerics.link import compiled_kernel, kernel_source, linked_source, plain_kernel
 from vibrocap.numerics.registers import lane_count
 from vibrocap.numerics.source import Integrands, generated_source, integrands_source
+from vibrocap.numerics.threads import available_threads, share
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
 BLOCK = 128  # most runs that a thread takes at a time
@@ -109,7 +108,7 @@ def ensemble_run(
         runs[:, -2] = mark_distance
     workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
     taken = 0
-    guard, stop = threading.Lock(), threading.Event()
+    guard = threading.Lock()
 
     def next_block() -> tuple[int, int]:
         nonlocal taken
@@ -122,7 +121,7 @@ def ensemble_run(
             progress(start)
         return start, end
 
-    def work() -> None:
+    def work(stop: threading.Event) -> None:
         real, whole = prepared_lanes(layout, budget, count)
         place = layout.places
         whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]] = next_block()
@@ -134,22 +133,8 @@ def ensemble_run(
                 start, end = next_block()
                 whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]], whole[place["MORE"]] = start, end, start < end
 
-    if workers == 1:
-        work()
-    else:
-        with concurrent.futures.ThreadPoolExecutor(workers) as pool:
-            tasks = [pool.submit(work) for _ in range(workers)]
-            try:
-                for task in tasks:
-                    task.result()
-            finally:
-                stop.set()
+    share(work, workers)
     return layout, tape[count * layout.run_size :].reshape(count, -1)
-
-
-def available_threads() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def prepared_lanes(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarray, np.ndarray]:
