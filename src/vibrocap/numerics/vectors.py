@@ -144,11 +144,13 @@ def load(typing, array, place):
 def align_stack(typing):
     """align_stack(): the stack of the calling function begins a cache line, and no vector on it straddles two.
 
-    LLVM aligns to sixteen bytes; where the stack of a process happens to begin would decide what a step costs.
+    LLVM aligns to sixteen bytes; where the stack of a process happens to begin would decide what a step costs. The
+    function is not inlined: its caller's stack would not be aligned.
     """
 
     def code(context, builder, sig, args):
         builder.function.attributes.add("nounwind")  # true of all kernels: llvmlite drops an alignment that is alone
+        builder.function.attributes.add("noinline")
         builder.function.attributes.alignstack = 64
         return context.get_dummy_value()
 
@@ -272,7 +274,9 @@ def exponent(typing, x):
 
     def code(context, builder, sig, args):
         shifted = builder.lshr(builder.bitcast(args[0], INTEGERS), ir.Constant(INTEGERS, [52] * WIDTH))
-        return builder.sitofp(builder.sub(shifted, ir.Constant(INTEGERS, [1023] * WIDTH)), DOUBLES)
+        # As the last digits of 2^52 they are a float, where a conversion would cost processors without AVX-512 far more.
+        digits = builder.or_(shifted, ir.Constant(INTEGERS, [(1023 + 52) << 52] * WIDTH))
+        return builder.fsub(builder.bitcast(digits, DOUBLES), ir.Constant(DOUBLES, [2.0**52 + 1023.0] * WIDTH))
 
     return numbers(x), code
 
@@ -293,7 +297,8 @@ def power_of_two(typing, k):
     """2^k per lane, for whole numbers k from -1022 to 1023."""
 
     def code(context, builder, sig, args):
-        biased = builder.add(builder.fptosi(args[0], INTEGERS), ir.Constant(INTEGERS, [1023] * WIDTH))
-        return builder.bitcast(builder.shl(biased, ir.Constant(INTEGERS, [52] * WIDTH)), DOUBLES)
+        digits = builder.fadd(args[0], ir.Constant(DOUBLES, [1.5 * 2.0**52 + 1023.0] * WIDTH))  # the last of them k + 1023
+        biased = builder.shl(builder.bitcast(digits, INTEGERS), ir.Constant(INTEGERS, [52] * WIDTH))
+        return builder.bitcast(biased, DOUBLES)
 
     return numbers(k), code
