@@ -19,6 +19,7 @@ import numpy as np
 from vibrocap.numerics.graph import Expression, derivative, evaluate
 
 POINTS = 5  # at which the balance is compared with the equations
+Term = tuple[int, str]  # sign and text, see `arrivals.py`
 ACCELERATION = -2  # in place of the number of a state: the slope with respect to the acceleration
 
 
@@ -108,9 +109,23 @@ class BalanceWriter:
             fixed, open_ = self._sides(index)
             if fixed is None:
                 return None
-            newest = " + ".join(self.writer.terms([((fixed, 0), (open_, k))]))
+            newest = self.writer.products([((fixed, 0), (open_, k))])
             return " + ".join(filter(None, (self._settled(index, k), newest))) or "0.0"
+        if op in ("add", "sub", "neg") and k > 0 and self.is_open(index):
+            newest = self.acceleration(k)
+            terms = [(1, f"{self._slope(index)} * {newest}")] if newest != "0.0" else []
+            return self.writer.arrivals.sum([*self._rate(index, k), *terms])
         return None
+
+    def is_open(self, index: int) -> bool:
+        """Whether coefficient k of a node is c + d a_k, with one and the same d at every order."""
+        return self.level(index) == 0 and self._simple(index)
+
+    def _slope(self, index: int) -> str:
+        """The factor d of the acceleration in an open node."""
+        graph, acceleration = self.writer.graph, self.balance.acceleration
+        memory = {(acceleration.index, ACCELERATION): graph.constant(1.0)}
+        return self.writer.coefficient(derivative(Expression(graph, index), ACCELERATION, memory).index, 0)
 
     def _sides(self, index: int) -> tuple[int | None, int]:
         """The factor of a product that is known first, and the one that contains the acceleration."""
@@ -124,72 +139,100 @@ class BalanceWriter:
         """What coefficient k of a product is but for the newest one of the factor that contains the acceleration."""
         fixed, open_ = self._sides(index)
         assert fixed is not None
-        terms = self.writer.terms(((fixed, i), (open_, k - i)) for i in range(1, k + 1))
-        name = f"o{self.writer.number(index)}_{k}"
-        return self.writer.named(("settled", index, k), name, " + ".join(terms)) if terms else ""
+        known = self.writer.products(((fixed, i), (open_, k - i)) for i in range(1, k + 1))
+        return self.writer.named(("settled", index, k), f"o{self.writer.number(index)}_{k}", known) if known else ""
 
-    def without(self, index: int, k: int) -> str:
+    def without(self, index: int, k: int) -> list[Term]:
         """The coefficient k of a node of level 0, but for what a_k adds."""
         if self.level(index) is None or self.level(index) == 1:
-            return self.writer.coefficient(index, k)
+            return self.writer.signed_terms(index, k, inner=True)
         op, *operands = self.writer.graph.nodes[index]
         if index == self.balance.acceleration.index:
-            return "0.0"
-        if op == "mul":
-            fixed, open_ = self._sides(index)
-            assert fixed is not None
-            return self._sum(self._settled(index, k), self._times(fixed, self.without(open_, k)))
-        return self._combined(op, [self.without(i, k) for i in operands])
-
-    def rate_without(self, index: int, k: int) -> str:
-        """k times the coefficient k of a node of level 1, but for what a_(k-1) adds."""
-        op, *operands = self.writer.graph.nodes[index]
-        if self.level(index) is None:
-            value = self.writer.coefficient(index, k)
-            return value if value == "0.0" or k == 1 else f"{float(k)!r} * {value}"
-        if op == "state":
-            return self.without(self.writer.rates[operands[0]].index, k - 1)
+            return []
         if op == "mul":
             fixed, open_ = self._sides(index)
             assert fixed is not None
             settled = self._settled(index, k)
-            if settled and k > 1:
-                settled = f"{float(k)!r} * {settled}"
-            return self._sum(settled, self._times(fixed, self.rate_without(open_, k)))
-        return self._combined(op, [self.rate_without(i, k) for i in operands])
+            return [*([(1, settled)] if settled else []), *self._times(fixed, self.without(open_, k))]
+        return _combined(op, [self.without(i, k) for i in operands])
 
-    def _times(self, factor: int, value: str) -> str:
-        return "" if value == "0.0" else f"{self.writer.coefficient(factor, 0)} * {self._enclosed(value)}"
+    def rate_without(self, index: int, k: int) -> list[Term]:
+        """k times the coefficient k of a node of level 1, but for what a_(k-1) adds."""
+        op, *operands = self.writer.graph.nodes[index]
+        if self.level(index) is None:
+            value = self.writer.coefficient(index, k)
+            return [] if value == "0.0" else [(1, value if k == 1 else f"{float(k)!r} * {value}")]
+        if op == "state":
+            return self._rate(self.writer.rates[operands[0]].index, k - 1)
+        if op == "mul":
+            fixed, open_ = self._sides(index)
+            assert fixed is not None
+            settled = self._settled(index, k)
+            first = [(1, settled if k == 1 else f"{float(k)!r} * {settled}")] if settled else []
+            return [*first, *self._times(fixed, self.rate_without(open_, k))]
+        return _combined(op, [self.rate_without(i, k) for i in operands])
 
-    def _enclosed(self, value: str) -> str:
-        return value if value.isidentifier() else f"({value})"
+    def _times(self, factor: int, terms: list[Term]) -> list[Term]:
+        """Terms times the first coefficient of a factor: each, or their sum where some are products already."""
+        if not terms:
+            return []
+        start = self.writer.coefficient(factor, 0)
+        if all(text.isidentifier() for _, text in terms):
+            return [(sign, f"{start} * {text}") for sign, text in terms]
+        return [(1, f"{start} * ({self.writer.arrivals.sum(terms)})")]
 
-    def _sum(self, left: str, right: str) -> str:
-        return " + ".join(filter(None, (left, right))) or "0.0"
-
-    def _combined(self, op: str, values: list[str]) -> str:
-        if op == "neg":
-            return "0.0" if values[0] == "0.0" else f"-{self._enclosed(values[0])}"
-        left, right = values
-        if right == "0.0":
-            return left
-        if left == "0.0":
-            return right if op == "add" else f"-{self._enclosed(right)}"
-        return f"{left} {'+' if op == 'add' else '-'} {self._enclosed(right)}"
+    def _holding(self, k: int) -> list[Term]:
+        outer = self.writer.signed_terms(self.balance.outer.index, k, inner=True)
+        return _combined("sub", [outer, self.rate_without(self.balance.momentum.index, k + 1)])
 
     def holding(self, k: int) -> str:
         """Coefficient k of the force that would hold the contact, if it rests."""
-        outer = self.writer.coefficient(self.balance.outer.index, k)
-        rate = self.rate_without(self.balance.momentum.index, k + 1)
-        value = self._combined("sub", [outer, rate])
+        value = self.writer.arrivals.sum(self._holding(k))
         return value if value == "0.0" else self.writer.named(("hold", k), f"hold_{k}", value)
 
     def acceleration(self, k: int) -> str:
         """a_k."""
+        force = self._force(k)
+        return force if force == "0.0" else f"{force} * {self._mobility()}"
+
+    def _force(self, k: int) -> str:
+        """What a_k is but for one over the inertia."""
         writer = self.writer
+        if self.balance.share.value == 1.0:  # the force that holds is not asked for itself
+            held = self._holding(k)
+        else:
+            held = [] if self.holding(k) == "0.0" else [(1, self.holding(k))]
+        friction = writer.signed_terms(self.balance.friction.index, k)
+        force = writer.arrivals.sum(_combined("sub", [held, friction]))
+        return force if force == "0.0" else writer.named(("force", k), f"force_{k}", force)
+
+    def _mobility(self, k: int = 1) -> str:
+        """One over k times the inertia."""
+        writer = self.writer
+        if k > 1:
+            return writer.named(("mobility", k), f"mobility_{k}", f"{self._mobility()} * {1.0 / k!r}")
         inertia = writer.coefficient(self.balance.inertia(writer.rates).index, 0)
         share = writer.coefficient(self.balance.share.index, 0)
-        factor = writer.named(("mobility",), "mobility", f"{share} / {inertia}")
-        friction = writer.coefficient(self.balance.friction.index, k)
-        force = self._combined("sub", [self.holding(k), friction])
-        return "0.0" if force == "0.0" else f"{self._enclosed(force)} * {factor}"
+        return writer.named(("mobility", 1), "mobility", f"{share} / {inertia}")
+
+    def state(self, rate: int, k: int) -> str:
+        """Coefficient k of a state whose rate is an open node, without waiting for a_(k-1) itself."""
+        writer, terms = self.writer, [(sign, f"{text} * {1.0 / k!r}") for sign, text in self._rate(rate, k - 1)]
+        force, slope, factor = self._force(k - 1), self._slope(rate), self._mobility(k)
+        if slope != "1.0":
+            factor = writer.named(("mobility", rate, k), f"mobility_{writer.number(rate)}_{k}", f"{factor} * {slope}")
+        return writer.arrivals.sum(terms if force == "0.0" else [*terms, (1, f"{force} * {factor}")])
+
+    def _rate(self, index: int, k: int) -> list[Term]:
+        """`without` of a rate, as one name if it has several terms, as state and momentum both need it."""
+        terms = self.without(index, k)
+        if len(terms) < 2:
+            return terms
+        name = f"e{self.writer.number(index)}_{k}"
+        return [(1, self.writer.named(("without", index, k), name, self.writer.arrivals.sum(terms)))]
+
+
+def _combined(op: str, values: list[list[Term]]) -> list[Term]:
+    """The terms of a negative, a sum or a difference."""
+    signs = (-1,) if op == "neg" else (1, -1 if op == "sub" else 1)
+    return [(sign * own, text) for sign, terms in zip(signs, values, strict=True) for own, text in terms]

@@ -8,10 +8,12 @@ out for a fixed order, for one lane, or abreast: every name then stands for the 
 from collections import Counter
 from collections.abc import Iterable
 
+from vibrocap.numerics.arrivals import Arrivals
 from vibrocap.numerics.balance import Balance, BalanceWriter
 from vibrocap.numerics.forms import Forms
 from vibrocap.numerics.graph import Expression, Graph, operands_of, reachable
 
+SUMS = ("add", "sub", "neg")
 POLYNOMIALS = {  # of `elementary_polynomials.py`
     "exp": "exponential",
     "log": "logarithm",
@@ -41,6 +43,7 @@ class JetWriter:
         self.abreast, self.polynomials = abreast, polynomials
         self.lines: list[str] = []
         self._written: dict[tuple, str] = {}
+        self.arrivals = Arrivals()
         self.forms = Forms(graph, rates)
         self._numbers: dict[int, int] = {}
         needed = reachable(graph, [rate.index for rate in rates])
@@ -71,6 +74,7 @@ class JetWriter:
         if key not in self._written:
             self._written[key] = name
             self.lines.append(f"{name} = {formula}")
+            self.arrivals.write(name, formula)
         return self._written[key]
 
     def number(self, index: int) -> int:
@@ -106,71 +110,90 @@ class JetWriter:
             balanced = self.balance.formula(index, op, operands, k)
             if balanced is not None:
                 return balanced
-        if op in ("add", "sub"):
-            left, right = c(operands[0], k), c(operands[1], k)
-            if right == "0.0":
-                return left
-            if left == "0.0":
-                return right if op == "add" else f"-{right}"
-            return f"{left} {'+' if op == 'add' else '-'} {right}"
-        if op == "neg":
-            return f"-{c(operands[0], k)}"
+        if op in SUMS:
+            return self.arrivals.sum(self.signed_terms(index, k))
         if op == "mul":
             return self._product(operands[0], operands[1], k)
         if op == "div":
             return self._quotient(index, operands[0], operands[1], k)
         return self._function(index, op, operands[0], k)
 
+    def signed_terms(self, index: int, k: int, inner: bool = False) -> list[tuple[int, str]]:
+        """The k-th coefficient of a node as terms (sign, text), its sums taken apart.
+
+        inner: of a node within a sum, which is taken apart only if no other node uses it too
+        """
+        op, *operands = self.graph.nodes[index]
+        shared = inner and self._uses[index] > 1
+        factor, base = self.forms.linear(index) if k > 0 else (self.graph.constant(1.0), index)
+        if base != index and not shared and self._scaled_exponential(factor, base) is None:
+            return self._scaled_term(factor, self.coefficient(base, k))
+        if op not in SUMS or shared or base != index or self.is_acceleration(index):
+            text = self.coefficient(index, k)
+            return [] if text == "0.0" else [(1, text)]
+        signs = (-1,) if op == "neg" else (1, -1 if op == "sub" else 1)
+        parts = [(sign, self.signed_terms(i, k, True)) for sign, i in zip(signs, operands, strict=True)]
+        return [(sign * own, text) for sign, terms in parts for own, text in terms]
+
+    def is_acceleration(self, index: int) -> bool:
+        """Whether a node is the acceleration that the balance of momentum gives."""
+        return self.balance is not None and index == self.balance.balance.acceleration.index
+
+    def _scaled_term(self, factor: Expression, value: str) -> list[tuple[int, str]]:
+        """A constant times a value, as a term; none where it vanishes."""
+        if value == "0.0":
+            return []
+        if factor.value in (1.0, -1.0):
+            return [(int(factor.value), value)]
+        return [(1, f"{self.coefficient(factor.index, 0)} * {value}")]
+
     def _scaled(self, factor: Expression, value: str) -> str:
-        if value == "0.0" or factor.value == 1.0:
-            return value
-        return f"-{value}" if factor.value == -1.0 else f"{self.coefficient(factor.index, 0)} * {value}"
+        return self.arrivals.sum(self._scaled_term(factor, value))
 
     def _state(self, state: int, k: int) -> str:
         if k == 0:
             return self.entry(f"STATE + {state} * LANES")
+        if k > 1 and self.balance is not None and self.balance.is_open(self.rates[state].index):
+            return self.balance.state(self.rates[state].index, k)
         rate = self.coefficient(self.rates[state].index, k - 1)
         return rate if k == 1 else f"{rate} * {1.0 / k!r}"
 
-    def terms(self, pairs: Iterable[tuple[tuple[int, int], tuple[int, int]]]) -> list[str]:
-        """Products of coefficients, given as pairs of (node, order), those that vanish left out.
-
-        The coefficients known longest come first, so that most of a sum is done before the newest arrive: additions are
-        not reassociated, and their latency is what the series of a single motion costs.
-        """
+    def products(self, pairs: Iterable[tuple[tuple[int, int], tuple[int, int]]]) -> str:
+        """Sum of products of coefficients, given as pairs of (node, order); empty if all of them vanish."""
         terms = []
         for (a, i), (b, j) in sorted(pairs, key=lambda pair: max(pair[0][1], pair[1][1])):
             left, right = self.coefficient(a, i), self.coefficient(b, j)
             if left != "0.0" and right != "0.0":
-                terms.append(f"{left} * {right}")
-        return terms
+                terms.append((1, f"{left} * {right}"))
+        return self.arrivals.sum(terms) if terms else ""
 
     def _product(self, a: int, b: int, k: int) -> str:
         if a != b or k == 0:
-            return " + ".join(self.terms(((a, i), (b, k - i)) for i in range(k + 1))) or "0.0"
-        middle = self.terms([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else []
-        half = self.terms(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
-        doubled = [f"2.0 * ({' + '.join(half)})"] if half else []
-        newest = self.terms([((a, 0), (a, k))])
-        return " + ".join([*doubled, *middle, *(f"2.0 * {term}" for term in newest)]) or "0.0"
+            return self.products(((a, i), (b, k - i)) for i in range(k + 1)) or "0.0"
+        middle = self.products([((a, k // 2), (a, k // 2))]) if k % 2 == 0 else ""
+        half = self.products(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
+        newest = self.products([((a, 0), (a, k))])
+        terms = [middle, f"2.0 * ({half})" if half else "", f"2.0 * {newest}" if newest else ""]
+        return self.arrivals.sum([(1, term) for term in terms if term])
 
     def _quotient(self, index: int, a: int, b: int, k: int) -> str:
         """Newest terms with factors of their own, so that little is left to do once they are known."""
         inverse = self.named(("inverse", b), f"i{self.number(b)}", f"1.0 / {self.coefficient(b, 0)}")
-        factor, base = self.forms.linear(a) if k > 0 else (self.graph.constant(1.0), a)
-        numerator = self.coefficient(base, k)
         if k == 0:
+            numerator = self.coefficient(a, 0)
             return f"{numerator} * {inverse}" if numerator != "0.0" else "0.0"
-        earlier = " + ".join(self.terms(((b, i), (index, k - i)) for i in range(1, k)))
-        settled = "" if numerator == "0.0" else self._scaled(factor, numerator)
+        factor, base = self.forms.linear(a)
+        numerator, newest, terms = self.coefficient(base, k), self.coefficient(b, k), []
+        earlier = self.products(((b, i), (index, k - i)) for i in range(1, k))
         if earlier:
-            settled += f" - ({earlier})"
-        parts = f"({settled}) * {inverse}" if settled else ""
-        newest = self.coefficient(b, k)
+            terms.append((-1, f"({earlier}) * {inverse}"))
+        if numerator != "0.0":
+            scaled = self.named(("scaled", index), f"g{self.number(index)}", self._scaled(factor, inverse))
+            terms.append((1, f"{numerator} * {scaled}"))
         if newest != "0.0":
             start = self.named(("over", index), f"f{self.number(index)}", f"{self.coefficient(index, 0)} * {inverse}")
-            parts += f" - {newest} * {start}"
-        return parts or "0.0"
+            terms.append((-1, f"{newest} * {start}"))
+        return self.arrivals.sum(terms)
 
     def _weighted(self, a: int, j: int) -> str:
         """j a_j, written once: the coefficient of the rate before, where a is a state or a multiple of one."""
@@ -214,8 +237,8 @@ class JetWriter:
         for j in sorted(range(1, k), key=lambda j: max(j, k - j)):
             weighted = self._weighted(a, j)
             if weighted != "0.0":
-                terms.append(f"{weighted} * {self.coefficient(f, k - j)}")
-        sums = [f"({' + '.join(terms)}) * {scale}"] if terms else []
+                terms.append((1, f"{weighted} * {self.coefficient(f, k - j)}"))
+        sums = [(1, f"({self.arrivals.sum(terms)}) * {scale}")] if terms else []
         factor, base = self.forms.linear(a)
         newest = self.coefficient(base, k)
         if newest != "0.0":
@@ -223,8 +246,8 @@ class JetWriter:
             if sign * (factor.value or 0.0) != 1.0:
                 name = f"s{self.number(f)}_{self.number(a)}"
                 start = self.named(("start", f, a), name, self._scaled(sign * factor, start))
-            sums.append(f"{newest} * {start}")
-        return " + ".join(sums) or "0.0"
+            sums.append((1, f"{newest} * {start}"))
+        return self.arrivals.sum(sums)
 
     def _start(self, op: str, a: int) -> str:
         """The value of a function, from which its series starts."""
@@ -264,6 +287,6 @@ class JetWriter:
             rest = f" - ({earlier}) * {1.0 / k!r}" if earlier else ""
             return f"({value}{rest}) / {self.coefficient(a, 0)}"
         if op == "sqrt":
-            earlier = " + ".join(self.terms(((index, i), (index, k - i)) for i in range(1, k)))
+            earlier = self.products(((index, i), (index, k - i)) for i in range(1, k))
             return f"0.5 * ({value} - ({earlier or '0.0'})) / {self.coefficient(index, 0)}"
         raise ValueError(f"no Taylor recurrence for {op}")

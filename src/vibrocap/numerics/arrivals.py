@@ -1,0 +1,64 @@
+"""When the values of straight-line code are known, so that a sum can wait for its latest term last.
+
+Sums are computed in the order in which they are written. Some hundred cycles of a step pass in chains of operations that
+wait for one another, and a term that is added too early makes all later ones wait for it.
+"""
+
+import ast
+from collections.abc import Sequence
+
+SUM, PRODUCT, QUOTIENT, CALL = 4, 4, 14, 40  # cycles, about those of an x86-64 processor; a product in a sum is free
+
+
+class Arrivals:
+    """Cycles after which each name is known, if nothing but its operands delays it; what is not written here, at 0."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, int] = {}
+
+    def write(self, name: str, formula: str) -> None:
+        """Note the line name = formula."""
+        self._known[name] = self.of(formula)
+
+    def of(self, formula: str) -> int:
+        """When the value of a formula is known."""
+        return self._known[formula] if formula in self._known else self._of(ast.parse(formula, mode="eval").body)
+
+    def _of(self, node: ast.expr) -> int:
+        if isinstance(node, ast.Name):
+            return self._known.get(node.id, 0)
+        if isinstance(node, ast.UnaryOp):
+            return self._of(node.operand)
+        if isinstance(node, ast.BinOp):
+            operands = [node.left, node.right]
+            if isinstance(node.op, (ast.Add, ast.Sub)):
+                fused = next((side for side in operands if _is_product(side)), None)  # the left one of two
+                if isinstance(fused, ast.BinOp):
+                    operands = [*(side for side in operands if side is not fused), fused.left, fused.right]
+                latency = SUM
+            else:
+                latency = PRODUCT if isinstance(node.op, ast.Mult) else QUOTIENT
+            return max(map(self._of, operands)) + latency
+        if isinstance(node, ast.Call):
+            return max(map(self._of, node.args), default=0) + CALL
+        return self._of(node.value) if isinstance(node, ast.Subscript) else 0
+
+    def sum(self, terms: Sequence[tuple[int, str]]) -> str:
+        """The sum of terms (sign, text), the latest last; "0.0" of none. A text is a name, a number or a product."""
+        ordered = sorted(terms, key=lambda term: self.of(term[1]))
+        plus = [term for term in ordered if term[0] > 0]
+        if not ordered:
+            return "0.0"
+        if not plus:
+            negative = self.sum([(1, text) for _, text in ordered])
+            return f"-({negative})" if len(ordered) > 1 else f"-{negative}"
+        ordered.remove(plus[0])
+        ordered.insert(0, plus[0])
+        if len(ordered) > 1 and ordered[1][0] > 0 and all("*" in text for _, text in ordered[:2]):
+            ordered[:2] = ordered[1::-1]  # of two products that are added the left one is free
+        first, *others = ordered
+        return first[1] + "".join(f" {'+' if sign > 0 else '-'} {text}" for sign, text in others)
+
+
+def _is_product(node: ast.expr) -> bool:
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)
