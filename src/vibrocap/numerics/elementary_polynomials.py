@@ -3,7 +3,7 @@
 The C library's functions take one number at a time, which would keep a kernel from vector registers, and a call of them
 empties the registers. These polynomials are those of fdlibm (sin, cos), Taylor polynomials (exp, tanh), the series of
 artanh (log) and the rational function of the Cephes library (atan; S. L. Moshier, Methods and Programs for Mathematical
-Functions, 1989): right to about an ulp.
+Functions, 1989): right to about an ulp. Those of every step are summed by pairs, so that little waits for them long.
 """
 
 import math
@@ -20,18 +20,17 @@ def sine_cosine(x):
     r = r - k * 6.077100506303966e-11
     r = r - k * 2.0222662487959506e-21
     z = r * r
-    s = 1.58969099521155010221e-10 * z - 2.50507602534068634195e-08
-    s = s * z + 2.75573137070700676789e-06
-    s = s * z - 1.98412698298579493134e-04
-    s = s * z + 8.33333333332248946124e-03
-    s = s * z - 1.66666666666666324348e-01
+    w = z * z
+    s = (-1.66666666666666324348e-01 + 8.33333333332248946124e-03 * z) + w * (
+        (-1.98412698298579493134e-04 + 2.75573137070700676789e-06 * z)
+        + w * (-2.50507602534068634195e-08 + 1.58969099521155010221e-10 * z)
+    )
     sine = r + r * z * s
-    c = -1.13596475577881948265e-11 * z + 2.08757232129817482790e-09
-    c = c * z - 2.75573143513906633035e-07
-    c = c * z + 2.48015872894767294178e-05
-    c = c * z - 1.38888888888741095749e-03
-    c = c * z + 4.16666666666666019037e-02
-    cosine = 1.0 - (0.5 * z - z * z * c)
+    c = (4.16666666666666019037e-02 - 1.38888888888741095749e-03 * z) + w * (
+        (2.48015872894767294178e-05 - 2.75573143513906633035e-07 * z)
+        + w * (2.08757232129817482790e-09 - 1.13596475577881948265e-11 * z)
+    )
+    cosine = 1.0 - (0.5 * z - w * c)
     quadrant = k - 4.0 * floor(0.25 * k)
     odd = (quadrant == 1.0) | (quadrant == 3.0)
     first = where(odd, cosine, sine)
@@ -43,24 +42,24 @@ def sine_cosine(x):
 
 def exponential(x):
     """exp x; below the smallest normal number zero."""
+    k, rest = exponential_parts(x)
+    p = (2.0 + 2.0 * rest) * power_of_two(k - 1.0)  # of the largest x, 2^k itself would be none
+    return where(x < -708.0, 0.0, where(x > LARGEST_EXPONENT, math.inf, p))
+
+
+def exponential_parts(x):
+    """(k, y) with exp x = (1 + y) 2^k, |y| < 0.42."""
     k = floor(x * 1.4426950408889634 + 0.5)
-    k = where(k < -1021.0, -1021.0, where(k > 1023.0, 1023.0, k))
     r = x - k * 0.6931471803691238
     r = r - k * 1.9082149292705877e-10
-    p = 1.6059043836821613e-10 * r + 2.08767569878681e-09
-    p = p * r + 2.505210838544172e-08
-    p = p * r + 2.755731922398589e-07
-    p = p * r + 2.7557319223985893e-06
-    p = p * r + 2.48015873015873e-05
-    p = p * r + 1.984126984126984e-04
-    p = p * r + 1.388888888888889e-03
-    p = p * r + 8.333333333333333e-03
-    p = p * r + 4.1666666666666664e-02
-    p = p * r + 1.6666666666666666e-01
-    p = p * r + 0.5
-    p = (p * r + 1.0) * r + 1.0
-    p = p * power_of_two(k)
-    return where(x < -708.0, 0.0, where(x > LARGEST_EXPONENT, math.inf, p))
+    z = r * r
+    w = z * z
+    low = (0.5 + 1.6666666666666666e-01 * r) + z * (4.1666666666666664e-02 + 8.333333333333333e-03 * r)
+    middle = (1.388888888888889e-03 + 1.984126984126984e-04 * r) + z * (
+        2.48015873015873e-05 + 2.7557319223985893e-06 * r
+    )
+    high = (2.755731922398589e-07 + 2.505210838544172e-08 * r) + z * (2.08767569878681e-09 + 1.6059043836821613e-10 * r)
+    return k, r + z * (low + w * (middle + w * high))
 
 
 def logarithm(x):
@@ -91,22 +90,7 @@ def hyperbolic_tangent(x):
     """tanh x = m/(m + 2) with m = exp(2x) - 1, which keeps its digits near zero; beyond |x| = 20 it is +-1."""
     a = abs(x)
     y = where(a > 20.0, 40.0, 2.0 * a)
-    k = floor(y * 1.4426950408889634 + 0.5)
-    r = y - k * 0.6931471803691238
-    r = r - k * 1.9082149292705877e-10
-    p = 1.1470745597729725e-11 * r + 1.6059043836821613e-10
-    p = p * r + 2.08767569878681e-09
-    p = p * r + 2.505210838544172e-08
-    p = p * r + 2.755731922398589e-07
-    p = p * r + 2.7557319223985893e-06
-    p = p * r + 2.48015873015873e-05
-    p = p * r + 1.984126984126984e-04
-    p = p * r + 1.388888888888889e-03
-    p = p * r + 8.333333333333333e-03
-    p = p * r + 4.1666666666666664e-02
-    p = p * r + 1.6666666666666666e-01
-    p = p * r + 0.5
-    p = p * r * r + r
+    k, p = exponential_parts(y)
     scale = power_of_two(k)
     m = scale * p + (scale - 1.0)
     t = m / (m + 2.0)

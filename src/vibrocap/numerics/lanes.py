@@ -260,5 +260,5 @@ class Layout:
 def _aligned_zeros(size: int, kind: type) -> np.ndarray:
     """Zeros that begin a cache line: a vector of eight numbers is then read from one line, not from two."""
     room = np.zeros(size + 7, dtype=kind)
-    first = -room.ctypes.data % 64 // 8
+    first = -room.__array_interface__["data"][0] % 64 // 8
     return room[first : first + size]

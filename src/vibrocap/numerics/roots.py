@@ -6,10 +6,15 @@ means no root, one means one root. Halving the interval until one of the two hol
 there is none. A double root is settled at the minimum between.
 """
 
-from vibrocap.numerics.generated import LANES, WORK
+import math
+
+import numpy as np
+
+from vibrocap.numerics.generated import LANES, ORDER, WORK
 
 EPSILON = 2.220446049250313e-16
 NARROWEST = 2.0**-36  # of a step: roots closer than this count as a touch
+INVERSE_BINOMIALS = np.array([[1.0 / max(math.comb(n, i), 1) for i in range(ORDER + 1)] for n in range(ORDER + 1)])
 
 
 def value(a, start, degree, x):
@@ -111,6 +116,20 @@ def halve(b, start, degree, right):
             b[start + i] = 0.5 * (b[start + i - 1] + b[start + i])
 
 
+def later_terms(real, row, degree, start, h):
+    """Sum over k >= start of |c_k| h^(k - start + 2), even and odd powers apart: half as many dependent operations."""
+    square = h * h
+    one = 0.0
+    other = 0.0
+    for i in range(degree, start, -2):
+        one = one * square + abs(real[row + i * LANES])
+        other = other * square + abs(real[row + (i - 1) * LANES])
+    total = other + h * one
+    if (degree - start) % 2 == 0:
+        total = total * h + abs(real[row + start * LANES])
+    return total * square
+
+
 def first_root(real, row, degree, sign, zeros, h):
     """First time in (0, h] at which sign * polynomial falls to zero; the first `zeros` coefficients are taken as zero.
 
@@ -119,11 +138,9 @@ def first_root(real, row, degree, sign, zeros, h):
     rounding level without falling below, or -1.
     """
     n = degree - zeros
-    first = real[row + zeros * LANES]
-    others = 0.0
-    for i in range(degree, zeros, -1):
-        others = others * h + abs(real[row + i * LANES])
-    if sign * first > others * h:  # the first term outweighs all others: no root
+    first = sign * real[row + zeros * LANES]
+    line = first + sign * real[row + (zeros + 1) * LANES] * h
+    if min(first, line) > later_terms(real, row, degree, zeros + 2, h):  # a line outweighs all others: no root
         return -1.0, -1.0
     a = WORK  # coefficients over the unit interval
     total = 0.0
@@ -136,10 +153,8 @@ def first_root(real, row, degree, sign, zeros, h):
     noise = 8.0 * EPSILON * total
     stride = n + 2  # Bernstein coefficients and the width of their interval
     now = a + n + 1
-    binomial = 1.0
     for i in range(n + 1):
-        real[now + i] = real[a + i] / binomial
-        binomial = binomial * (n - i) / (i + 1.0)
+        real[now + i] = real[a + i] * INVERSE_BINOMIALS[n, i]
     for level in range(1, n + 1):
         for i in range(n, level - 1, -1):
             real[now + i] += real[now + i - 1]

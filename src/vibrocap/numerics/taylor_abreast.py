@@ -39,24 +39,18 @@ def taylor_steps(real, side):
         share = abs(load(real, HOLD + (ORDER - 1) * LANES)) / where(holding, limit, 1.0)
         before = where(holding, greater(share, before), before)
     wanted = rough_logarithms(load(real, TOLERANCE))
-    h = rough_powers(
-        lesser(
-            (wanted - rough_logarithms(last)) * (1.0 / ORDER),
-            (wanted - rough_logarithms(before)) * (1.0 / (ORDER - 1)),
-        )
-    )
-    return where(last <= 1e300, SAFETY * h, 0.0), last, before
+    one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithms(last) * (1.0 / ORDER)
+    other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithms(before) * (1.0 / (ORDER - 1))
+    return where(last <= 1e300, rough_powers(lesser(one, other)), 0.0), last, before
 
 
 def rough_logarithms(x):
     """`taylor.rough_logarithm` of all lanes."""
-    f = mantissa(x) - 1.0
-    return exponent(x) + f * (1.3465 - 0.3465 * f)
+    return exponent(x) + (mantissa(x) - 1.0)
 
 
 def rough_powers(y):
     """`taylor.rough_power` of all lanes."""
-    y = lesser(greater(y, -1000.0), 1000.0)
     whole = floor(y)
     g = y - whole
     return (1.0 + g * (0.6565 + 0.3435 * g)) * power_of_two(whole)
