@@ -3,6 +3,7 @@
 import math
 
 import mpmath as mp
+import numba
 import numpy as np
 import pytest
 
@@ -42,6 +43,58 @@ def test_functions_abreast_are_right_to_ulps_and_odd(name):
         )
     assert np.all(errors <= ULPS * np.spacing(np.abs(found)))
     assert np.array_equal(abreast(-x), -found)
+
+
+DRAW = np.random.default_rng(6)
+ANGLES = np.concatenate((DRAW.uniform(-1000.0, 1000.0, 2000), 10.0 ** DRAW.uniform(-18, 0, 500)))
+RANGE = np.concatenate((DRAW.uniform(-707.9, 709.7, 2000), DRAW.uniform(-1.0, 1.0, 2000), ANGLES[2000:]))
+SIZES = np.concatenate((10.0 ** DRAW.uniform(-300, 300, 2000), DRAW.uniform(0.5, 2.0, 2000)))
+
+
+@pytest.mark.parametrize(
+    ("abreast", "exact", "x"),
+    [
+        (lambda x: elementary_polynomials.sine_cosine(x)[0], mp.sin, ANGLES),
+        (lambda x: elementary_polynomials.sine_cosine(x)[1], mp.cos, ANGLES),
+        (elementary_polynomials.exponential, mp.exp, RANGE),
+        (elementary_polynomials.logarithm, mp.log, SIZES),
+    ],
+    ids=["sin", "cos", "exp", "log"],
+)
+def test_functions_of_every_step_are_right_to_ulps(abreast, exact, x):
+    found = abreast(x)
+    with mp.workdps(40):
+        errors = np.array(
+            [float(abs(mp.mpf(y) - exact(mp.mpf(v)))) for y, v in zip(found.tolist(), x.tolist(), strict=True)]
+        )
+    assert np.all(errors <= 2.0 * np.spacing(np.abs(found)))
+
+
+def test_exp_reaches_both_ends():
+    x = np.array([-1e5, -708.1, 709.782712893384, 710.0, 1e5])
+    with np.errstate(over="ignore"):
+        found = elementary_polynomials.exponential(x)
+    assert np.array_equal(found[[0, 1, 3, 4]], [0.0, 0.0, np.inf, np.inf])
+    assert found[2] == pytest.approx(math.exp(x[2]), rel=1e-15)
+
+
+def test_compiled_bits_of_all_lanes_are_those_of_numpy():
+    from vibrocap.numerics import plain_vectors, vectors  # the latter imports Numba
+
+    width = plain_vectors.WIDTH
+    x = np.resize([1.0, 2.0**-1022, 1.5 * 2.0**1023, 3.0, 0.75, 7e-310 + 2.0**-1000], width)
+    k = np.resize([-1022.0, 1023.0, 0.0, -1.0, 700.0], width)
+    found = np.zeros(3 * width)
+
+    @numba.njit
+    def compiled(x, k, found):
+        vectors.store(found, 0, vectors.exponent(vectors.load(x, 0)))
+        vectors.store(found, width, vectors.mantissa(vectors.load(x, 0)))
+        vectors.store(found, 2 * width, vectors.power_of_two(vectors.load(k, 0)))
+
+    compiled(x, k, found)
+    wanted = (plain_vectors.exponent(x), plain_vectors.mantissa(x), plain_vectors.power_of_two(k))
+    assert np.array_equal(found, np.concatenate(wanted))
 
 
 def test_tanh_keeps_its_end():

@@ -9,6 +9,9 @@ from numba.core.types.functions import BaseFunction
 from vibrocap.numerics import link
 from vibrocap.numerics.inference import asked_once
 from vibrocap.numerics.one_module import Part, users_first
+from vibrocap.numerics.registers import lane_count
+
+WIDTH = lane_count()
 
 # `leaf` is reached on ways of different lengths, and too long to be inlined there; powers with whole exponents bring
 # functions of Numba's own.
@@ -33,6 +36,18 @@ def advance(real, whole, tape, rounds):
     for k in range(rounds):
         tape[k] = leaf(real, k) + branch(real, k) * 2.0
         whole[k] += 1
+"""
+
+ABREAST = """
+from vibrocap.numerics.plain_vectors import align_stack, load, store
+
+def doubled(real):
+    align_stack()
+    store(real, 0, 2.0 * load(real, 0))
+
+def advance(real, whole, tape, rounds):
+    for k in range(rounds):
+        doubled(real)
 """
 
 
@@ -60,6 +75,18 @@ def test_only_the_entry_of_a_kernel_is_seen_from_outside(compiled):
     assert len(functions) > len(seen)
     assert len(seen) == 3  # the entry itself, and the wrappers through which Python and C call it
     assert all("advance" in name for name in seen)
+
+
+def test_vectors_on_the_stack_are_aligned_where_they_are(tmp_path, monkeypatch):
+    """A function that aligns its stack is not inlined into one that does not."""
+    monkeypatch.setattr(link, "_cache_folder", lambda: tmp_path)
+    advance = link.compiled_kernel(ABREAST)
+    functions = advance.overloads[advance.signatures[0]].library.get_defined_functions()
+    (inner,) = (function for function in functions if "doubled" in function.name)
+    assert b"alignstack(64)" in b" ".join(inner.attributes)
+    real = np.arange(float(2 * WIDTH))
+    advance(real, np.zeros(1, dtype=np.int64), np.zeros(1), 3)
+    assert np.array_equal(real[:WIDTH], 8.0 * np.arange(WIDTH))
 
 
 def test_what_is_linked_stands_behind_all_that_use_it(compiled):

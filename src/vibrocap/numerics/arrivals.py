@@ -1,7 +1,7 @@
 """When the values of straight-line code are known, so that a sum can wait for its latest term last.
 
-Sums are computed in the order in which they are written. Some hundred cycles of a step pass in chains of operations that
-wait for one another, and a term that is added too early makes all later ones wait for it.
+Sums are computed in the order in which they are written. Half of a step passes in chains of operations that wait for
+one another, and a term that is added too early makes all later ones wait for it.
 """
 
 import ast

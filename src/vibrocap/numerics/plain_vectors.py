@@ -63,5 +63,6 @@ def mantissa(x):
 
 
 def power_of_two(k):
-    """2^k per lane."""
-    return np.ldexp(1.0, np.asarray(k).astype(int))
+    """2^k per lane, for whole numbers k from -1022 to 1023; of others something, and no warning, as in `vectors.py`."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.ldexp(1.0, np.asarray(k).astype(int))

@@ -41,8 +41,8 @@ def on_piece(real, whole, tape, lane, h):
     tape[place + 2] = h
     tape[place + 3] = real[SIDE + lane]
     tape[place + 4] = whole[STIFF + lane]
-    # Not one after another: LLVM would copy several at once, and a wide load waits until all narrow stores before it, of
-    # the coefficients just written, have left the processor: a seventh of a motion.
+    # Not in the order of the memory: LLVM would copy several at once, and a wide load waits until all narrow stores to
+    # its place, of the coefficients just written, have left the processor. That was a seventh of the time of a motion.
     for k in range(ORDER + 1):
         for i in range(ROWS):
             tape[place + PIECE_HEAD + i * (ORDER + 1) + k] = real[SERIES + (i * (ORDER + 1) + k) * LANES + lane]

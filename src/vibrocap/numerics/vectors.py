@@ -274,7 +274,7 @@ def exponent(typing, x):
 
     def code(context, builder, sig, args):
         shifted = builder.lshr(builder.bitcast(args[0], INTEGERS), ir.Constant(INTEGERS, [52] * WIDTH))
-        # As the last digits of 2^52 they are a float, where a conversion would cost processors without AVX-512 far more.
+        # As the last digits of 2^52 they are a float; a conversion costs processors without AVX-512 far more.
         digits = builder.or_(shifted, ir.Constant(INTEGERS, [(1023 + 52) << 52] * WIDTH))
         return builder.fsub(builder.bitcast(digits, DOUBLES), ir.Constant(DOUBLES, [2.0**52 + 1023.0] * WIDTH))
 
@@ -297,7 +297,8 @@ def power_of_two(typing, k):
     """2^k per lane, for whole numbers k from -1022 to 1023."""
 
     def code(context, builder, sig, args):
-        digits = builder.fadd(args[0], ir.Constant(DOUBLES, [1.5 * 2.0**52 + 1023.0] * WIDTH))  # the last of them k + 1023
+        # The last binary digits of this sum are k + 1023, without a conversion.
+        digits = builder.fadd(args[0], ir.Constant(DOUBLES, [1.5 * 2.0**52 + 1023.0] * WIDTH))
         biased = builder.shl(builder.bitcast(digits, INTEGERS), ir.Constant(INTEGERS, [52] * WIDTH))
         return builder.bitcast(biased, DOUBLES)
 
