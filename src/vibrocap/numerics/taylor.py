@@ -22,6 +22,7 @@ from vibrocap.numerics.generated import (
     VELOCITY,
 )
 
+NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
 GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
@@ -87,10 +88,11 @@ def rough_logarithm(x):
 
 
 def rough_power(y):
-    """2**y to 0.3 %, with a parabola between whole y, for |y| < 1022."""
-    whole = np.floor(y)
-    g = y - whole
-    return (1.0 + g * (0.6565 + 0.3435 * g)) * np.int64((np.int64(whole) + 1023) << 52).view(np.float64)
+    """2**y to 0.2 %, with a parabola around whole y, for |y| < 1022."""
+    shifted = y + NEAREST
+    g = y - (shifted - NEAREST)
+    power = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52).view(np.float64)
+    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power
 
 
 def series_value(real, row, s):

@@ -11,8 +11,8 @@ from vibrocap.numerics.generated import (
     STATES,
     TOLERANCE,
 )
-from vibrocap.numerics.plain_vectors import exponent, floor, load, mantissa, power_of_two, where
-from vibrocap.numerics.taylor import SAFETY
+from vibrocap.numerics.plain_vectors import exponent, load, mantissa, power_of_two, where
+from vibrocap.numerics.taylor import NEAREST, SAFETY
 
 
 def lesser(x, y):
@@ -51,9 +51,9 @@ def rough_logarithms(x):
 
 def rough_powers(y):
     """`taylor.rough_power` of all lanes."""
-    whole = floor(y)
+    whole = (y + NEAREST) - NEAREST
     g = y - whole
-    return (1.0 + g * (0.6565 + 0.3435 * g)) * power_of_two(whole)
+    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power_of_two(whole)
 
 
 def series_values(real, row, h):
