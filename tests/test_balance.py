@@ -5,6 +5,7 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
+from vibrocap.elementary import cos
 from vibrocap.equations import equations
 from vibrocap.machines.oscillator import Oscillator
 from vibrocap.numerics import source
@@ -13,8 +14,21 @@ from vibrocap.parameters import parameters
 
 EPSILON = 2.0**-52
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(viscous_damping=0.1)}
-MACHINES = {"capsule": vc.PendulumCapsule(), "oscillator": Oscillator(damping=0.3, belt_speed=0.2)}
-STATE = {"capsule": (0.7, -0.4, 0.2, 0.3), "oscillator": (0.7, 0.3)}
+STATE = {"capsule": (0.7, -0.4, 0.2, 0.3), "oscillator": (0.7, 0.3), "bare": (0.7, -0.4, 0.2, 0.3)}
+
+
+@parameters
+class Bare(vc.PendulumCapsule):
+    """A capsule with a second damper of one: the rate of the angle stands in its own rate, beside the acceleration."""
+
+    name = "bare"
+
+    def holding_force(self, t, y, drive):
+        return super().holding_force(t, y, drive) - cos(y[0]) * y[1]
+
+    def accelerations(self, t, y, drive, force):
+        pendulum, capsule = super().accelerations(t, y, drive, force)
+        return pendulum - y[1], capsule
 
 
 @parameters
@@ -53,6 +67,13 @@ def series(system, start, side, balanced):
     kernel.fill("STATE", start)
     kernel["jet"](kernel.real)
     return np.array([kernel.series(i) for i in range(len(start))])
+
+
+MACHINES = {
+    "capsule": vc.PendulumCapsule(),
+    "oscillator": Oscillator(damping=0.3, belt_speed=0.2),
+    "bare": Bare(),
+}
 
 
 @pytest.mark.parametrize(("law", "side"), [(law, side) for law in LAWS for side in (1, -1)] + [("exponential", 0)])

@@ -7,6 +7,7 @@ one another, and a term that is added too early makes all later ones wait for it
 import ast
 from collections.abc import Sequence
 
+Term = tuple[int, str]  # sign, and text: a name, a number or a product
 SUM, PRODUCT, QUOTIENT, CALL = 4, 4, 14, 40  # cycles, about those of an x86-64 processor; a product in a sum is free
 
 
@@ -43,8 +44,8 @@ class Arrivals:
             return max(map(self._of, node.args), default=0) + CALL
         return self._of(node.value) if isinstance(node, ast.Subscript) else 0
 
-    def sum(self, terms: Sequence[tuple[int, str]]) -> str:
-        """The sum of terms (sign, text), the latest last; "0.0" of none. A text is a name, a number or a product."""
+    def sum(self, terms: Sequence[Term]) -> str:
+        """The sum of terms, the latest last; "0.0" of none."""
         ordered = sorted(terms, key=lambda term: self.of(term[1]))
         plus = [term for term in ordered if term[0] > 0]
         if not ordered:
@@ -58,6 +59,12 @@ class Arrivals:
             ordered[:2] = ordered[1::-1]  # of two products that are added the left one is free
         first, *others = ordered
         return first[1] + "".join(f" {'+' if sign > 0 else '-'} {text}" for sign, text in others)
+
+
+def combined(op: str, operands: Sequence[Sequence[Term]]) -> list[Term]:
+    """The terms of a sum, a difference or a negative ("add", "sub", "neg") of operands that are given as terms."""
+    signs = (-1,) if op == "neg" else (1, -1 if op == "sub" else 1)
+    return [(sign * own, text) for sign, terms in zip(signs, operands, strict=True) for own, text in terms]
 
 
 def _is_product(node: ast.expr) -> bool:

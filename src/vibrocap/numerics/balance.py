@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.arrivals import Term, combined
 from vibrocap.numerics.graph import Expression, derivative, evaluate
 
 POINTS = 5  # at which the balance is compared with the equations
-Term = tuple[int, str]  # sign and text, see `arrivals.py`
 ACCELERATION = -2  # in place of the number of a state: the slope with respect to the acceleration
 
 
@@ -68,6 +68,7 @@ class BalanceWriter:
     def __init__(self, writer: Any, balance: Balance):
         self.writer, self.balance = writer, balance
         self._levels: dict[int, int | None] = {}
+        self._simples: dict[int, bool] = {}
 
     def level(self, index: int) -> int | None:
         """0, 1 or None: see above."""
@@ -92,6 +93,13 @@ class BalanceWriter:
         return self.level(self.balance.momentum.index) == 1 and self._simple(self.balance.momentum.index)
 
     def _simple(self, index: int) -> bool:
+        """Whether a node contains the acceleration, if at all, by sums and products only."""
+        if index not in self._simples:
+            self._simples[index] = True  # of a state that is met on the way to itself
+            self._simples[index] = self._made_simply(index)
+        return self._simples[index]
+
+    def _made_simply(self, index: int) -> bool:
         op, *operands = self.writer.graph.nodes[index]
         if self.level(index) is None or index == self.balance.acceleration.index:
             return True
@@ -154,7 +162,7 @@ class BalanceWriter:
             assert fixed is not None
             settled = self._settled(index, k)
             return [*([(1, settled)] if settled else []), *self._times(fixed, self.without(open_, k))]
-        return _combined(op, [self.without(i, k) for i in operands])
+        return combined(op, [self.without(i, k) for i in operands])
 
     def rate_without(self, index: int, k: int) -> list[Term]:
         """k times the coefficient k of a node of level 1, but for what a_(k-1) adds."""
@@ -170,7 +178,7 @@ class BalanceWriter:
             settled = self._settled(index, k)
             first = [(1, settled if k == 1 else f"{float(k)!r} * {settled}")] if settled else []
             return [*first, *self._times(fixed, self.rate_without(open_, k))]
-        return _combined(op, [self.rate_without(i, k) for i in operands])
+        return combined(op, [self.rate_without(i, k) for i in operands])
 
     def _times(self, factor: int, terms: list[Term]) -> list[Term]:
         """Terms times the first coefficient of a factor: each, or their sum where some are products already."""
@@ -183,7 +191,7 @@ class BalanceWriter:
 
     def _holding(self, k: int) -> list[Term]:
         outer = self.writer.signed_terms(self.balance.outer.index, k, inner=True)
-        return _combined("sub", [outer, self.rate_without(self.balance.momentum.index, k + 1)])
+        return combined("sub", [outer, self.rate_without(self.balance.momentum.index, k + 1)])
 
     def holding(self, k: int) -> str:
         """Coefficient k of the force that would hold the contact, if it rests."""
@@ -203,7 +211,7 @@ class BalanceWriter:
         else:
             held = [] if self.holding(k) == "0.0" else [(1, self.holding(k))]
         friction = writer.signed_terms(self.balance.friction.index, k)
-        force = writer.arrivals.sum(_combined("sub", [held, friction]))
+        force = writer.arrivals.sum(combined("sub", [held, friction]))
         return force if force == "0.0" else writer.named(("force", k), f"force_{k}", force)
 
     def _mobility(self, k: int = 1) -> str:
@@ -230,9 +238,3 @@ class BalanceWriter:
             return terms
         name = f"e{self.writer.number(index)}_{k}"
         return [(1, self.writer.named(("without", index, k), name, self.writer.arrivals.sum(terms)))]
-
-
-def _combined(op: str, values: list[list[Term]]) -> list[Term]:
-    """The terms of a negative, a sum or a difference."""
-    signs = (-1,) if op == "neg" else (1, -1 if op == "sub" else 1)
-    return [(sign * own, text) for sign, terms in zip(signs, values, strict=True) for own, text in terms]

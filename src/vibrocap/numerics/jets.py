@@ -8,7 +8,7 @@ out for a fixed order, for one lane, or abreast: every name then stands for the 
 from collections import Counter
 from collections.abc import Iterable
 
-from vibrocap.numerics.arrivals import Arrivals
+from vibrocap.numerics.arrivals import Arrivals, Term, combined
 from vibrocap.numerics.balance import Balance, BalanceWriter
 from vibrocap.numerics.forms import Forms
 from vibrocap.numerics.graph import Expression, Graph, operands_of, reachable
@@ -118,8 +118,8 @@ class JetWriter:
             return self._quotient(index, operands[0], operands[1], k)
         return self._function(index, op, operands[0], k)
 
-    def signed_terms(self, index: int, k: int, inner: bool = False) -> list[tuple[int, str]]:
-        """The k-th coefficient of a node as terms (sign, text), its sums taken apart.
+    def signed_terms(self, index: int, k: int, inner: bool = False) -> list[Term]:
+        """The k-th coefficient of a node as terms, its sums taken apart.
 
         inner: of a node within a sum, which is taken apart only if no other node uses it too
         """
@@ -131,15 +131,13 @@ class JetWriter:
         if op not in SUMS or shared or base != index or self.is_acceleration(index):
             text = self.coefficient(index, k)
             return [] if text == "0.0" else [(1, text)]
-        signs = (-1,) if op == "neg" else (1, -1 if op == "sub" else 1)
-        parts = [(sign, self.signed_terms(i, k, True)) for sign, i in zip(signs, operands, strict=True)]
-        return [(sign * own, text) for sign, terms in parts for own, text in terms]
+        return combined(op, [self.signed_terms(i, k, inner=True) for i in operands])
 
     def is_acceleration(self, index: int) -> bool:
         """Whether a node is the acceleration that the balance of momentum gives."""
         return self.balance is not None and index == self.balance.balance.acceleration.index
 
-    def _scaled_term(self, factor: Expression, value: str) -> list[tuple[int, str]]:
+    def _scaled_term(self, factor: Expression, value: str) -> list[Term]:
         """A constant times a value, as a term; none where it vanishes."""
         if value == "0.0":
             return []
