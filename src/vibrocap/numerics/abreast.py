@@ -145,8 +145,8 @@ def within_piece(real, row, h):
     """Where the first term of a guard of the law's pieces outweighs all others, so that its piece lasts the step."""
     others = 0.0 * h
     for k in range(ORDER - 1, 0, -1):
-        others = (others + abs(load(real, row + k * LANES))) * h
-    return load(real, row) > others
+        others = others * h + abs(load(real, row + k * LANES))
+    return load(real, row) > others * h
 
 
 def ahead_abreast(real, side, stuck, one, two, h):
@@ -181,12 +181,13 @@ def hold_abreast(real, stuck, two, longest, h):
     change = 0.0 * h
     for k in range(ORDER - 1, 0, -1):
         force = load(real, HOLD + k * LANES)
-        growth = (growth + abs(force)) * h
+        term = abs(force)
         if not LIMIT_CONSTANT:
-            growth = growth + abs(load(real, LIMIT + k * LANES)) * h
-        change = (change + force) * h
-    push = where(hold + 0.5 * change > 0.0, 1.0, -1.0)
-    sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth)
+            term = term + abs(load(real, LIMIT + k * LANES))
+        growth = growth * h + term
+        change = change * h + force
+    push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
+    sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth * h)
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
     threshold = greater(abs(load(real, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
     steady = ~two | (abs(load(real, VELOCITY + LANES)) <= JUMP * threshold)
@@ -227,7 +228,8 @@ def foreseen_abreast(real, start, end, h, period):
     speed = abs(start)
     change = 0.0 * h
     for k in range(3, 0, -1):
-        change = (change + abs(load(real, VELOCITY + k * LANES))) * h
+        change = change * h + abs(load(real, VELOCITY + k * LANES))
+    change = change * h
     far = end * start >= 0.75 * speed * speed
     near = (speed <= load(real, VISIBLE_SPEED)) | (h <= 8.0 * EPSILON * period)
     return near | (change <= 0.2 * speed) | far

@@ -26,6 +26,8 @@ NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole o
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
 GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
+MANTISSA = 2**52 - 1  # bits of a double
+ONE = 1023 * 2**52  # bits of 1.0
 
 
 def taylor_step(real, whole, lane):
@@ -40,7 +42,7 @@ def taylor_step(real, whole, lane):
         return math.nan
     if SET_VALUED and real[SIDE + lane] == 0.0 and real[LIMIT + lane] > 0.0:
         # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides.
-        before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) / real[LIMIT + lane])
+        before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) * (1.0 / real[LIMIT + lane]))
     tolerance = real[TOLERANCE + lane]
     wanted = rough_logarithm(tolerance)
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
@@ -84,7 +86,8 @@ def rough_logarithm(x):
 
     A step length, of which this is the root of a high order, needs no more, and all of the next step waits for it.
     """
-    return np.float64(x).view(np.int64) * 2.0**-52 - 1023.0
+    bits = np.float64(x).view(np.int64)
+    return ((bits >> 52) - 1023) + (np.int64((bits & MANTISSA) | ONE).view(np.float64) - 1.0)
 
 
 def rough_power(y):
