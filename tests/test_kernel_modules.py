@@ -1,5 +1,7 @@
 """A kernel is one module: private functions, each compiled once, and nothing of Numba's left changed."""
 
+import re
+
 import numba
 import numpy as np
 import pytest
@@ -83,7 +85,7 @@ def test_vectors_on_the_stack_are_aligned_where_they_are(tmp_path, monkeypatch):
     advance = link.compiled_kernel(ABREAST)
     functions = advance.overloads[advance.signatures[0]].library.get_defined_functions()
     (inner,) = (function for function in functions if "doubled" in function.name)
-    assert b"alignstack(64)" in b" ".join(inner.attributes)
+    assert re.search(rb"alignstack[(=]64", b" ".join(inner.attributes))  # versions of LLVM write it in two ways
     real = np.arange(float(2 * WIDTH))
     advance(real, np.zeros(1, dtype=np.int64), np.zeros(1), 3)
     assert np.array_equal(real[:WIDTH], 8.0 * np.arange(WIDTH))
