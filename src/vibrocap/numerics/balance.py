@@ -119,10 +119,6 @@ class BalanceWriter:
                 return None
             newest = self.writer.products([((fixed, 0), (open_, k))])
             return " + ".join(filter(None, (self._settled(index, k), newest))) or "0.0"
-        if op in ("add", "sub", "neg") and k > 0 and self.is_open(index):
-            newest = self.acceleration(k)
-            terms = [(1, f"{self._slope(index)} * {newest}")] if newest != "0.0" else []
-            return self.writer.arrivals.sum([*self._rate(index, k), *terms])
         return None
 
     def is_open(self, index: int) -> bool:
