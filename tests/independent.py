@@ -136,7 +136,15 @@ def reference_motion(
         count = len(events)
         while t < end:
             before, was = t, side
-            t, y, switched = _until_switch(rates, p, t, y, side, end, limit, rtol, atol)
+
+            def watched(time: float, state: Sequence[float], side: int = side) -> float:
+                """Positive within the mode."""
+                return side * state[VELOCITY] if side else limit - abs(holding_force(time, state, p))
+
+            def flow(time: float, state: Sequence[float], side: int = side) -> list[float]:
+                return rates(time, state, p, side)
+
+            t, y, switched = until_switch(flow, watched, t, y, end, period / STEPS_PER_PERIOD, rtol, atol)
             if was == 0:
                 stuck_last += t - before
             if switched:
@@ -160,21 +168,17 @@ def reference_motion(
     )
 
 
-def _until_switch(
-    rates: Callable, p: dict, t: float, y: np.ndarray, side: int, end: float, limit: float, rtol: float, atol: float
+def until_switch(
+    flow: Callable, watched: Callable, t: float, y: np.ndarray, end: float, longest: float, rtol: float, atol: float
 ) -> tuple[float, np.ndarray, bool]:
-    """Moves on in one mode until its switch or `end`. Returns the time, the state and whether it was the switch."""
+    """Moves on in one mode until its switch or `end`. Returns the time, the state and whether it was the switch.
 
-    def watched(time: float, state: Sequence[float]) -> float:
-        """Positive within the mode."""
-        return side * state[VELOCITY] if side else limit - abs(holding_force(time, state, p))
+    flow: rates of this mode at a time and state; watched: positive within the mode; longest: of all steps
+    """
 
     def stepper(start: float, state: np.ndarray, bound: float, first: float | None) -> DOP853:
-        longest = 2.0 * math.pi / p["frequency"] / STEPS_PER_PERIOD
         first = min(first, bound - start) if first else None
-        return DOP853(
-            lambda time, now: rates(time, now, p, side), start, state, bound, longest, rtol, atol, first_step=first
-        )
+        return DOP853(flow, start, state, bound, longest, rtol, atol, first_step=first)
 
     # A mode starts with the watched quantity at zero, where rounding decides its sign. It counts only once it has been
     # clearly positive; where it turns clearly negative before that, the mode was wrong, and that is an error.
@@ -192,7 +196,7 @@ def _until_switch(
             low, high, value = times[k - 1], times[k], values[k]
             if not armed:
                 if value < -clear:
-                    raise RuntimeError(f"at time {t!r} the mode {side} was left at once, the wrong way")
+                    raise RuntimeError(f"at time {t!r} the mode was left at once, the wrong way")
                 armed = value > clear
                 continue
             if value > 0.0:

@@ -69,7 +69,7 @@ def set_lane(kernel: PlainKernel, system: vc.System, lane: int) -> None:
     parameters = parameter_values(system)
     kernel.fill("PARAMETER", parameters, lane)
     kernel.fill("SCALE", evaluate(kernel.equations.scales, 0.0, [], 1.0, parameters), lane)
-    kernel.fill("VISIBLE_SPEED", evaluate([kernel.equations.visible_speed], 0.0, [], 1.0, parameters), lane)
+    kernel["forget"](kernel.real, lane)
     kernel.fill("PERIOD", system.drive.period, lane)
 
 

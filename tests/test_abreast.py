@@ -19,9 +19,11 @@ def test_a_slide_that_is_not_looked_at_goes_on():
         series[:zeros], series[zeros] = 0.0, side * draw.uniform(0.0, 1.0, LANES)
         real[kernel["VELOCITY"] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
-        ahead = kernel["ahead_abreast"](real, side, never, never | (zeros == 1), never | (zeros == 2), h)
+        ahead, change = kernel["ahead_abreast"](real, side, never, never | (zeros == 1), never | (zeros == 2), h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
         velocity = sum(c * times ** (k - zeros) for k, c in enumerate(series) if k >= zeros)
+        away = sum(c * times**k for k, c in enumerate(series) if k >= 1)
+        assert np.all(np.abs(away) <= change * (1.0 + 1e-12))
         kept = np.all(side * velocity > 0.0, axis=0)
         assert np.all(kept[ahead])
         counts += [np.sum(ahead), np.sum(~kept), np.sum(kept & ~ahead)]

@@ -134,7 +134,6 @@ def test_law_is_finite(law):
         assert math.isfinite(law.steady_force(abs(velocity), load))
         assert len(law.internal_scales(load)) == len(rates) == len(law.internal)
         assert all(scale > 0.0 for scale in law.internal_scales(load))
-    assert law.visible_speed() >= 0.0
 
 
 @each_law

@@ -54,7 +54,7 @@ def errors_of(kernel, exact, fault=None):
         step = DRIVE.period / count
         replaced = {
             "chosen_step": lambda real, whole, lane, remaining, step=step: step,
-            "foreseen": lambda real, lane, h: True,  # a check that would halve steps
+            "resolved": lambda real, lane, h: True,  # a check that would halve steps
         }
         with running_on(kernel, **replaced, **(fault(kernel, step) if fault else {})):
             motion = vc.simulate(STICK_SLIP, periods=PERIODS, initial=START)

@@ -26,9 +26,9 @@ class Equations:
     rates: tuple[Expression, ...]
     integrals: tuple[Expression, ...]
     scales: tuple[Expression, ...]
-    visible_speed: Expression
     contact_velocity: Expression
     contact_state: int
+    internal_states: tuple[int, ...]  # of the law, without those that change at events only
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
@@ -145,9 +145,13 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         rates=tuple(expression(rate) for rate in flow.rates),
         integrals=tuple(expression(power) for power in (*flow.powers, flow.friction)),
         scales=tuple(expression(scale) for scale in scales),
-        visible_speed=expression(recorded.friction.visible_speed()),
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
+        internal_states=tuple(
+            i
+            for i, name in enumerate(system.state_names[len(mechanical) :], start=len(mechanical))
+            if name not in system.friction.switched
+        ),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),

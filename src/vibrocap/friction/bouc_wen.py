@@ -5,7 +5,6 @@ from typing import ClassVar
 from pydantic import model_validator
 
 from vibrocap.friction.law import (
-    ANY_SPEED,
     AtLeastOne,
     Law,
     NonNegative,
@@ -110,10 +109,6 @@ class BoucWen(Law):
     def internal_scales(self, load):
         """The largest deflection; 1 for the sign."""
         return self._yield_deflection(load) * self._largest(), 1.0
-
-    def visible_speed(self):
-        """Any: friction does not change with the speed."""
-        return ANY_SPEED
 
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy, R (v - xi'/A): all of it counts as lost by sliding."""

@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from vibrocap.friction.law import ANY_SPEED, Law, NonNegative, levels_in_order, parameter, parameters
+from vibrocap.friction.law import Law, NonNegative, levels_in_order, parameter, parameters
 
 
 @parameters
@@ -39,10 +39,6 @@ class Coulomb(Law):
         velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
         """
         return side * self.steady_force(side * velocity, load), ()
-
-    def visible_speed(self):
-        """Any: friction does not change with the speed."""
-        return ANY_SPEED
 
     def holding_limit(self, load):
         """Largest force at rest, N eta_s."""

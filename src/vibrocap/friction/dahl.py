@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from vibrocap.elementary import POWER_ROUNDING
-from vibrocap.friction.law import ANY_SPEED, AtLeastOne, Law, Positive, exp, log, parameter, parameters, power
+from vibrocap.friction.law import AtLeastOne, Law, Positive, exp, log, parameter, parameters, power
 
 
 @parameters
@@ -64,10 +64,6 @@ class Dahl(Law):
     def internal_scales(self, load):
         """N eta_c/delta0, the largest deflection."""
         return (load * self.coulomb_coefficient / self.bristle_stiffness,)
-
-    def visible_speed(self):
-        """Any: friction does not change with the speed."""
-        return ANY_SPEED
 
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy, R (v - xi'): all of it is lost by sliding."""

@@ -13,7 +13,6 @@ from vibrocap.friction.law import (
     parameter,
     parameters,
     stribeck_level,
-    stribeck_visible_speed,
 )
 
 MARGIN = 1e-6  # of the static level, by which the force passes a border before the piece changes
@@ -115,10 +114,6 @@ class ElastoPlastic(Law):
     def internal_scales(self, load):
         """g(0), the largest deflection; 1 for the pieces."""
         return load * self.static_coefficient / self.bristle_stiffness, 1.0, 1.0
-
-    def visible_speed(self):
-        """See `law.stribeck_visible_speed`."""
-        return stribeck_visible_speed(self)
 
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy delta0 xi^2/2, split at the bristles as in LuGre's law.

@@ -44,10 +44,6 @@ class Exponential(Law):
         """
         return side * self.steady_force(side * velocity, load), ()
 
-    def visible_speed(self):
-        """20/a: beyond, the twelfth term of a series for exp(-a |v|) down to rest falls below 1e-2 of it, and fast."""
-        return 20.0 / (self.decay_rate + 1e-300)
-
     def holding_limit(self, load):
         """Largest force at rest, N eta_s."""
         return load * self.static_coefficient

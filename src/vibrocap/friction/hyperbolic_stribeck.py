@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from vibrocap.friction.law import ANY_SPEED, Law, NonNegative, Positive, levels_in_order, parameter, parameters
+from vibrocap.friction.law import Law, NonNegative, Positive, levels_in_order, parameter, parameters
 
 
 @parameters
@@ -42,10 +42,6 @@ class HyperbolicStribeck(Law):
         velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
         """
         return side * self.steady_force(side * velocity, load), ()
-
-    def visible_speed(self):
-        """Any: the terms of a series for 1/(1 + |v|/v_s) fall so slowly that the last ones always tell."""
-        return ANY_SPEED
 
     def holding_limit(self, load):
         """Largest force at rest, N eta_s."""

@@ -18,7 +18,6 @@ from vibrocap.elementary import exp, log, power, sqrt
 from vibrocap.parameters import NonNegative, Number, Positive, parameter, parameters
 
 __all__ = [
-    "ANY_SPEED",
     "AtLeastOne",
     "Law",
     "NonNegative",
@@ -35,13 +34,11 @@ __all__ = [
     "rate_and_state_force",
     "resolved_at_rest",
     "stribeck_level",
-    "stribeck_visible_speed",
     "wrapped_class",
 ]
 
 AtLeastOne = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)]
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]
-ANY_SPEED = 1e300  # as `visible_speed`: a series notices from however far that friction changes near rest
 
 
 class Law:
@@ -105,13 +102,6 @@ class Law:
     def internal_scales(self, load) -> tuple:
         """Natural size of each internal state, over which its error is measured."""
         return ()
-
-    def visible_speed(self):
-        """Speed up to which a Taylor series notices that friction changes near rest; 0 where the law does not know.
-
-        From farther out that change is below rounding: the integrator then looks ahead where the contact slows down.
-        """
-        return 0.0
 
     def losses(self, velocity, internal, side, load):
         """Power lost by sliding and by deforming the contact: (contact sliding, bristle loss)."""
@@ -183,11 +173,6 @@ def stribeck_level(law, speed, load):
     drop = law.static_coefficient - law.coulomb_coefficient
     shape = exp(-power(speed / law.stribeck_velocity, law.stribeck_exponent))
     return load * (law.coulomb_coefficient + drop * shape)
-
-
-def stribeck_visible_speed(law):
-    """Where |v/v_s|^alpha = 25; beyond, the terms of a series for its exponential fall below rounding, and fast."""
-    return law.stribeck_velocity * power(25.0, 1.0 / law.stribeck_exponent)
 
 
 def rate_and_state_force(law, velocity, state, side, load):

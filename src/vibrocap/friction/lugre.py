@@ -11,7 +11,6 @@ from vibrocap.friction.law import (
     parameter,
     parameters,
     stribeck_level,
-    stribeck_visible_speed,
 )
 
 CELLS = 4096  # of speed, in which the bound for passivity is made
@@ -96,10 +95,6 @@ class LuGre(Law):
     def internal_scales(self, load):
         """g(0), the largest deflection."""
         return (load * self.static_coefficient / self.bristle_stiffness,)
-
-    def visible_speed(self):
-        """See `law.stribeck_visible_speed`."""
-        return stribeck_visible_speed(self)
 
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy delta0 xi^2/2, split at the bristles.

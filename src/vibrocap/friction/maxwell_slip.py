@@ -12,7 +12,6 @@ from vibrocap.friction.law import (
     parameter,
     parameters,
     stribeck_level,
-    stribeck_visible_speed,
 )
 
 ELEMENTS = 4
@@ -135,10 +134,6 @@ class MaxwellSlip(Law):
         """Shares of the static level; 1 for the pieces."""
         static = load * self.static_coefficient
         return (*(share * static for _, share in self._elements()), *(1.0,) * ELEMENTS)
-
-    def visible_speed(self):
-        """See `law.stribeck_visible_speed`."""
-        return stribeck_visible_speed(self)
 
     def losses(self, velocity, internal, side, load):
         """R v less the rate of the stored energy: sum of F_i (v - F_i'/k_i), and delta2 v^2; all of it is sliding."""

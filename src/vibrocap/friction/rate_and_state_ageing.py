@@ -3,7 +3,6 @@
 from typing import ClassVar
 
 from vibrocap.friction.law import (
-    ANY_SPEED,
     Law,
     NonNegative,
     Positive,
@@ -71,10 +70,6 @@ class RateAndStateAgeing(Law):
     def internal_scales(self, load):
         """1: a change of the state by one is an age e times as great."""
         return (1.0,)
-
-    def visible_speed(self):
-        """Any: the terms of a series for a logarithm fall so slowly that the last ones always tell."""
-        return ANY_SPEED
 
     @property
     def passive(self) -> bool:

@@ -58,8 +58,4 @@ def smoothed(law: type[Law]) -> type[Law]:
             """None: the contact does not stick."""
             return 0.0
 
-        def visible_speed(self):
-            """10 epsilon: beyond, a series down to rest no longer notices a tanh (see `smoothed_tanh`)."""
-            return 10.0 * self.smoothing_velocity
-
     return wrapped_class(smoothed, Smoothed, law)

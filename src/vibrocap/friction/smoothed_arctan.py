@@ -12,7 +12,6 @@ from vibrocap.friction.law import (
     parameter,
     parameters,
     stribeck_level,
-    stribeck_visible_speed,
 )
 
 
@@ -65,10 +64,6 @@ class SmoothedArctan(Law):
         """
         sign = self._sign(velocity)
         return sign * stribeck_level(self, velocity * sign, load) + self.viscous_damping * velocity, ()
-
-    def visible_speed(self):
-        """See `law.stribeck_visible_speed`; the terms of a series for the arc tangent fall slowly and always tell."""
-        return stribeck_visible_speed(self)
 
     @property
     def passive(self) -> bool:

@@ -55,10 +55,6 @@ class SmoothedTanh(Law):
         sign = self._sign(velocity)
         return sign * stribeck_level(self, velocity * sign, load) + self.viscous_damping * velocity, ()
 
-    def visible_speed(self):
-        """10 epsilon: beyond, the twelfth term of a series for tanh(v/epsilon) down to rest falls below 1e-2 of it."""
-        return 10.0 * self.smoothing_velocity
-
     @property
     def passive(self) -> bool:
         """Always: R v >= 0."""

@@ -10,7 +10,6 @@ from vibrocap.friction.law import (
     parameter,
     parameters,
     stribeck_level,
-    stribeck_visible_speed,
 )
 
 
@@ -52,10 +51,6 @@ class Stribeck(Law):
         velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
         """
         return side * self.steady_force(side * velocity, load), ()
-
-    def visible_speed(self):
-        """See `law.stribeck_visible_speed`."""
-        return stribeck_visible_speed(self)
 
     def holding_limit(self, load):
         """Largest force at rest, N eta_s."""

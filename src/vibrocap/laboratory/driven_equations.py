@@ -8,6 +8,7 @@ from vibrocap.equations import is_recorded
 from vibrocap.friction.law import Law
 from vibrocap.numerics.driven_source import DrivenEquations
 from vibrocap.numerics.graph import Graph
+from vibrocap.numerics.resolution import sharpness
 from vibrocap.parameters import parameter_table
 
 
@@ -43,13 +44,15 @@ def _recorded(kind: type[Law], names: tuple[str, ...], fixed: tuple) -> DrivenEq
         return tuple(graph.expression(values[order.index(i)]) for i in range(k))
 
     force, rates = law.force(velocity, internal, side, load)
+    moved = in_order(rates)[: len(moving)]
+    sharp = sharpness(graph, moved, velocity, states[: len(moving)])
     guards = law.switches(velocity, internal, side, load)
     return DrivenEquations(
         graph=graph,
         parameter_names=names,
         order=tuple(order),
         moving=len(moving),
-        rates=in_order(rates)[: len(moving)],
+        rates=moved,
         force=graph.expression(force),
         guards=tuple(graph.expression(guard) for guard in guards),
         after_switch=tuple(
@@ -57,6 +60,7 @@ def _recorded(kind: type[Law], names: tuple[str, ...], fixed: tuple) -> DrivenEq
         ),
         after_reversal=in_order(law.after_reversal(internal, side, load)),
         scales=in_order(law.internal_scales(load)),
-        visible_speed=graph.expression(law.visible_speed()),
+        sharp=sharp.arguments,
+        sharp_internal=sharp.internal,
         set_valued=law.kind == "set-valued",
     )

@@ -23,6 +23,7 @@ from vibrocap.numerics.generated import (
     ROWS,
     SERIES,
     SET_VALUED,
+    SHARP,
     SIDE,
     STATE,
     STATUS,
@@ -35,7 +36,6 @@ from vibrocap.numerics.generated import (
     TIME,
     TOLERANCE,
     VELOCITY,
-    VISIBLE_SPEED,
     WINDOW_START,
     WORK,
     ZEROS,
@@ -58,6 +58,7 @@ from vibrocap.numerics.plain_vectors import (
     whole_reached,
     whole_set,
 )
+from vibrocap.numerics.resolved_abreast import excursion_abreast, resolved_abreast
 from vibrocap.numerics.roots import EPSILON
 from vibrocap.numerics.stabilised_abreast import stabilised_steps
 from vibrocap.numerics.tangents import tangents_wait
@@ -121,7 +122,10 @@ def step_abreast(real, whole, tape, running):
             stuck = side == 0.0
             push, sure = hold_abreast(real, stuck, two, longest, h)
             plain = plain & sure
-        clear = ~plain | ahead_abreast(real, side, stuck, one, two, h)
+        ahead, change = ahead_abreast(real, side, stuck, one, two, h)
+        if SHARP:
+            plain = plain & resolved_abreast(real, side, start, change, h, plain)
+        clear = ~plain | ahead
         if bits(~clear) != 0:
             leading, last, changes = guard_abreast(real, side, stuck, push, one, two, h)
             plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
@@ -132,8 +136,9 @@ def step_abreast(real, whole, tape, running):
                 h = where(event, h * root, h)
                 h = where(early, (1.0 - 0.5 * NEAR) * h, h)
                 event = event & ~early
+    elif SHARP:
+        plain = plain & resolved_abreast(real, side, start, excursion_abreast(real, VELOCITY, h), h, plain)
     end = series_values(real, VELOCITY, h)
-    plain = plain & foreseen_abreast(real, start, end, h, period)
     if not SET_VALUED:
         store(real, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     move_abreast(real, whole, tape, plain, h, end)
@@ -150,9 +155,10 @@ def within_piece(real, row, h):
 
 
 def ahead_abreast(real, side, stuck, one, two, h):
-    """Where a slide lasts the step beyond doubt: its velocity's first four terms stay above the sum of all others.
+    """(where a slide lasts the step beyond doubt, bound of how far its velocity goes).
 
-    As Bernstein coefficients those four are a bound from below, see `roots.py`.
+    It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
+    four are a bound from below, see `roots.py`.
     """
     others = abs(load(real, VELOCITY + ORDER * LANES))
     for k in range(ORDER - 1, 5, -1):
@@ -161,6 +167,7 @@ def ahead_abreast(real, side, stuck, one, two, h):
     v4, v5 = load(real, VELOCITY + 4 * LANES), load(real, VELOCITY + 5 * LANES)
     after_five = others * h + abs(v5)
     after_four = after_five * h + abs(v4)
+    change = (((after_four * h + abs(v3)) * h + abs(v2)) * h + abs(v1)) * h
     others = where(two, others, where(one, after_five, after_four))
     first = side * where(two, v2, where(one, v1, load(real, VELOCITY)))
     second = side * where(two, v3, where(one, v2, v1)) * h
@@ -170,7 +177,7 @@ def ahead_abreast(real, side, stuck, one, two, h):
     early = first + second * (1.0 / 3.0)
     late = early + (second * (1.0 / 3.0) + third)
     least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
-    return (least > 0.0) & ~stuck
+    return (least > 0.0) & ~stuck, change
 
 
 def hold_abreast(real, stuck, two, longest, h):
@@ -221,18 +228,6 @@ def root_abreast(real, first, last, wanted):
         if bits(wanted) == 0:
             break
     return x
-
-
-def foreseen_abreast(real, start, end, h, period):
-    """Where `loop.foreseen` is certain without a look at the equations."""
-    speed = abs(start)
-    change = 0.0 * h
-    for k in range(3, 0, -1):
-        change = change * h + abs(load(real, VELOCITY + k * LANES))
-    change = change * h
-    far = end * start >= 0.75 * speed * speed
-    near = (speed <= load(real, VISIBLE_SPEED)) | (h <= 8.0 * EPSILON * period)
-    return near | (change <= 0.2 * speed) | far
 
 
 def move_abreast(real, whole, tape, plain, h, end):

@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.arrivals import Term, combined
-from vibrocap.numerics.graph import Expression, derivative, evaluate
+from vibrocap.numerics.graph import Expression, derivative, evaluate, sensitivity
 
 POINTS = 5  # at which the balance is compared with the equations
-ACCELERATION = -2  # in place of the number of a state: the slope with respect to the acceleration
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -38,10 +37,11 @@ class Balance:
 
     def inertia(self, rates: Sequence[Expression]) -> Expression:
         """d, the slope of the rate of momentum with respect to the acceleration."""
-        memory = {(self.acceleration.index, ACCELERATION): self.acceleration.graph.constant(1.0)}
         result = self.acceleration.graph.constant(0.0)
+        memory: dict = {}
         for i, rate in enumerate(rates):
-            result = result + derivative(self.momentum, i) * derivative(rate, ACCELERATION, memory)
+            slope = sensitivity(rate, self.acceleration.index, memory)
+            result = result + derivative(self.momentum, i) * slope
         return result
 
     def holds(self, rates: Sequence[Expression], parameters: int) -> bool:
@@ -128,8 +128,8 @@ class BalanceWriter:
     def _slope(self, index: int) -> str:
         """The factor d of the acceleration in an open node."""
         graph, acceleration = self.writer.graph, self.balance.acceleration
-        memory = {(acceleration.index, ACCELERATION): graph.constant(1.0)}
-        return self.writer.coefficient(derivative(Expression(graph, index), ACCELERATION, memory).index, 0)
+        slope = sensitivity(Expression(graph, index), acceleration.index, {})
+        return self.writer.coefficient(slope.index, 0)
 
     def _sides(self, index: int) -> tuple[int | None, int]:
         """The factor of a product that is known first, and the one that contains the acceleration."""

@@ -13,12 +13,16 @@ from vibrocap.numerics.driven_generated import (
     FORCE_START,
     GUARDS,
     INTERNAL_START,
+    INVERSE_SCALE,
     JUMPS,
+    LEAP,
     LOAD,
     LOAD_RATE,
+    MOVING,
     NEW,
     REFUSED,
     SET_VALUED,
+    SHARP_INTERNAL,
     STATE,
     STATES,
     STATUS,
@@ -41,6 +45,7 @@ JUMP_LIMIT = 1000  # in an interval between two samples
 SHORTEST = 1e-14  # of the interval: below, a step is lost
 EXPONENT = -0.2  # of the error in the choice of a step
 RESOLVED = 0.2  # of the visible speed: the most by which a step changes a lower velocity
+LEAPT = 2.0  # the error of a step over which a state changes too much to be sure of the law between
 LOCATED = 1e-12  # of the interval: to which a jump is located
 
 
@@ -94,6 +99,14 @@ def located(real, side, h, span):
     return high
 
 
+def leaps(real):
+    """Whether a state changes by so much that a sharp function of it could hide between the stages of the step."""
+    for i in range(MOVING):
+        if abs(real[NEW + i] - real[STATE + i]) * real[INVERSE_SCALE + i] > real[LEAP]:
+            return True
+    return False
+
+
 def stretch(real, whole, side, span, longest, v1, w1):
     """Follow the law over a time `span` on one side, to velocity v1 and load w1, by steps no longer than `longest`."""
     v0, w0 = real[VELOCITY], real[LOAD]
@@ -110,6 +123,8 @@ def stretch(real, whole, side, span, longest, v1, w1):
         elif 2.0 * h > remaining:
             h = 0.5 * remaining
         error = attempt(real, side, h)
+        if SHARP_INTERNAL and leaps(real):
+            error = max(error, LEAPT)
         if not (error <= 1.0):
             whole[REFUSED] += 1
             real[STEP] = h * max(0.1, 0.9 * error**EXPONENT)

@@ -5,11 +5,13 @@ Linking puts the generated definitions in the place of these.
 
 STATES = 1
 GUARDS = 0  # how many
+MOVING = 1  # how many states move
 SET_VALUED = False
+SHARP_INTERNAL = False  # whether a sharp function depends on an internal state, see `resolution.py`
 
 STATUS = STEPS = REFUSED = STEP_LIMIT = JUMPS = FORCE_START = INTERNAL_START = 0  # places in `whole`
 PARAMETER = FROZEN = STATE = NEW = INVERSE_SCALE = 0  # places in `real`
-VELOCITY = LOAD = VELOCITY_RATE = LOAD_RATE = STEP = VISIBLE_SPEED = 0
+VELOCITY = LOAD = VELOCITY_RATE = LOAD_RATE = STEP = VISIBLE_SPEED = LEAP = 0
 
 
 def freeze(real, side):

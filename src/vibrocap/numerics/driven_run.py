@@ -12,8 +12,10 @@ from vibrocap.numerics.driven_source import DrivenEquations, DrivenLayout
 from vibrocap.numerics.driven_step import driven_source
 from vibrocap.numerics.graph import evaluate
 from vibrocap.numerics.link import compiled_kernel, driven_text, plain_kernel
+from vibrocap.numerics.resolution import visible_speed
 from vibrocap.numerics.threads import available_threads, share
 
+LEAP = 0.25  # of its natural size: the most by which a state changes in a step where a sharp function of it could hide
 STEPS_PER_SAMPLE = 1000  # on average: the limit of the steps of a run
 
 
@@ -60,7 +62,9 @@ def driven_runs(
     tape = np.full((3 + runs * (1 + kept)) * samples, np.nan)
     tape[: 3 * samples] = signals.ravel()
     order = np.array(equations.order, dtype=int)
-    inverse_scales, visible = _scales(equations, parameters, float(signals[2].max()), tolerance)
+    load = float(signals[2].max())
+    inverse_scales = _inverse_scales(equations, parameters, load, tolerance)
+    visible = visible_speed(equations.sharp, equations.states, parameters, load)
     status, steps, refused = (np.zeros(runs, dtype=np.int64) for _ in range(3))
 
     def run(i: int) -> None:
@@ -69,6 +73,7 @@ def driven_runs(
         real[place["STATE"] + order] = internal[i]
         real[place["INVERSE_SCALE"] :][:states] = inverse_scales[:, i]
         real[place["STEP"]], real[place["VISIBLE_SPEED"]] = np.inf, visible[i]
+        real[place["LEAP"]] = LEAP / tolerance
         whole[place["STEP_LIMIT"]] = STEPS_PER_SAMPLE * samples
         whole[place["FORCE_START"]] = (3 + i) * samples
         whole[place["INTERNAL_START"]] = (3 + runs + i * kept) * samples if kept else -1
@@ -86,17 +91,15 @@ def driven_runs(
     )
 
 
-def _scales(
-    equations: DrivenEquations, parameters: np.ndarray, load: float, tolerance: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """One over tolerance and natural size of each state [states, runs], and the visible speed [runs]."""
+def _inverse_scales(equations: DrivenEquations, parameters: np.ndarray, load: float, tolerance: float) -> np.ndarray:
+    """One over tolerance and natural size of each state [states, runs]."""
     symbols = [*([0.0] * equations.states), 0.0, load, 0.0, 0.0]
     with np.errstate(all="ignore"):  # a parameter set out of its bounds shows in its run
-        *scales, visible = evaluate((*equations.scales, equations.visible_speed), 0.0, symbols, 1.0, parameters.T)
+        scales = evaluate(equations.scales, 0.0, symbols, 1.0, parameters.T)
         found = [1.0 / (tolerance * np.maximum(np.abs(scale), 1e-290)) for scale in scales]
     runs = len(parameters)
     shaped = np.stack([np.broadcast_to(value, runs) for value in found]) if found else np.empty((0, runs))
-    return shaped, np.nan_to_num(np.broadcast_to(visible, runs))
+    return shaped
 
 
 def _over_threads(run: Callable[[int], None], runs: int, threads: int | None) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.numerics.graph import Expression, Graph
+from vibrocap.numerics.resolution import SharpArgument
 from vibrocap.numerics.source import ScalarWriter
 
 SMALLEST_EXPONENT = -700.0  # exp of it is 1e-304
@@ -31,7 +32,8 @@ class DrivenEquations:
     after_switch: tuple[tuple[Expression, ...], ...]  # states after each guard has fallen
     after_reversal: tuple[Expression, ...]
     scales: tuple[Expression, ...]  # natural size of each state
-    visible_speed: Expression
+    sharp: tuple[SharpArgument, ...]  # of the contact velocity, in the rates
+    sharp_internal: bool  # whether a sharp function depends on an internal state
     set_valued: bool
 
     @property
@@ -60,6 +62,7 @@ class DrivenLayout:
             **dict.fromkeys(("VELOCITY", "LOAD", "VELOCITY_RATE", "LOAD_RATE"), 1),
             "STEP": 1,  # proposed
             "VISIBLE_SPEED": 1,  # up to which friction changes fast
+            "LEAP": 1,  # longest change of a state within a step, over its tolerance
         }
 
     @property

@@ -43,6 +43,8 @@ def driven_source(equations: DrivenEquations) -> tuple[DrivenLayout, str]:
         "STATES": equations.states,
         "GUARDS": len(equations.guards),
         "SET_VALUED": equations.set_valued,
+        "MOVING": equations.moving,
+        "SHARP_INTERNAL": equations.sharp_internal,
         **layout.places,
     }
     return layout, "\n".join([*(f"{name} = {value!r}" for name, value in constants.items()), "", *functions])

@@ -170,10 +170,10 @@ def write_runs(runs: np.ndarray, equations: Any, parameters: np.ndarray, initial
     states, count = initial.shape[1], parameters.shape[1]
     columns = parameters.T
     scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
-    visible, period = evaluate([equations.visible_speed, equations.period], 0.0, initial.T, 1.0, columns)
+    (period,) = evaluate([equations.period], 0.0, initial.T, 1.0, columns)
     velocity = evaluate([equations.contact_velocity], 0.0, initial.T, 1.0, columns)[0]
     runs[:, :states] = initial
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):
         runs[:, states + count + i] = scale
-    runs[:, -3], runs[:, -2], runs[:, -1] = visible, period, np.sign(velocity)
+    runs[:, -2], runs[:, -1] = period, np.sign(velocity)

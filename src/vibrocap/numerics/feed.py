@@ -41,13 +41,13 @@ from vibrocap.numerics.generated import (
     STIFF,
     TAYLOR_STEPS,
     TIME,
-    VISIBLE_SPEED,
     WHOLE_PERIODS,
     WINDOW_START,
     ZEROS,
 )
 from vibrocap.numerics.lanes import RESULT_HEAD_SIZE, RUNNING
 from vibrocap.numerics.one_by_one import advance
+from vibrocap.numerics.resolved import forget
 from vibrocap.numerics.window import on_period
 
 ROUNDS = 1000  # steps of all lanes at a time, unless a lane stops before
@@ -89,9 +89,9 @@ def begin_run(real, whole, tape, lane, run):
         real[SCALE + i * LANES + lane] = tape[place + i]
         real[INVERSE_SCALE + i * LANES + lane] = 1.0 / tape[place + i]
     place += STATES
-    real[VISIBLE_SPEED + lane] = tape[place]
-    real[PERIOD + lane] = tape[place + 1]
-    real[SIDE + lane] = tape[place + 2]
+    real[PERIOD + lane] = tape[place]
+    real[SIDE + lane] = tape[place + 1]
+    forget(real, lane)
     real[CAME_FROM + lane] = 0.0
     real[TIME + lane] = 0.0
     real[REMAINING + lane] = 0.0

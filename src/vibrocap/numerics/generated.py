@@ -8,6 +8,9 @@ from vibrocap.numerics.lanes import Layout
 SET_VALUED = True  # whether the contact can stick
 KINKED = False  # whether the law has a kink at rest
 LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
+SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
+MIRRORED = True  # whether these are the same for either direction of sliding
+SHARP_INTERNAL = False  # whether any of them depends on an internal state
 CYCLIC = 2  # the state on which nothing depends
 CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
 
@@ -34,7 +37,7 @@ STEP = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
 TIME = PERIOD = TAIL = SIDE = CAME_FROM = TOLERANCE = IMPLICIT_STEP = EXPLICIT_STEP = DAMPED_STEP = DECAY_RATE = 0
-CONTACT_RESIDUAL = VISIBLE_SPEED = PENDING = DELAY = 0
+CONTACT_RESIDUAL = SAFE_SPEED = UNSAFE_SPEED = FAR_SPEED = NEAR_SPEED = PENDING = DELAY = 0
 STATE = PARAMETER = SCALE = SERIES = WORK = 0
 
 # What is gathered by an ensemble: functions of the instant, of which the first SUMMED are integrated; FRICTION: the
@@ -66,6 +69,20 @@ def guard_abreast(real, side, stuck, push, one, two, h) -> tuple:
 
 def guard_at(real, x) -> tuple:
     """(value, slope) of that polynomial at x, a number per lane from 0 to 1."""
+    raise NotImplementedError
+
+
+def unresolved(real, lane, h, lasting, start_low, start_high, low, high):
+    """How many sharp functions of the law a step of length h might not see, see `resolution.py`.
+
+    start_low, start_high: within which the contact velocity starts; low, high: within which it stays
+    lasting: time over which what is not seen would act
+    """
+    raise NotImplementedError
+
+
+def unresolved_abreast(real, h, lasting, start_low, start_high, low, high):
+    """`unresolved` of all lanes."""
     raise NotImplementedError
 
 

@@ -176,20 +176,29 @@ class Expression:
 
 def derivative(expression: Expression, state: int, memory: dict | None = None) -> Expression:
     """Partial derivative with respect to a state (state = -1: with respect to time), as an expression."""
-    memory = {} if memory is None else memory
-    graph, key = expression.graph, (expression.index, state)
+    graph = expression.graph
+    variable = graph.node("time") if state == -1 else graph.node("state", state)
+    return sensitivity(expression, variable.index, {} if memory is None else memory)
+
+
+def sensitivity(expression: Expression, node: int, memory: dict) -> Expression:
+    """Partial derivative with respect to a node, as if that were a variable of its own.
+
+    memory: of what was found before on this graph, for any node
+    """
+    graph, key = expression.graph, (expression.index, node)
+    if expression.index == node:
+        return graph.constant(1.0)
+    if expression.index < node:  # a node comes after its operands
+        return graph.constant(0.0)
     if key in memory:
         return memory[key]
     op, *operands = graph.nodes[expression.index]
-    if op in ("constant", "side", "parameter"):
+    if op in ("constant", "side", "parameter", "time", "state"):
         result = graph.constant(0.0)
-    elif op == "time":
-        result = graph.constant(1.0 if state == -1 else 0.0)
-    elif op == "state":
-        result = graph.constant(1.0 if state == operands[0] else 0.0)
     else:
         args = [Expression(graph, i) for i in operands]
-        slopes = [derivative(a, state, memory) for a in args]
+        slopes = [sensitivity(a, node, memory) for a in args]
         result = _chain_rule(op, expression, args, slopes)
     memory[key] = result
     return result

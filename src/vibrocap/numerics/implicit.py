@@ -32,6 +32,7 @@ from vibrocap.numerics.generated import (
     rates,
 )
 from vibrocap.numerics.pieces import interpolated_guards
+from vibrocap.numerics.resolved import resolved
 from vibrocap.numerics.taylor import through_five
 
 STAGES = 8
@@ -227,8 +228,10 @@ def attempted_step(real, whole, lane, longest, tries):
                 real[IMPLICIT_STEP + lane] = h * factor
             implicit_series(real, whole, lane, h)
             velocity_series(real, whole, lane, h)
-            interpolated_guards(real, lane, h)
-            return h
+            if resolved(real, lane, h):
+                interpolated_guards(real, lane, h)
+                return h
+            factor = 0.5
         h *= factor
     return 0.0
 

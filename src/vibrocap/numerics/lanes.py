@@ -86,7 +86,10 @@ REAL = (
     "EXPLICIT_STEP",  # last step of the Taylor method before the implicit method took over
     "DECAY_RATE",  # of the fastest decay at the start of the step, about; of laws that cannot stick
     "DAMPED_STEP",  # step for which the series has been damped by the step of all lanes; 0: it has not
-    "VISIBLE_SPEED",  # speed up to which a series notices that friction changes near rest
+    "SAFE_SPEED",  # up to which a series is known to see all that the law holds, see `resolved.py`
+    "UNSAFE_SPEED",  # for which this has been asked, and is not so
+    "FAR_SPEED",  # from which on the law holds nothing that a step could notice
+    "NEAR_SPEED",  # for which this has been asked, and is not so
     "CONTACT_RESIDUAL",  # largest |contact velocity| at a located event
     "STATE",  # [rows] states and integrals
     "PARAMETER",  # [parameters]
@@ -210,8 +213,8 @@ class Layout:
 
     @property
     def run_size(self) -> int:
-        """Numbers per run of an ensemble on the tape: state, parameters, scales, visible speed, period, side."""
-        return 2 * self.states + self.parameters + 3
+        """Numbers per run of an ensemble on the tape: state, parameters, scales, period, side."""
+        return 2 * self.states + self.parameters + 2
 
     @property
     def result_size(self) -> int:

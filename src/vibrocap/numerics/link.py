@@ -22,7 +22,7 @@ from types import ModuleType
 from typing import Any
 
 # Modules of the kernel, in the order in which they use each other.
-COMMON = ("roots", "taylor", "stabilised")
+COMMON = ("roots", "taylor", "stabilised", "resolved")
 STEPS = {False: (*COMMON, "explicit"), True: (*COMMON, "implicit", "switching")}  # maybe stiff?
 TANGENTS = {False: "no_tangents", True: "tangents"}
 PIECES = {False: "one_piece", True: "pieces"}  # of the law, on each side
@@ -31,7 +31,16 @@ RECORDING, MEASURING = ("record",), ("settle", "window")  # the hooks of one mot
 LOOPS = {
     "single": ("one_number", "elementary_polynomials", "contact", "loop", "one_by_one"),
     "ensemble": ("contact", "loop", "one_by_one", "feed"),
-    "abreast": ("elementary_polynomials", "contact", "loop", "taylor_abreast", "stabilised_abreast", "abreast", "feed"),
+    "abreast": (
+        "elementary_polynomials",
+        "contact",
+        "loop",
+        "taylor_abreast",
+        "stabilised_abreast",
+        "resolved_abreast",
+        "abreast",
+        "feed",
+    ),
 }
 PLAIN_VECTORS, VECTORS = "from vibrocap.numerics.plain_vectors", "from vibrocap.numerics.vectors"
 VECTOR_NAMES = (

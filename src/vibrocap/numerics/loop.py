@@ -24,8 +24,6 @@ from vibrocap.numerics.generated import (
     ORDER,
     PERIOD,
     PERIOD_COUNT,
-    SCALE,
-    SERIES,
     SET_VALUED,
     SIDE,
     STATE,
@@ -35,26 +33,22 @@ from vibrocap.numerics.generated import (
     TAIL,
     TAYLOR_STEPS,
     TIME,
-    TOLERANCE,
     VELOCITY,
-    VISIBLE_SPEED,
     WHOLE_PERIODS,
-    WORK,
     ZEROS,
-    rates,
 )
 from vibrocap.numerics.lanes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.pieces import first_switch, piece_holds
 from vibrocap.numerics.record import on_event, on_period, on_piece
+from vibrocap.numerics.resolved import resolved
 from vibrocap.numerics.roots import EPSILON, first_root
 from vibrocap.numerics.switching import chosen_step, polished_step, repeat_to
 from vibrocap.numerics.tangents import enter_piece, tangent_waits
-from vibrocap.numerics.taylor import move_to, series_value
+from vibrocap.numerics.taylor import move_to
 
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
-UNFORESEEN = 10.0  # times the tolerance: defect at the end of a step that its own last terms cannot explain
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
 
 
@@ -81,11 +75,10 @@ def step(real, whole, tape, lane):
     if h <= 4.0 * EPSILON * real[PERIOD + lane] and h < remaining:
         whole[STATUS + lane] = STEP_UNDERFLOW
         return
+    while whole[STIFF + lane] == 0 and not resolved(real, lane, h):
+        h *= 0.5
     longest = h
     event, h, touch = first_event(real, whole, lane, h)
-    while whole[STIFF + lane] == 0 and not foreseen(real, lane, h):
-        longest = 0.5 * h
-        event, h, touch = first_event(real, whole, lane, longest)
     if 0.0 <= touch < h:
         on_event(real, whole, tape, lane, GRAZE, touch)
     if abs(event) == 2 and h > NEAR * longest:
@@ -123,48 +116,6 @@ def turn_period(real, whole, tape, lane):
     on_period(real, whole, tape, lane)
     if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane] and real[TAIL + lane] <= 0.0:
         whole[STATUS + lane] = DONE
-
-
-def foreseen(real, lane, h):
-    """Whether the series knew of the friction that the contact meets at the end of the step.
-
-    Near rest, friction changes over a speed (v_s, 1/a) that may be small. To a series from far outside that change is
-    below rounding, and its last terms give no warning. So where the speed falls by more than a quarter from there (or
-    a smooth law carries it through rest), its slope is compared with the rates of the equations at points ever closer
-    to its end; if they disagree the step is halved. (The end alone is not enough: at rest, the bristles of a LuGre
-    contact do not move whatever the law.)
-    """
-    start = abs(real[VELOCITY + lane])
-    if start <= real[VISIBLE_SPEED + lane] or h <= 8.0 * EPSILON * real[PERIOD + lane]:
-        return True
-    change = 0.0  # the first terms tell whether there is anything to look at
-    for k in range(3, 0, -1):
-        change = (change + abs(real[VELOCITY + k * LANES + lane])) * h
-    if change <= 0.2 * start:
-        return True
-    if series_value(real, VELOCITY + lane, h) * real[VELOCITY + lane] >= 0.75 * start * start:
-        return True
-    worst = defect(real, lane, h)
-    rest = 1.0
-    for _ in range(8):
-        rest *= 0.25
-        worst = max(worst, defect(real, lane, (1.0 - rest) * h))
-    return worst * h <= UNFORESEEN * real[TOLERANCE + lane]
-
-
-def defect(real, lane, s):
-    """Largest difference between the slope of the series at time s and the rates of the equations there."""
-    for i in range(STATES):
-        real[WORK + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    rates(real, real[TIME + lane] + s, WORK, real[SIDE + lane], lane, WORK + STATES)
-    worst = 0.0
-    for i in range(STATES):
-        row = SERIES + i * (ORDER + 1) * LANES + lane
-        slope = 0.0
-        for k in range(ORDER, 0, -1):
-            slope = slope * s + k * real[row + k * LANES]
-        worst = max(worst, abs(slope - real[WORK + STATES + i]) / real[SCALE + i * LANES + lane])
-    return worst
 
 
 def first_event(real, whole, lane, h):

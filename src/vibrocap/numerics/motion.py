@@ -76,9 +76,9 @@ def recorded_run(
     whole_periods = int(np.floor(periods + 1e-12))
     _fill(real, place["STATE"], initial)
     _fill(real, place["PARAMETER"], parameters)
-    *scales, visible = evaluate((*equations.scales, equations.visible_speed), 0.0, initial, 1.0, parameters)
+    scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
     _fill(real, place["SCALE"], scales)
-    real[place["VISIBLE_SPEED"]] = visible
+    real[place["UNSAFE_SPEED"]] = real[place["FAR_SPEED"]] = np.inf
     real[place["PERIOD"]] = period
     real[place["TAIL"]] = max(0.0, (periods - whole_periods) * period) if periods - whole_periods > 1e-12 else 0.0
     real[place["TOLERANCE"]] = tolerance

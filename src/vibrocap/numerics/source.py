@@ -10,6 +10,7 @@ from typing import Any
 from vibrocap.numerics.graph import Expression, derivative
 from vibrocap.numerics.jets import JetWriter
 from vibrocap.numerics.lanes import Layout
+from vibrocap.numerics.resolution import mirrored, resolution_source, system_sharpness
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
@@ -34,6 +35,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         constants[name] = series + i * row_size
     if velocity_is_state(equations):
         constants["VELOCITY"] = series + equations.contact_state * row_size
+    sharp = system_sharpness(equations)
+    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
@@ -42,7 +45,10 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         holding_source(equations),
         pieces_source(equations),
         jacobian_source(equations, integrals),
+        resolution_source(equations, abreast=False, polynomials=loop == "single"),
     ]
+    if loop == "abreast":
+        functions.append(resolution_source(equations, abreast=True, polynomials=True))
     return "\n".join([*lines, "", *functions, ""])
 
 

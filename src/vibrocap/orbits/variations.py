@@ -47,7 +47,6 @@ def variational_equations(equations: Equations) -> Equations:
         rates=both(equations.rates),
         integrals=tuple(map(moved, equations.integrals)),
         scales=(*map(moved, equations.scales), *(LEEWAY * moved(scale) for scale in equations.scales)),
-        visible_speed=moved(equations.visible_speed),
         contact_velocity=moved(equations.contact_velocity),
         period=moved(equations.period),
         hold=None if equations.hold is None else moved(equations.hold),
