@@ -19,7 +19,7 @@ LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
 
 LONGEST_MODULE = 400
 VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "misc"}
-HEAVY = {"numba", "scipy", "matplotlib", "xarray", "zarr", "dask"}
+HEAVY = {"llvmlite", "scipy", "matplotlib", "xarray", "zarr", "dask"}
 
 
 def test_there_are_modules_to_check():

@@ -3,12 +3,12 @@
 import math
 
 import mpmath as mp
-import numba
 import numpy as np
 import pytest
 
 from vibrocap.elementary import atan, tanh
-from vibrocap.numerics import elementary_polynomials
+from vibrocap.numerics import elementary_polynomials, plain_vectors
+from vibrocap.numerics.compiler import compiled
 from vibrocap.numerics.graph import Graph, derivative, evaluate
 from vibrocap.numerics.link import kernel_source, plain_kernel
 
@@ -78,21 +78,22 @@ def test_exp_reaches_both_ends():
     assert found[2] == pytest.approx(math.exp(x[2]), rel=1e-15)
 
 
-def test_compiled_bits_of_all_lanes_are_those_of_numpy():
-    from vibrocap.numerics import plain_vectors, vectors  # the latter imports Numba
+BITS = """
+from vibrocap.numerics.plain_vectors import exponent, load, mantissa, power_of_two, store
 
+def entry(real, whole, tape, width):
+    store(tape, 0, exponent(load(real, 0)))
+    store(tape, width, mantissa(load(real, 0)))
+    store(tape, 2 * width, power_of_two(load(real, width)))
+"""
+
+
+def test_compiled_bits_of_all_lanes_are_those_of_numpy():
     width = plain_vectors.WIDTH
     x = np.resize([1.0, 2.0**-1022, 1.5 * 2.0**1023, 3.0, 0.75, 7e-310 + 2.0**-1000], width)
     k = np.resize([-1022.0, 1023.0, 0.0, -1.0, 700.0], width)
     found = np.zeros(3 * width)
-
-    @numba.njit
-    def compiled(x, k, found):
-        vectors.store(found, 0, vectors.exponent(vectors.load(x, 0)))
-        vectors.store(found, width, vectors.mantissa(vectors.load(x, 0)))
-        vectors.store(found, 2 * width, vectors.power_of_two(vectors.load(k, 0)))
-
-    compiled(x, k, found)
+    compiled(BITS, "entry")(np.concatenate((x, k)), np.zeros(1, dtype=np.int64), found, width)
     wanted = (plain_vectors.exponent(x), plain_vectors.mantissa(x), plain_vectors.power_of_two(k))
     assert np.array_equal(found, np.concatenate(wanted))
 

@@ -6,27 +6,30 @@ import sys
 
 import pytest
 
+from vibrocap.numerics.compiler import host
 from vibrocap.numerics.registers import lane_count
 
 
 @pytest.mark.parametrize(
     ("names", "lanes"),
     [
-        ({"NUMBA_CPU_FEATURES": "+avx2,+avx512f"}, 8),
-        ({"NUMBA_CPU_FEATURES": "+avx2,-avx512f"}, 4),
-        ({"NUMBA_CPU_NAME": "haswell"}, 4),
-        ({"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": "+avx512f"}, 8),
+        ({"VIBROCAP_CPU_FEATURES": "+avx2,+avx512f"}, 8),
+        ({"VIBROCAP_CPU_FEATURES": "+avx2,-avx512f"}, 4),
+        ({"VIBROCAP_CPU_NAME": "haswell"}, 4),
+        ({"VIBROCAP_CPU_NAME": "haswell", "VIBROCAP_CPU_FEATURES": "+avx512f"}, 8),
     ],
 )
 def test_lanes_follow_the_processor_that_kernels_are_compiled_for(monkeypatch, names, lanes):
-    for name in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"):
+    for name in ("VIBROCAP_CPU_NAME", "VIBROCAP_CPU_FEATURES"):
         monkeypatch.delenv(name, raising=False)
     for name, value in names.items():
         monkeypatch.setenv(name, value)
+    host.cache_clear()
     lane_count.cache_clear()
     try:
         assert lane_count() == lanes
     finally:
+        host.cache_clear()
         lane_count.cache_clear()
 
 
@@ -36,7 +39,7 @@ import numpy as np
 from vibrocap.numerics import registers
 registers.lane_count = lambda: int(sys.argv[1])
 import vibrocap as vc
-from vibrocap.numerics.vectors import WIDTH
+from vibrocap.numerics.plain_vectors import WIDTH
 assert WIDTH == int(sys.argv[1])
 over = {"machine.mass_ratio": np.linspace(0.05, 8.0, 101)}
 settings = {"initial": {"angle": 1.0}, "periods": 20, "tolerance": 1e-6, "measures": ["mean_velocity", "word"]}
@@ -49,7 +52,7 @@ for law in (vc.Exponential(), vc.LuGre()):
 
 @pytest.mark.slow
 def test_four_lanes_give_the_bits_of_eight():
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_CPU")}
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("VIBROCAP_CPU")}
     four, eight = (
         subprocess.run(
             [sys.executable, "-c", RUNS, lanes], capture_output=True, text=True, check=True, env=environment

@@ -344,7 +344,7 @@ def test_no_file_tells_the_time_or_the_machine(tmp_path):
     assert str(tmp_path).encode() not in text
     record = read_record(tmp_path / "a")
     assert set(record) == {"format", "identity", "study", "tile", "made_with"}
-    assert set(record["made_with"]) == {"python", "machine", "numpy", "numba", "scipy", "zarr"}
+    assert set(record["made_with"]) == {"python", "machine", "numpy", "llvmlite", "scipy", "zarr"}
     assert json.loads((tmp_path / "a" / "study.json").read_text()) == record
     assert {path.name for path in (tmp_path / "a").iterdir()} == stores.OWN - {stores.UNFINISHED}
     assert Path(tmp_path / "a" / "lock").read_bytes() == b""

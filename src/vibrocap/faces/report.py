@@ -18,7 +18,7 @@ from vibrocap.paper.presets import START_ANGLE, START_BRISTLE, figures_5_to_8, f
 from vibrocap.paper.runs import LAST, SETTLING_PERIODS, SWEEP_PERIODS, TOLERANCE
 from vibrocap.parameters import parameter_table
 
-PARTS = ("vibrocap", "numpy", "scipy", "numba", "matplotlib")
+PARTS = ("vibrocap", "numpy", "scipy", "llvmlite", "matplotlib")
 BADGES = {Outcome.HOLDS: "holds", Outcome.ONLY_FOR: "only", Outcome.FAILS: "fails", Outcome.UNDECIDED: "open"}
 FEW = 6  # numbers, shown at once; more are folded away
 

@@ -58,7 +58,7 @@ def jet(real):
 
 
 def guard_abreast(real, side, stuck, push, one, two, h) -> tuple:
-    """Of all lanes abreast (`vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
+    """Of all lanes abreast (`plain_vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
 
     The guard is side * velocity without its first coefficients that vanish (in the lanes `one` and `two`, so many), or,
     in the lanes `stuck`, limit - push * holding force.

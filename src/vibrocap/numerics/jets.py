@@ -2,7 +2,8 @@
 
 For y' = f(t, y), the coefficients c_k of y(t + s) = sum c_k s^k follow from those of f by c_{k+1} = f_k/(k+1), and
 those of f by one recurrence per operation (products are convolutions; Jorba and Zou 2005, table 1). The code is written
-out for a fixed order, for one lane, or abreast: every name then stands for the numbers of all lanes (`vectors.py`).
+out for a fixed order, for one lane, or abreast: every name then stands for the numbers of all lanes, see
+`plain_vectors.py`.
 """
 
 from collections import Counter

@@ -1,4 +1,8 @@
-"""Lanes as one value on NumPy arrays: the names of `vectors.py` for kernels that run as plain Python."""
+"""Lanes as one value: a number, or a yes or no, for each of WIDTH trajectories.
+
+These are the names and their meaning, on NumPy arrays. In a compiled kernel the values live in vector registers
+(`compiler/lanes.py`).
+"""
 
 import numpy as np
 
@@ -63,6 +67,6 @@ def mantissa(x):
 
 
 def power_of_two(k):
-    """2^k per lane, for whole numbers k from -1022 to 1023; of others something, and no warning, as in `vectors.py`."""
+    """2^k per lane, for whole numbers k from -1022 to 1023; of others something, and no warning, as in machine code."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.ldexp(1.0, np.asarray(k).astype(int))

@@ -34,5 +34,5 @@ def code_version() -> dict[str, str]:
 
 def surroundings() -> dict[str, str]:
     """With what the code ran: for information, it identifies nothing."""
-    packages = {name: _version(name) for name in ("numpy", "numba", "scipy", "zarr")}
+    packages = {name: _version(name) for name in ("numpy", "llvmlite", "scipy", "zarr")}
     return {"python": platform.python_version(), "machine": platform.machine(), **packages}

@@ -1,0 +1,59 @@
+"""A compiler for kernels: their text, in a small part of Python (`subset.py`), becomes machine code.
+
+The text is read (`subset.py`), each of its functions written in LLVM's language for the kinds of its arguments
+(`lowering.py`, `kinds.py`; all lanes at once: `lanes.py`), made machine code by LLVM (`machine.py`), kept on disk
+(`cache.py`) and called (`library.py`). `compiled` does all of that. Nothing else of the package knows LLVM.
+"""
+
+import functools
+import hashlib
+import pathlib
+import threading
+
+from vibrocap.numerics.compiler import cache
+from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
+from vibrocap.numerics.compiler.library import Compiled
+from vibrocap.numerics.compiler.machine import Target, host, object_code
+from vibrocap.numerics.compiler.subset import Refused
+
+__all__ = ["FLOATS", "INT", "INTS", "Compiled", "Refused", "Target", "compiled", "host", "ir", "object_code"]
+
+WORKING = threading.Lock()
+
+
+@functools.cache
+def own_source() -> str:
+    """A hash of the compiler's own text: another compiler makes other code."""
+    found = hashlib.sha256()
+    for path in sorted(pathlib.Path(__file__).parent.glob("*.py")):
+        found.update(path.read_bytes())
+    return found.hexdigest()
+
+
+def ir(text: str, entry: str, target: Target | None = None) -> str:
+    """A kernel in LLVM's language."""
+    from vibrocap.numerics.compiler.lowering import lowered
+
+    return lowered(text, entry, (target or host()).lanes)
+
+
+def compiled(text: str, entry: str) -> Compiled:
+    """The function `entry` of a kernel, called with (real, whole, tape, rounds), from the disk or made now.
+
+    Raises Refused where the text is no kernel.
+    """
+    with WORKING:  # a second thread finds what the first has made
+        return _compiled(text, entry)
+
+
+@functools.lru_cache(maxsize=128)
+def _compiled(text: str, entry: str) -> Compiled:
+    name = cache.key(host().name, own_source(), entry, text)
+    code = cache.kept(name)
+    if code is None:
+        with cache.one_process_at_a_time(name):
+            code = cache.kept(name)  # another process may have made it
+            if code is None:
+                code = object_code(ir(text, entry), host())
+                cache.keep(name, code)
+    return Compiled(code)

@@ -1,0 +1,245 @@
+"""Numbers and choices of all lanes as LLVM's own vectors: operators, and the primitives of `plain_vectors.py`.
+
+Whether LLVM turns a loop over lanes into vector instructions is a matter of luck with its aliasing checks; so lanes are
+values. Additions and products may be contracted to fused ones, as everywhere in a kernel; nothing else is reordered, so
+what a lane gets does not depend on its neighbours.
+"""
+
+import ast
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from vibrocap.numerics.compiler.kinds import (
+    ELEMENTS,
+    FLOAT,
+    INT,
+    INTS,
+    NOTHING,
+    Kind,
+    Value,
+    choices,
+    float_text,
+    numbers,
+)
+
+if TYPE_CHECKING:
+    from vibrocap.numerics.compiler.code import Code
+
+ALIGNED_STACK = "noinline alignstack(64)"
+ARITHMETIC = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
+LOGICAL = {ast.BitAnd: "and", ast.BitOr: "or", ast.BitXor: "xor"}
+FLIPPED = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
+
+
+def _is_numbers(value: Value) -> bool:
+    return value.kind.lanes > 0 and value.kind == numbers(value.kind.lanes)
+
+
+def _is_choices(value: Value) -> bool:
+    return value.kind.lanes > 0 and not _is_numbers(value)
+
+
+def binary(code: "Code", node: ast.AST, op: ast.operator, left: Value, right: Value) -> Value:
+    """left op right, of which at least one is of all lanes."""
+    width = code.module.width
+    if _is_choices(left) and _is_choices(right) and type(op) in LOGICAL:
+        return code.emit(left.kind, f"{LOGICAL[type(op)]} {left.kind.llvm} {left.text}, {right.text}")
+    if type(op) not in ARITHMETIC or _is_choices(left) or _is_choices(right):
+        raise code.refusal(node, "lanes have + - * / of numbers and & | ^ of choices; write where(...) for a choice")
+    kind = numbers(width)
+    left, right = code.as_kind(node, left, kind), code.as_kind(node, right, kind)
+    return code.emit(kind, f"{ARITHMETIC[type(op)]} contract {kind.llvm} {left.text}, {right.text}")
+
+
+def unary(code: "Code", node: ast.AST, op: ast.unaryop, value: Value) -> Value:
+    """op value."""
+    if _is_numbers(value) and isinstance(op, ast.USub):
+        return code.emit(value.kind, f"fneg contract {value.kind.llvm} {value.text}")
+    if _is_choices(value) and isinstance(op, ast.Invert):
+        ones = f"<{', '.join(['i1 true'] * value.kind.lanes)}>"
+        return code.emit(value.kind, f"xor {value.kind.llvm} {value.text}, {ones}")
+    raise code.refusal(node, "lanes have - of numbers and ~ of choices")
+
+
+def compared(code: "Code", node: ast.AST, name: str, left: Value, right: Value) -> Value:
+    """Where a comparison holds."""
+    kind = numbers(code.module.width)
+    if _is_choices(left) or _is_choices(right):
+        raise code.refusal(node, "choices are not compared; use ^")
+    left, right = code.as_kind(node, left, kind), code.as_kind(node, right, kind)
+    return code.emit(choices(kind.lanes), f"fcmp {FLIPPED[name]} {kind.llvm} {left.text}, {right.text}")
+
+
+def magnitude(code: "Code", node: ast.AST, value: Value) -> Value:
+    """abs(value)."""
+    if not _is_numbers(value):
+        raise code.refusal(node, "choices have no magnitude")
+    return _intrinsic(code, "fabs", value)
+
+
+def primitive(code: "Code", node: ast.Call, name: str, arguments: list[Value]) -> Value:
+    """A call of one of the functions of `plain_vectors.py`."""
+    if name not in PRIMITIVES:
+        raise code.refusal(node, f"lanes have no `{name}`")
+    wanted, function = PRIMITIVES[name]
+    if len(arguments) != len(wanted):
+        raise code.refusal(node, f"`{name}` takes {len(wanted)} arguments")
+    kinds = {"numbers": numbers(code.module.width), "choices": choices(code.module.width)}
+    taken = []
+    for argument, kind in zip(arguments, wanted, strict=True):
+        if isinstance(kind, str):
+            taken.append(code.as_kind(node, argument, kinds[kind]))
+        elif kind in ELEMENTS and argument.kind != kind:
+            raise code.refusal(node, f"`{name}` of {argument.kind.name}; it takes an {kind.name}")
+        else:
+            taken.append(argument if kind in ELEMENTS else code.as_kind(node, argument, kind))
+    return function(code, *taken)
+
+
+def _intrinsic(code: "Code", name: str, value: Value) -> Value:
+    kind = value.kind
+    code.need(f"declare {kind.llvm} @llvm.{name}.v{kind.lanes}f64({kind.llvm})")
+    return code.emit(kind, f"call {kind.llvm} @llvm.{name}.v{kind.lanes}f64({kind.llvm} {value.text})")
+
+
+def _same(kind: str, number: str, width: int) -> str:
+    return f"<{', '.join([f'{kind} {number}'] * width)}>"
+
+
+def _integers(code: "Code") -> Kind:
+    return Kind("ints of all lanes", f"<{code.module.width} x i64>")
+
+
+def _ints_at(code: "Code", array: Value, place: Value) -> tuple[str, Value]:
+    """(pointer, ints of all lanes there)."""
+    pointer = code.pointer(array, place)
+    kind = _integers(code)
+    return pointer, code.emit(kind, f"load {kind.llvm}, ptr {pointer}, align 8")
+
+
+def _spread_int(code: "Code", value: Value) -> str:
+    kind, width = _integers(code), code.module.width
+    if value.constant is not None:
+        return _same("i64", value.text, width)
+    first = code.emit(kind, f"insertelement {kind.llvm} poison, i64 {value.text}, i32 0")
+    places = f"<{width} x i32> zeroinitializer"
+    return code.emit(kind, f"shufflevector {kind.llvm} {first.text}, {kind.llvm} poison, {places}").text
+
+
+def _align_stack(code: "Code") -> Value:
+    """The stack of this function begins a cache line, and no vector on it straddles two.
+
+    LLVM aligns to sixteen bytes; where the stack of a process happens to begin would decide what a step costs. The
+    function is not inlined: its caller's stack would not be aligned.
+    """
+    code.attributes = f"nounwind {ALIGNED_STACK}"
+    return Value(NOTHING, "")
+
+
+def _load(code: "Code", array: Value, place: Value) -> Value:
+    kind = numbers(code.module.width)
+    return code.emit(kind, f"load {kind.llvm}, ptr {code.pointer(array, place)}, align 8")
+
+
+def _store(code: "Code", array: Value, place: Value, value: Value) -> Value:
+    code.do(f"store {value.kind.llvm} {value.text}, ptr {code.pointer(array, place)}, align 8")
+    return Value(NOTHING, "")
+
+
+def _whole_compared(condition: str) -> Callable:
+    def found(code: "Code", array: Value, place: Value, value: Value) -> Value:
+        _, ints = _ints_at(code, array, place)
+        return code.emit(
+            choices(code.module.width), f"icmp {condition} {ints.kind.llvm} {ints.text}, {_spread_int(code, value)}"
+        )
+
+    return found
+
+
+def _whole_reached(code: "Code", array: Value, first: Value, second: Value, least: Value) -> Value:
+    (_, one), (_, other), (_, bound) = (_ints_at(code, array, place) for place in (first, second, least))
+    total = code.emit(one.kind, f"add {one.kind.llvm} {one.text}, {other.text}")
+    return code.emit(choices(code.module.width), f"icmp sge {one.kind.llvm} {total.text}, {bound.text}")
+
+
+def _chosen_ints(code: "Code", pointer: str, ints: Value, new: str, chosen: Value) -> Value:
+    kind = ints.kind.llvm
+    result = code.emit(ints.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {new}, {kind} {ints.text}")
+    code.do(f"store {kind} {result.text}, ptr {pointer}, align 8")
+    return Value(NOTHING, "")
+
+
+def _whole_add(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
+    pointer, ints = _ints_at(code, array, place)
+    added = code.emit(ints.kind, f"add {ints.kind.llvm} {ints.text}, {_spread_int(code, value)}")
+    return _chosen_ints(code, pointer, ints, added.text, chosen)
+
+
+def _whole_set(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
+    pointer, ints = _ints_at(code, array, place)
+    return _chosen_ints(code, pointer, ints, _spread_int(code, value), chosen)
+
+
+def _where(code: "Code", chosen: Value, yes: Value, no: Value) -> Value:
+    kind = yes.kind.llvm
+    return code.emit(yes.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {yes.text}, {kind} {no.text}")
+
+
+def _bits(code: "Code", chosen: Value) -> Value:
+    width = code.module.width
+    packed = code.emit(INT, f"bitcast {chosen.kind.llvm} {chosen.text} to i{width}")
+    return code.emit(INT, f"zext i{width} {packed.text} to i64")
+
+
+def _exponent(code: "Code", x: Value) -> Value:
+    width, ints = code.module.width, _integers(code)
+    seen = code.emit(ints, f"bitcast {x.kind.llvm} {x.text} to {ints.llvm}")
+    shifted = code.emit(ints, f"lshr {ints.llvm} {seen.text}, {_same('i64', '52', width)}")
+    # As the last digits of 2^52 they are a float; a conversion costs processors without AVX-512 far more.
+    digits = code.emit(ints, f"or {ints.llvm} {shifted.text}, {_same('i64', str((1023 + 52) << 52), width)}")
+    number = code.emit(x.kind, f"bitcast {ints.llvm} {digits.text} to {x.kind.llvm}")
+    offset = _same("double", float_text(2.0**52 + 1023.0), width)
+    return code.emit(x.kind, f"fsub contract {x.kind.llvm} {number.text}, {offset}")
+
+
+def _mantissa(code: "Code", x: Value) -> Value:
+    width, ints = code.module.width, _integers(code)
+    seen = code.emit(ints, f"bitcast {x.kind.llvm} {x.text} to {ints.llvm}")
+    kept = code.emit(ints, f"and {ints.llvm} {seen.text}, {_same('i64', str(2**52 - 1), width)}")
+    one = code.emit(ints, f"or {ints.llvm} {kept.text}, {_same('i64', str(1023 << 52), width)}")
+    return code.emit(x.kind, f"bitcast {ints.llvm} {one.text} to {x.kind.llvm}")
+
+
+def _power_of_two(code: "Code", k: Value) -> Value:
+    width, ints = code.module.width, _integers(code)
+    # The last binary digits of this sum are k + 1023, without a conversion.
+    offset = _same("double", float_text(1.5 * 2.0**52 + 1023.0), width)
+    digits = code.emit(k.kind, f"fadd contract {k.kind.llvm} {k.text}, {offset}")
+    seen = code.emit(ints, f"bitcast {k.kind.llvm} {digits.text} to {ints.llvm}")
+    biased = code.emit(ints, f"shl {ints.llvm} {seen.text}, {_same('i64', '52', width)}")
+    return code.emit(k.kind, f"bitcast {ints.llvm} {biased.text} to {k.kind.llvm}")
+
+
+def _of_each(name: str) -> Callable:
+    return lambda code, x: _intrinsic(code, name, x)
+
+
+FLOAT_ARRAY = next(kind for kind, element in ELEMENTS.items() if element == FLOAT)
+# Kinds of the arguments, and what writes the code.
+PRIMITIVES: dict[str, tuple[tuple, Callable[..., Value]]] = {
+    "align_stack": ((), _align_stack),
+    "load": ((FLOAT_ARRAY, INT), _load),
+    "store": ((FLOAT_ARRAY, INT, "numbers"), _store),
+    "whole_equal": ((INTS, INT, INT), _whole_compared("eq")),
+    "whole_above": ((INTS, INT, INT), _whole_compared("sgt")),
+    "whole_reached": ((INTS, INT, INT, INT), _whole_reached),
+    "whole_add": ((INTS, INT, INT, "choices"), _whole_add),
+    "whole_set": ((INTS, INT, INT, "choices"), _whole_set),
+    "where": (("choices", "numbers", "numbers"), _where),
+    "bits": (("choices",), _bits),
+    "floor": (("numbers",), _of_each("floor")),
+    "square_root": (("numbers",), _of_each("sqrt")),
+    "exponent": (("numbers",), _exponent),
+    "mantissa": (("numbers",), _mantissa),
+    "power_of_two": (("numbers",), _power_of_two),
+}

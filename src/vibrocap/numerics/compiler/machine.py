@@ -1,0 +1,116 @@
+"""The processor for which machine code is made, and LLVM's way there: passes, then an object file.
+
+Which passes (EM and LM, one motion and abreast; AVX-512, LLVM 20; seconds of passes and code, then run time over that
+of O3): see `docs/numerics.md`.
+"""
+
+import contextlib
+import dataclasses
+import functools
+import os
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import llvmlite.binding as llvm
+
+BUSY = threading.RLock()  # LLVM's options are those of the whole process
+SPEED = 2  # of LLVM's own pipelines
+
+
+@dataclasses.dataclass(frozen=True)
+class Target:
+    """What machine code is made for."""
+
+    triple: str
+    processor: str
+    features: str
+
+    @property
+    def lanes(self) -> int:
+        """8 where registers hold eight doubles (AVX-512), else 4."""
+        return 8 if "+avx512f" in self.features.split(",") else 4
+
+    @property
+    def name(self) -> str:
+        """All that decides which machine code is made, LLVM's version included."""
+        version = ".".join(str(part) for part in llvm.llvm_version_info)
+        return f"{self.triple} {self.processor} {self.features} LLVM {version} llvmlite {_llvmlite_version()}"
+
+
+def _llvmlite_version() -> str:
+    import llvmlite
+
+    return llvmlite.__version__
+
+
+@functools.cache
+def host() -> Target:
+    """This computer, or what VIBROCAP_CPU_NAME and VIBROCAP_CPU_FEATURES say of it."""
+    name, features = os.environ.get("VIBROCAP_CPU_NAME"), os.environ.get("VIBROCAP_CPU_FEATURES")
+    if features is None:
+        features = "" if name else llvm.get_host_cpu_features().flatten()
+    return Target(llvm.get_process_triple(), name or llvm.get_host_cpu_name(), features)
+
+
+@functools.cache
+def _initialised(all_targets: bool) -> None:
+    if all_targets:
+        llvm.initialize_all_targets()
+        llvm.initialize_all_asmprinters()
+    else:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+
+
+def _machine(target: Target) -> Any:
+    """LLVM's target machine."""
+    _initialised(target.triple != llvm.get_process_triple())
+    made = llvm.Target.from_triple(target.triple)
+    return made.create_target_machine(
+        cpu=target.processor, features=target.features, opt=3, reloc="pic", codemodel="default"
+    )
+
+
+@contextlib.contextmanager
+def instructions_in_the_order_written() -> Iterator[None]:
+    """Within this context LLVM leaves the instructions of a block in the order of the source.
+
+    The series are written in an order in which few numbers wait; LLVM's scheduler of machine instructions, which counts
+    latencies, makes more of them wait, in memory, and the series cost an eighth more. LLVM knows this as an option of
+    the whole process only, so it is set for as long as machine code is made, by one thread at a time.
+    """
+    with BUSY:
+        llvm.set_option("", "-enable-misched=false")
+        try:
+            yield
+        finally:
+            llvm.set_option("", "-enable-misched=true")  # as without
+
+
+def optimised(text: str, target: Target) -> tuple[Any, Any]:
+    """(module, machine): LLVM's text after all passes. To be called within `instructions_in_the_order_written`."""
+    machine = _machine(target)
+    head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
+    module = llvm.parse_assembly(head + text, llvm.create_context())
+    options = llvm.create_pipeline_tuning_options(speed_level=SPEED)
+    options.loop_vectorization = True
+    options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    passes = builder.getModulePassManager()
+    passes.run(module, builder)
+    return module, machine
+
+
+def object_code(text: str, target: Target) -> bytes:
+    """The object file of a module in LLVM's language."""
+    with instructions_in_the_order_written():
+        module, machine = optimised(text, target)
+        return machine.emit_object(module)
+
+
+def assembly(text: str, target: Target) -> str:
+    """The same as text in the language of the processor's assembler."""
+    with instructions_in_the_order_written():
+        module, machine = optimised(text, target)
+        return machine.emit_assembly(module)

@@ -1,0 +1,134 @@
+"""The language of kernels: a small part of Python with fixed types. What it means is what Python makes of it.
+
+A kernel is one text: constants, then functions, of which one is called from outside.
+
+- Imports: `import math`, `import numpy as np`, and names of `vibrocap.numerics.plain_vectors`.
+- Constants: statements between the functions are executed as they are; a number, a tuple of numbers or a NumPy array of
+  one or two dimensions can then be used in functions. Functions do not change them.
+- Functions: positional arguments without defaults, no recursion, no nested functions. One machine function is made of
+  each for every combination of kinds of arguments that occurs.
+- Kinds: float (64 bits), int (64 bits, wraps around), bool, tuples, flat arrays of floats or ints, constant tables, and
+  the numbers and choices of all lanes side by side. A name keeps one kind in a function; int and float join to float.
+- Arrays are arguments and stay so: they have no name but that of the argument, and the arrays of one call are different
+  ones that share no memory. An index counts from 0, and nothing checks it.
+- Statements: assignment to one name, entry or tuple of these; augmented assignment; if, while, `for ... in range(...)`
+  (the step is a constant), break, continue, return, pass, calls. No else after a loop, no try, with, assert, import.
+- Expressions: + - * / // % **, & | ^ << >> ~, comparisons (chains too), `x in (a, b)`, and, or, not, `a if c else b`,
+  tuples and their items at constant places.
+- Calls: functions of the kernel; abs, min, max, float, int; sin, cos, exp, log, sqrt, tanh, atan, floor of math;
+  np.floor, np.float64(x).view(np.int64) and back; what `lanes.py` of this package lists.
+- A condition that is known from constants alone is decided before types are: the other branch need not compile.
+
+What differs from Python, as errors are none: a division by zero gives inf, nan or, of ints, 0; log and sqrt of a
+negative number are nan. Sums of products may be contracted to fused ones. `x ** k` with an int k is repeated squaring.
+"""
+
+import ast
+import bisect
+import dataclasses
+import re
+from typing import Any
+
+PLAIN_VECTORS = "vibrocap.numerics.plain_vectors"
+ORIGIN = re.compile(r"^# From (.+)$", re.MULTILINE)  # a line of the text above what another file gave
+
+
+class Refused(ValueError):
+    """A construct outside the language of kernels."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Kernel:
+    """The parts of a kernel's text."""
+
+    functions: dict[str, ast.FunctionDef]
+    constants: dict[str, Any]
+    primitives: frozenset[str]  # names of `plain_vectors` that are imported
+    lines: list[str]
+    origins: tuple[list[int], list[str]]  # lines of the text, and the files that gave what follows
+
+    def refusal(self, node: ast.AST, function: str, what: str) -> Refused:
+        """What to raise at a place of the text."""
+        line = getattr(node, "lineno", 1)
+        starts, files = self.origins
+        found = bisect.bisect_right(starts, line) - 1
+        within = ""
+        if function in self.functions:
+            within = f", function `{function}`, line {line - self.functions[function].lineno + 1} of it"
+        text = self.lines[line - 1].strip() if line <= len(self.lines) else ""
+        file = files[found] if found >= 0 else "kernel"
+        return Refused(f"{file}{within} (line {line} of the kernel): `{text[:100]}`: {what}")
+
+
+def parsed(text: str) -> Kernel:
+    """The parts of a kernel's text; raises Refused where it is no kernel."""
+    functions: dict[str, ast.FunctionDef] = {}
+    constants: list[ast.stmt] = []
+    primitives: set[str] = set()
+    lines = text.splitlines()
+    marks = list(ORIGIN.finditer(text))
+    origins = ([text.count("\n", 0, mark.start()) + 1 for mark in marks], [mark[1] for mark in marks])
+    kernel = Kernel(functions, {}, frozenset(), lines, origins)
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.FunctionDef):
+            if node.name in functions:
+                raise kernel.refusal(node, "", f"`{node.name}` is defined twice; give one of the two another name")
+            _check_head(kernel, node)
+            functions[node.name] = node
+        elif isinstance(node, ast.ImportFrom) and node.module == PLAIN_VECTORS:
+            primitives.update(alias.name for alias in node.names)
+            if any(alias.asname for alias in node.names):
+                raise kernel.refusal(node, "", "import the names of lanes as they are, without `as`")
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            if ast.unparse(node) not in ("import math", "import numpy as np"):
+                raise kernel.refusal(node, "", "a kernel imports math, numpy as np and plain_vectors only")
+            constants.append(node)
+        else:
+            constants.append(node)
+    names: dict[str, Any] = {}
+    exec(compile(ast.Module(constants, []), "<constants of a kernel>", "exec"), names)
+    return dataclasses.replace(kernel, constants=names, primitives=frozenset(primitives - functions.keys()))
+
+
+def _check_head(kernel: Kernel, node: ast.FunctionDef) -> None:
+    arguments = node.args
+    if node.decorator_list:
+        raise kernel.refusal(node, "", "a kernel's function has no decorator; leave it out")
+    if arguments.defaults or arguments.kwonlyargs or arguments.vararg or arguments.kwarg or arguments.posonlyargs:
+        raise kernel.refusal(node, "", "arguments are positional and have no defaults; write them out at every call")
+
+
+def bound_at_once(function: ast.FunctionDef) -> set[str]:
+    """Names that are assigned at one place, and read only behind it in the same block: each is a value, no variable."""
+    assigned: dict[str, list[tuple[int, ...]]] = {}
+    read: dict[str, list[tuple[int, ...]]] = {}
+    count = 0
+
+    def visit(node: ast.AST, path: tuple[int, ...]) -> None:
+        nonlocal count
+        if isinstance(node, ast.Name):
+            (read if isinstance(node.ctx, ast.Load) else assigned).setdefault(node.id, []).append(path)
+            return
+        if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
+            assigned.setdefault(node.target.id, []).append(path)
+        for name, field in ast.iter_fields(node):
+            if isinstance(field, list):
+                inner = path
+                if name in ("body", "orelse") and isinstance(node, (ast.If, ast.For, ast.While, ast.FunctionDef)):
+                    count += 1
+                    inner = (*path, count)
+                for child in field:
+                    visit(child, inner)
+            elif isinstance(field, ast.AST):
+                # A loop's variable is one of its body; its condition is asked again behind the body.
+                visit(field, (*path, count + 1) if isinstance(node, ast.For) and name == "target" else path)
+
+    visit(function, ())
+    arguments = {argument.arg for argument in function.args.args}
+    return {
+        name
+        for name, places in assigned.items()
+        if len(places) == 1
+        and name not in arguments
+        and all(path[: len(places[0])] == places[0] for path in read.get(name, []))
+    }
