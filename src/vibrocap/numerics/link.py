@@ -104,4 +104,5 @@ def compiled_kernel(linked: str) -> "Compiled":
     """The entry of a linked kernel as machine code, kept on disk for the next process."""
     from vibrocap.numerics.compiler import compiled  # only here, as it imports LLVM
 
-    return compiled(linked, next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked))
+    entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
+    return compiled(linked, entry, short=entry != "advance_ensemble")

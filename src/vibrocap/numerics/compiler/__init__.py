@@ -30,30 +30,31 @@ def own_source() -> str:
     return found.hexdigest()
 
 
-def ir(text: str, entry: str, target: Target | None = None) -> str:
-    """A kernel in LLVM's language."""
+def ir(text: str, entry: str, target: Target | None = None, short: bool = False) -> str:
+    """A kernel in LLVM's language; short: for the short list of passes."""
     from vibrocap.numerics.compiler.lowering import lowered
 
-    return lowered(text, entry, (target or host()).lanes)
+    return lowered(text, entry, (target or host()).lanes, short)
 
 
-def compiled(text: str, entry: str) -> Compiled:
+def compiled(text: str, entry: str, short: bool = False) -> Compiled:
     """The function `entry` of a kernel, called with (real, whole, tape, rounds), from the disk or made now.
 
+    short: by a short list of passes (see `machine.py`) in half the time
     Raises Refused where the text is no kernel.
     """
     with WORKING:  # a second thread finds what the first has made
-        return _compiled(text, entry)
+        return _compiled(text, entry, short)
 
 
 @functools.lru_cache(maxsize=128)
-def _compiled(text: str, entry: str) -> Compiled:
-    name = cache.key(host().name, own_source(), entry, text)
+def _compiled(text: str, entry: str, short: bool) -> Compiled:
+    name = cache.key(host().name, own_source(), entry, str(short), text)
     code = cache.kept(name)
     if code is None:
         with cache.one_process_at_a_time(name):
             code = cache.kept(name)  # another process may have made it
             if code is None:
-                code = object_code(ir(text, entry), host())
+                code = object_code(ir(text, entry, short=short), host())
                 cache.keep(name, code)
     return Compiled(code)

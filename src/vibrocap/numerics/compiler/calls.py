@@ -41,6 +41,9 @@ class Calls(Expressions):
         raise self.refusal(node, f"no kernel can call `{name}` with {len(arguments)} arguments")
 
     def _of_kernel(self, node: ast.Call, name: str, arguments: list[Value]) -> Value:
+        wanted = len(self.module.kernel.functions[name].args.args)
+        if len(arguments) != wanted:
+            raise self.refusal(node, f"`{name}` takes {wanted} arguments, not {len(arguments)}")
         arrays = [argument.text for argument in arguments if argument.kind in ELEMENTS]
         if len(set(arrays)) < len(arrays):
             raise self.refusal(node, "the arrays of a call are different ones; pass each once")
@@ -48,6 +51,7 @@ class Calls(Expressions):
             raise self.refusal(node, "a table is no argument; name it in the function that reads it")
         asked = functools.partial(self.refusal, node)
         made, result = self.module.function(name, tuple(argument.kind for argument in arguments), asked)
+        self.module.calls[made] = self.module.calls.get(made, 0) + 1
         packed = [self.packed(node, argument) if argument.kind.items else argument for argument in arguments]
         passed = ", ".join(f"{argument.kind.llvm} {argument.text}" for argument in packed)
         if result == NOTHING:

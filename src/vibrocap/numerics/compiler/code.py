@@ -18,7 +18,7 @@ from vibrocap.numerics.compiler.kinds import (
     numbers,
     tuple_of,
 )
-from vibrocap.numerics.compiler.subset import bound_at_once
+from vibrocap.numerics.compiler.subset import names_assigned
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.lowering import Module
@@ -39,10 +39,7 @@ class Code:
         self.open = True  # whether what is written next can be reached
         self.block = "start"
         self.loops: list[list] = []  # [where continue goes, where break goes, whether break was used]
-        self._once = bound_at_once(node)
-        self._assigned = {
-            name.id for name in ast.walk(node) if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
-        }
+        self._assigned, self._once = names_assigned(node)
 
     def refusal(self, node: ast.AST, what: str) -> Exception:
         """What to raise at a place of this function."""

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of value: its name in messages, its LLVM type, and how many lanes it has (0: it is one number)."""
+    """A kind of value: its name in messages, its LLVM type, and how many lanes it has (0: it is one number).
+
+    There is one object of each kind.
+    """
 
     name: str
     llvm: str
@@ -38,6 +41,13 @@ def choices(lanes: int) -> Kind:
     return Kind("choices of all lanes", f"<{lanes} x i1>", lanes)
 
 
+@functools.cache
+def ints(lanes: int) -> Kind:
+    """An int per lane: only on the way from memory and back."""
+    return Kind("ints of all lanes", f"<{lanes} x i64>")
+
+
+@functools.cache
 def tuple_of(items: tuple[Kind, ...]) -> Kind:
     """A tuple, passed and returned by value."""
     name = f"({', '.join(item.name for item in items)})"
@@ -46,7 +56,7 @@ def tuple_of(items: tuple[Kind, ...]) -> Kind:
 
 def joined(one: Kind, other: Kind) -> Kind | None:
     """The kind that holds values of both, or None: a number that is int here and float there is a float."""
-    if one == other:
+    if one is other:
         return one
     if one in SCALARS and other in SCALARS:
         return SCALARS[max(SCALARS.index(one), SCALARS.index(other))]

@@ -15,10 +15,10 @@ from vibrocap.numerics.compiler.kinds import (
     INT,
     INTS,
     NOTHING,
-    Kind,
     Value,
     choices,
     float_text,
+    ints,
     numbers,
 )
 
@@ -106,19 +106,15 @@ def _same(kind: str, number: str, width: int) -> str:
     return f"<{', '.join([f'{kind} {number}'] * width)}>"
 
 
-def _integers(code: "Code") -> Kind:
-    return Kind("ints of all lanes", f"<{code.module.width} x i64>")
-
-
 def _ints_at(code: "Code", array: Value, place: Value) -> tuple[str, Value]:
     """(pointer, ints of all lanes there)."""
     pointer = code.pointer(array, place)
-    kind = _integers(code)
+    kind = ints(code.module.width)
     return pointer, code.emit(kind, f"load {kind.llvm}, ptr {pointer}, align 8")
 
 
 def _spread_int(code: "Code", value: Value) -> str:
-    kind, width = _integers(code), code.module.width
+    kind, width = ints(code.module.width), code.module.width
     if value.constant is not None:
         return _same("i64", value.text, width)
     first = code.emit(kind, f"insertelement {kind.llvm} poison, i64 {value.text}, i32 0")
@@ -147,13 +143,13 @@ def _store(code: "Code", array: Value, place: Value, value: Value) -> Value:
 
 
 def _whole_compared(condition: str) -> Callable:
-    def found(code: "Code", array: Value, place: Value, value: Value) -> Value:
-        _, ints = _ints_at(code, array, place)
+    def compared_ints(code: "Code", array: Value, place: Value, value: Value) -> Value:
+        _, found = _ints_at(code, array, place)
         return code.emit(
-            choices(code.module.width), f"icmp {condition} {ints.kind.llvm} {ints.text}, {_spread_int(code, value)}"
+            choices(code.module.width), f"icmp {condition} {found.kind.llvm} {found.text}, {_spread_int(code, value)}"
         )
 
-    return found
+    return compared_ints
 
 
 def _whole_reached(code: "Code", array: Value, first: Value, second: Value, least: Value) -> Value:
@@ -162,22 +158,22 @@ def _whole_reached(code: "Code", array: Value, first: Value, second: Value, leas
     return code.emit(choices(code.module.width), f"icmp sge {one.kind.llvm} {total.text}, {bound.text}")
 
 
-def _chosen_ints(code: "Code", pointer: str, ints: Value, new: str, chosen: Value) -> Value:
-    kind = ints.kind.llvm
-    result = code.emit(ints.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {new}, {kind} {ints.text}")
+def _chosen_ints(code: "Code", pointer: str, found: Value, new: str, chosen: Value) -> Value:
+    kind = found.kind.llvm
+    result = code.emit(found.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {new}, {kind} {found.text}")
     code.do(f"store {kind} {result.text}, ptr {pointer}, align 8")
     return Value(NOTHING, "")
 
 
 def _whole_add(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
-    pointer, ints = _ints_at(code, array, place)
-    added = code.emit(ints.kind, f"add {ints.kind.llvm} {ints.text}, {_spread_int(code, value)}")
-    return _chosen_ints(code, pointer, ints, added.text, chosen)
+    pointer, found = _ints_at(code, array, place)
+    added = code.emit(found.kind, f"add {found.kind.llvm} {found.text}, {_spread_int(code, value)}")
+    return _chosen_ints(code, pointer, found, added.text, chosen)
 
 
 def _whole_set(code: "Code", array: Value, place: Value, value: Value, chosen: Value) -> Value:
-    pointer, ints = _ints_at(code, array, place)
-    return _chosen_ints(code, pointer, ints, _spread_int(code, value), chosen)
+    pointer, found = _ints_at(code, array, place)
+    return _chosen_ints(code, pointer, found, _spread_int(code, value), chosen)
 
 
 def _where(code: "Code", chosen: Value, yes: Value, no: Value) -> Value:
@@ -192,32 +188,32 @@ def _bits(code: "Code", chosen: Value) -> Value:
 
 
 def _exponent(code: "Code", x: Value) -> Value:
-    width, ints = code.module.width, _integers(code)
-    seen = code.emit(ints, f"bitcast {x.kind.llvm} {x.text} to {ints.llvm}")
-    shifted = code.emit(ints, f"lshr {ints.llvm} {seen.text}, {_same('i64', '52', width)}")
+    width, whole = code.module.width, ints(code.module.width)
+    seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
+    shifted = code.emit(whole, f"lshr {whole.llvm} {seen.text}, {_same('i64', '52', width)}")
     # As the last digits of 2^52 they are a float; a conversion costs processors without AVX-512 far more.
-    digits = code.emit(ints, f"or {ints.llvm} {shifted.text}, {_same('i64', str((1023 + 52) << 52), width)}")
-    number = code.emit(x.kind, f"bitcast {ints.llvm} {digits.text} to {x.kind.llvm}")
+    digits = code.emit(whole, f"or {whole.llvm} {shifted.text}, {_same('i64', str((1023 + 52) << 52), width)}")
+    number = code.emit(x.kind, f"bitcast {whole.llvm} {digits.text} to {x.kind.llvm}")
     offset = _same("double", float_text(2.0**52 + 1023.0), width)
     return code.emit(x.kind, f"fsub contract {x.kind.llvm} {number.text}, {offset}")
 
 
 def _mantissa(code: "Code", x: Value) -> Value:
-    width, ints = code.module.width, _integers(code)
-    seen = code.emit(ints, f"bitcast {x.kind.llvm} {x.text} to {ints.llvm}")
-    kept = code.emit(ints, f"and {ints.llvm} {seen.text}, {_same('i64', str(2**52 - 1), width)}")
-    one = code.emit(ints, f"or {ints.llvm} {kept.text}, {_same('i64', str(1023 << 52), width)}")
-    return code.emit(x.kind, f"bitcast {ints.llvm} {one.text} to {x.kind.llvm}")
+    width, whole = code.module.width, ints(code.module.width)
+    seen = code.emit(whole, f"bitcast {x.kind.llvm} {x.text} to {whole.llvm}")
+    kept = code.emit(whole, f"and {whole.llvm} {seen.text}, {_same('i64', str(2**52 - 1), width)}")
+    one = code.emit(whole, f"or {whole.llvm} {kept.text}, {_same('i64', str(1023 << 52), width)}")
+    return code.emit(x.kind, f"bitcast {whole.llvm} {one.text} to {x.kind.llvm}")
 
 
 def _power_of_two(code: "Code", k: Value) -> Value:
-    width, ints = code.module.width, _integers(code)
+    width, whole = code.module.width, ints(code.module.width)
     # The last binary digits of this sum are k + 1023, without a conversion.
     offset = _same("double", float_text(1.5 * 2.0**52 + 1023.0), width)
     digits = code.emit(k.kind, f"fadd contract {k.kind.llvm} {k.text}, {offset}")
-    seen = code.emit(ints, f"bitcast {k.kind.llvm} {digits.text} to {ints.llvm}")
-    biased = code.emit(ints, f"shl {ints.llvm} {seen.text}, {_same('i64', '52', width)}")
-    return code.emit(k.kind, f"bitcast {ints.llvm} {biased.text} to {k.kind.llvm}")
+    seen = code.emit(whole, f"bitcast {k.kind.llvm} {digits.text} to {whole.llvm}")
+    biased = code.emit(whole, f"shl {whole.llvm} {seen.text}, {_same('i64', '52', width)}")
+    return code.emit(k.kind, f"bitcast {whole.llvm} {biased.text} to {k.kind.llvm}")
 
 
 def _of_each(name: str) -> Callable:

@@ -25,6 +25,7 @@ from vibrocap.numerics.compiler.kinds import (
     joined,
     literal,
 )
+from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
 from vibrocap.numerics.compiler.subset import Kernel, parsed
 
@@ -34,7 +35,8 @@ class Module:
 
     def __init__(self, kernel: Kernel, width: int):
         self.kernel, self.width = kernel, width
-        self.bodies: list[str] = []
+        self.bodies: dict[str, str] = {}
+        self.calls: dict[str, int] = {}  # how often each function is called
         self.needed: dict[str, None] = {}  # declarations and helpers
         self._made: dict[tuple, tuple[str, Kind] | None] = {}
         self._values: dict[str, Value | None] = {}
@@ -78,20 +80,28 @@ class Module:
         made = f"@{name}" if number == 1 else f"@{name}.{number}"
         lowered = Function(self, self.kernel.functions[name], kinds)
         result = lowered.lowered(made)
-        self.bodies.append(lowered.text)
+        self.bodies[made] = lowered.text
         self._made[key] = made, result
         return made, result
 
     @property
     def text(self) -> str:
         """All of it."""
-        return "\n".join([*self.needed, *self.bodies])
+        return "\n".join([*self.needed, *self.bodies.values()])
+
+    def mark_functions_called_once(self) -> None:
+        """Functions that are called at one place are to be put there, which the short list of passes asks for."""
+        for name, body in self.bodies.items():
+            if self.calls.get(name) == 1:
+                self.bodies[name] = body.replace(" nounwind {\n", " nounwind alwaysinline {\n", 1)
 
 
-def lowered(text: str, entry: str, width: int, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)) -> str:
+def lowered(
+    text: str, entry: str, width: int, short: bool = False, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)
+) -> str:
     """LLVM's text of a kernel, whose one function seen from outside is called `kernel_entry` and returns an int.
 
-    width: lanes side by side where the text does not say (LANES)
+    width: lanes side by side where the text does not say (LANES); short: for the short list of passes
     arguments: kinds of the arguments of the entry
     """
     kernel = parsed(text)
@@ -102,7 +112,9 @@ def lowered(text: str, entry: str, width: int, arguments: tuple[Kind, ...] = (FL
     name, result = module.function(entry, arguments, lambda what: kernel.refusal(ast.Pass(), entry, what))
     if result not in (NOTHING, INT, BOOL):
         raise kernel.refusal(kernel.functions[entry], entry, "what is called from outside returns an int or nothing")
-    return module.text + entry_text(name, result, arguments)
+    if short:
+        module.mark_functions_called_once()
+    return (SHORT if short else "") + module.text + entry_text(name, result, arguments)
 
 
 def entry_text(name: str, result: Kind, arguments: tuple[Kind, ...]) -> str:
@@ -130,8 +142,6 @@ class Function(Calls):
     def lowered(self, name: str) -> Kind:
         """Write the function; the kind of its result."""
         arguments = [argument.arg for argument in self.node.args.args]
-        if len(arguments) != len(self.kinds):
-            raise self.refusal(self.node, f"takes {len(arguments)} arguments, is called with {len(self.kinds)}")
         while True:
             before = dict(self.variables), self.result
             self._write(name, arguments)

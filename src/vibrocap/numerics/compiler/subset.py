@@ -98,37 +98,47 @@ def _check_head(kernel: Kernel, node: ast.FunctionDef) -> None:
         raise kernel.refusal(node, "", "arguments are positional and have no defaults; write them out at every call")
 
 
-def bound_at_once(function: ast.FunctionDef) -> set[str]:
-    """Names that are assigned at one place, and read only behind it in the same block: each is a value, no variable."""
+def names_assigned(function: ast.FunctionDef) -> tuple[set[str], set[str]]:
+    """(all names that are assigned, those at one place and read only behind it in the same block).
+
+    A name of the latter is a value, no variable.
+    """
     assigned: dict[str, list[tuple[int, ...]]] = {}
     read: dict[str, list[tuple[int, ...]]] = {}
-    count = 0
+    blocks = 0
 
     def visit(node: ast.AST, path: tuple[int, ...]) -> None:
-        nonlocal count
-        if isinstance(node, ast.Name):
-            (read if isinstance(node.ctx, ast.Load) else assigned).setdefault(node.id, []).append(path)
+        nonlocal blocks
+        kind = type(node)
+        if kind is ast.Name:
+            (read if type(node.ctx) is ast.Load else assigned).setdefault(node.id, []).append(path)  # pyright: ignore
             return
-        if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
-            assigned.setdefault(node.target.id, []).append(path)
-        for name, field in ast.iter_fields(node):
-            if isinstance(field, list):
+        if kind is ast.Constant:
+            return
+        if kind is ast.AugAssign and isinstance(node.target, ast.Name):  # pyright: ignore
+            assigned.setdefault(node.target.id, []).append(path)  # pyright: ignore
+        nested = kind in (ast.If, ast.For, ast.While, ast.FunctionDef)
+        for name in node._fields:
+            field = getattr(node, name, None)
+            if type(field) is list:
                 inner = path
-                if name in ("body", "orelse") and isinstance(node, (ast.If, ast.For, ast.While, ast.FunctionDef)):
-                    count += 1
-                    inner = (*path, count)
+                if nested and name in ("body", "orelse"):
+                    blocks += 1
+                    inner = (*path, blocks)
                 for child in field:
-                    visit(child, inner)
-            elif isinstance(field, ast.AST):
+                    if isinstance(child, ast.AST):
+                        visit(child, inner)
+            elif isinstance(field, ast.AST) and name not in ("ctx", "op"):
                 # A loop's variable is one of its body; its condition is asked again behind the body.
-                visit(field, (*path, count + 1) if isinstance(node, ast.For) and name == "target" else path)
+                visit(field, (*path, blocks + 1) if kind is ast.For and name == "target" else path)
 
     visit(function, ())
     arguments = {argument.arg for argument in function.args.args}
-    return {
+    once = {
         name
         for name, places in assigned.items()
         if len(places) == 1
         and name not in arguments
-        and all(path[: len(places[0])] == places[0] for path in read.get(name, []))
+        and all(path[: len(places[0])] == places[0] for path in read.get(name, ()))
     }
+    return set(assigned), once

@@ -1,0 +1,523 @@
+"""The compiler of kernels: compiled is plain Python to the last bit, what it does not know it refuses, by name.
+
+Without fused operations (`exactly`) nothing may differ from plain Python: functions of every operator on random and
+special numbers, and whole motions.
+"""
+
+import concurrent.futures
+import inspect
+import itertools
+import math
+import struct
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from plain_kernels import kernel_of
+from vibrocap.equations import equations, parameter_values
+from vibrocap.numerics import ensemble, motion
+from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
+from vibrocap.numerics.compiler.subset import parsed
+from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.link import plain_kernel
+from vibrocap.numerics.motion import recorded_run
+
+
+def exactly(text, entry):
+    """A kernel compiled without fused operations."""
+    return Compiled(object_code(ir(text, entry).replace(" contract", ""), host()))
+
+
+# --- every operator --------------------------------------------------------------------------------------------------
+
+HEAD = """
+import math
+
+import numpy as np
+
+LINE = np.array([0.5, -1.25, 3.0, 1e-3])
+GRID = np.array([[1.0, 2.0, 3.0], [-4.0, 5.5, 0.0]])
+WHOLES = np.array([3, -1, 4])
+SIGNS = (-1, 1, -1)
+KNOWN = True
+UNKNOWN = 1.0 if KNOWN else None
+"""
+# Each is the body of a function of two floats and two ints.
+BODIES = {
+    "sum": "return x + y",
+    "difference": "return x - y",
+    "product": "return x * y",
+    "quotient": "return x / y",
+    "floor quotient": "return x // y",
+    "rest": "return x % y",
+    "sum of ints": "return i + j * 3 - i",
+    "quotient of ints": "return i / j",
+    "floor quotient of ints": "return i // j",
+    "rest of ints": "return i % j",
+    "by constants": "return i // 3 * 100 + i % 3 * 10 + i // -4 + i % -4",
+    "square": "return x**2 if abs(x) < 1e150 else x",
+    "cube": "return (i * 1.0) ** 3",
+    "inverse square": "return float(j) ** -2 if j in (1, 2, 4, -4) else 0.0",
+    "no power": "return x**0 + y**1",
+    "power of an int": "return i**4",
+    "varying power": "return 2.0 ** (i - j)",
+    "broken power": "return abs(x) ** 0.3 if abs(x) < 1e200 else 0.0",
+    "less": "return x < y",
+    "chain": "return 0.0 < x <= y < 10.0",
+    "chain of ints": "return i < j < 5 and not i == -j",
+    "unequal": "return x != y",
+    "equal": "return x == y or i == j",
+    "least": "return min(x, y)",
+    "greatest": "return max(x, y)",
+    "least of three": "return min(x, 1.0, y)",
+    "greatest of three": "return max(i, 0.5, y)",
+    "greatest of ints": "return max(i, j, -3)",
+    "magnitude": "return abs(x) + abs(i)",
+    "negative": "return -x",
+    "negative zero": "return 0.0 * x if x == x and abs(x) < 1e308 else -0.0",
+    "int of a float": "return int(x) if abs(x) < 1e15 else 0",
+    "float of an int": "return float(i) / 7",
+    "floor": "return math.floor(x) if abs(x) < 1e15 else 0",
+    "floor as float": "return np.floor(x)",
+    "bits": "return np.float64(x).view(np.int64) >> 52 & 2047",
+    "from bits": "return np.int64((np.float64(abs(x)).view(np.int64) & (2**52 - 1)) | 1023 * 2**52).view(np.float64)",
+    "shifts": "return (i << 5 ^ j) & ~3 | i >> 1",
+    "choice": "return x if x > y else i",
+    "nested choice": "return (1 if i > j else 2) if x > 0.0 else -3.5 if y > 0.0 else j",
+    "within": "return i in (1, 2, j) or x in (0.0, 1.0)",
+    "both": "return x > 0.0 and y > 0.0 and i > j",
+    "either": "return x > 0.0 or y > 0.0 or not i > j",
+    "truth of ints": "if i & 1 and not j or x:\n        return 1\n    return 2",
+    "table": "return LINE[i % 4] + LINE[2] + GRID[j % 2, i % 3] + GRID[1, 1]",
+    "table of ints": "return WHOLES[i % 3] + SIGNS[j % 3] + SIGNS[0]",
+    "functions": "return math.sin(y0) + math.cos(y0) * math.exp(y0) - math.tanh(y0) + math.atan(y0)",
+    "log and root": "return math.log(y0) - math.sqrt(y0)",
+    "known condition": "if KNOWN:\n        return x\n    return nothing_of_this_is_defined(x)",
+    "joined": "k = 1\n    if x > y:\n        k = 0.5\n    return k * i",
+    "joined in a loop": "k = 0\n    for _ in range(3):\n        k += 0.25 if i > 0 else 1\n    return k",
+    "backwards": "k = 0\n    for n in range(j + 5, -3, -2):\n        k = k * 3 + n\n    return k",
+    "no rounds": "n = 7\n    for n in range(i, i):\n        n = 8\n    return n",
+    "the last value stays": "n = -1\n    for n in range(2, 2 + abs(j)):\n        if n == 6:\n            break\n"
+    "    return n",
+    "own variable": "k = 0\n    for n in range(4):\n        n = n * i\n        k += n\n    return k",
+    "while": "k = abs(i)\n    n = 0\n    while k > 0:\n        k -= 2\n        if k == 3:\n            continue\n"
+    "        if n > 100:\n            break\n        n += k\n    return n",
+    "for ever": "k = i\n    while True:\n        k += 3\n        if k > 20:\n            return k",
+    "swap": "a, b = x, y\n    a, b = b, a\n    c, (d, e) = i, (a, b)\n    return c + d if e > 0.0 else d",
+    "parts": "return part(x, i)[0] - part(i, j)[1] * 2",
+    "array": "real[3] = x\n    real[4] = i\n    real[3] *= 2\n    whole[1] = j\n    whole[1] -= i\n"
+    "    return real[3] if whole[1] > 0 else real[4]",
+    "half round": "k, a = 0, 0\n    for n in range(3):\n        if n == 1 and i > 0:\n            continue\n"
+    "        a += n\n        for m in range(n):\n            if m == j:\n                break\n"
+    "            k += 10 * m + 1\n    return a - k",
+}
+SPECIAL = [0.0, -0.0, math.inf, -math.inf, math.nan, 1.0, -1.0, 2.0, -3.5, 1e300, -1e-300, 5e-324, 7.25, 0.5]
+
+
+def body_text(body):
+    """A kernel that applies a function to rows of four numbers, and writes what it returns as a float."""
+    setting = "y0 = abs(y) if 1e-3 < abs(y) < 20.0 else 0.5\n    " if "y0" in body else ""
+    loop = """
+def part(x, i):
+    return x - i, 2 * i
+
+def advance(real, whole, tape, rounds):
+    for k in range(rounds):
+        tape[k] = body(real, whole, tape[rounds + 2 * k], tape[rounds + 2 * k + 1], whole[2 + 2 * k], whole[3 + 2 * k])
+"""
+    return f"{HEAD}\ndef body(real, whole, x, y, i, j):\n    {setting}{body}\n{loop}"
+
+
+def operands(name):
+    """Rows of random and special floats, and of ints."""
+    draw = np.random.default_rng(sum(name.encode()))
+    floats = [*itertools.product(SPECIAL, SPECIAL), *draw.normal(0.0, 5.0, (60, 2)).tolist()]
+    ints = draw.integers(-9, 10, (len(floats), 2))
+    if "/ j" in BODIES[name] or "% j" in BODIES[name] or "** -2" in BODIES[name]:
+        ints[ints[:, 1] == 0, 1] = 1  # an error in plain Python
+    if any(op in BODIES[name] for op in ("x / y", "// y", "% y")):
+        floats = [(x, y or 0.25) for x, y in floats]
+    return np.array(floats), ints
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_every_operator_gives_the_bits_of_plain_python(name):
+    text = body_text(BODIES[name])
+    floats, ints = operands(name)
+    results = []
+    for entry in (plain_kernel(text)["advance"], exactly(text, "advance"), compiled(text, "advance")):
+        tape = np.concatenate((np.zeros(len(floats)), floats.ravel()))
+        whole = np.concatenate(([0, 0], ints.ravel()))
+        if entry.__class__.__name__ == "function":  # Python's own numbers raise where those of a kernel do not
+            with np.errstate(all="ignore"):
+                entry(Python(8), Python(whole.tolist()), Python(tape), len(floats))
+            continue_with = Python.last
+            results.append(np.array(continue_with[: len(floats)], dtype=float))
+        else:
+            entry(np.zeros(8), whole, tape, len(floats))
+            results.append(tape[: len(floats)].copy())
+    plain, exact, fused = (bits(found) for found in results)
+    assert np.array_equal(plain, exact)
+    if "*" not in BODIES[name]:
+        assert np.array_equal(plain, fused)
+
+
+class Python(list):
+    """A flat array of Python's own numbers."""
+
+    last: "Python"
+
+    def __init__(self, content):
+        super().__init__([0.0] * content if isinstance(content, int) else [*map(_own, content)])
+        Python.last = self
+
+
+def _own(number):
+    return number if isinstance(number, int) else float(number)
+
+
+def bits(numbers):
+    """Bits of floats, all NaN alike."""
+    return np.where(np.isnan(numbers), 0x7FF8000000000000, numbers.view(np.int64))
+
+
+def test_a_division_by_zero_is_no_error():
+    text = """
+def advance(real, whole, tape, rounds):
+    tape[0] = real[0] / real[1]
+    tape[1] = -real[0] / real[1]
+    tape[2] = real[1] / real[1]
+    tape[3] = real[0] % real[1]
+    tape[4] = real[0] // real[1]
+    whole[0] = whole[1] // whole[2]
+    whole[3] = whole[1] % whole[2]
+"""
+    real, whole, tape = np.array([2.0, 0.0]), np.array([9, 5, 0, 9]), np.zeros(5)
+    compiled(text, "advance")(real, whole, tape, 0)
+    assert np.array_equal(tape, [math.inf, -math.inf, math.nan, math.nan, math.inf], equal_nan=True)
+    assert whole.tolist() == [0, 5, 0, 0]
+
+
+def test_sums_of_products_are_fused():
+    text = "def advance(real, whole, tape, rounds):\n    tape[0] = real[0] * real[0] - real[1]\n"
+    x = 1.0 + 2.0**-30
+    real, found = np.array([x, x * x]), []
+    for entry in (compiled(text, "advance"), exactly(text, "advance")):
+        tape = np.zeros(1)
+        entry(real, np.zeros(1, dtype=np.int64), tape, 0)
+        found.append(tape[0])
+    assert found == [2.0**-60, 0.0] or "+fma" not in host().features
+
+
+# --- lanes -----------------------------------------------------------------------------------------------------------
+
+ABREAST = """
+import math
+
+from vibrocap.numerics.plain_vectors import (
+    align_stack, bits, exponent, floor, load, mantissa, power_of_two, square_root, store, where, whole_above, whole_add,
+    whole_equal, whole_reached, whole_set
+)
+
+LANES = {width}
+
+def several(x, y):
+    return x * y, where(x < y, x, 2), ~(x <= y) | (y == 1.0)
+
+def advance(real, whole, tape, rounds):
+    align_stack()
+    x, y = load(real, 0), load(real, LANES)
+    product, least, chosen = several(x, y)
+    place = 0
+    store(tape, place, x + y)
+    store(tape, LANES, x - y)
+    store(tape, 2 * LANES, product)
+    store(tape, 3 * LANES, x / (y * y + 1))
+    store(tape, 4 * LANES, least)
+    store(tape, 5 * LANES, where(chosen & (x > 0.0), -x, abs(y)))
+    store(tape, 6 * LANES, where((x >= y) ^ chosen, 1, real[0]))
+    store(tape, 7 * LANES, floor(x) + square_root(abs(y)))
+    store(tape, 8 * LANES, 3.5)
+    store(tape, 9 * LANES, exponent(abs(x) + 1.0) * mantissa(abs(y) + 1.0) + power_of_two(floor(x)))
+    odd = whole_equal(whole, 0, 3)
+    whole_set(whole, 0, 50 + rounds, odd)
+    whole_add(whole, LANES, 7, whole_above(whole, LANES, 0) & ~odd)
+    reached = whole_reached(whole, 0, LANES, 2 * LANES)
+    total = x
+    for k in range(rounds):
+        total = total + where(reached, y, 0.0)
+        if bits(total > 5.0) != 0:
+            total = total - 1.0
+    store(tape, 10 * LANES, total)
+    return bits(reached) + 1000 * bits(odd)
+"""
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_lanes_give_the_bits_of_numpy(seed):
+    width = host().lanes
+    text = ABREAST.replace("{width}", str(width))
+    draw = np.random.default_rng(seed)
+    real = draw.normal(0.0, 3.0, 2 * width)
+    real[draw.integers(0, 2 * width, 3)] = [0.0, -0.0, 1.0]
+    whole = draw.integers(-2, 5, 3 * width)
+    found = []
+    for entry in (plain_kernel(text)["advance"], exactly(text, "advance")):
+        tape, ints = np.zeros(11 * width), whole.copy()
+        found.append((entry(real.copy(), ints, tape, 4), ints, tape))
+    (plain, plain_ints, plain_tape), (exact, exact_ints, exact_tape) = found
+    assert plain == exact
+    assert np.array_equal(plain_ints, exact_ints)
+    assert np.array_equal(bits(plain_tape), bits(exact_tape))
+
+
+def test_vectors_on_the_stack_are_aligned_where_they_are():
+    text = ABREAST.replace("{width}", str(host().lanes)).replace("def advance", "def inner")
+    text += "\ndef advance(real, whole, tape, rounds):\n    return inner(real, whole, tape, rounds)\n"
+    (head,) = [line for line in ir(text, "advance").splitlines() if line.startswith("define internal i64 @inner(")]
+    assert "noinline alignstack(64)" in head
+    assert len(object_code(ir(text, "advance"), host())) > 500
+
+
+# --- whole kernels ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
+def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypatch):
+    """Every piece and every event, to the last bit."""
+    system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))
+    kernel, order = kernel_of(system), 12
+    runs = []
+    for entry in (kernel["advance"], exactly(kernel.text, "advance")):
+        monkeypatch.setattr(motion, "kernel", lambda *_, entry=entry: (kernel.layout, entry))
+        start = [math.pi / 3, *[0.0] * (len(system.state_names) - 1)]
+        runs.append(
+            recorded_run(
+                equations(system),
+                parameter_values(system),
+                start,
+                system.drive.period,
+                0.7,
+                1e-9,
+                1000,
+                10**6,
+                order=order,
+            )
+        )
+    plain, exact = runs
+    assert plain.taylor_steps > 10
+    assert len(plain.events) > 0 or law.name == "lugre"
+    assert np.array_equal(plain.pieces, exact.pieces)
+    assert np.array_equal(plain.events, exact.events)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lanes", [1, None], ids=["one by one", "abreast"])
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
+def test_an_ensemble_without_fused_operations_is_that_of_plain_python(law, lanes, monkeypatch):
+    system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
+    recorded = equations(system)
+    runs = 9
+    parameters = np.tile(parameter_values(system), (runs, 1))
+    parameters[:, recorded.parameter_paths.index("machine.mass_ratio")] = np.linspace(0.5, 6.0, runs)
+    initial = np.zeros((runs, len(recorded.rates)))
+    initial[:, 0] = np.linspace(0.4, 1.2, runs)
+    budget = Budget(2, 1, 0.0, 1e-6, 1000, 10**6, 63)
+    results = []
+    for make in (lambda text: plain_kernel(text)["advance_ensemble"], lambda text: exactly(text, "advance_ensemble")):
+        ensemble.ensemble_kernel.cache_clear()
+        monkeypatch.setattr(ensemble, "compiled_kernel", make)
+        with np.errstate(all="ignore"):
+            results.append(ensemble_run(recorded, parameters, initial, budget, threads=1, lanes=lanes)[1])
+    ensemble.ensemble_kernel.cache_clear()
+    assert np.array_equal(*results, equal_nan=True)
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+REFUSED = {
+    "    for k in range(3):\n        pass\n    else:\n        pass": "no else",
+    "    while rounds > 0:\n        rounds -= 1\n    else:\n        pass": "no else",
+    "    for k in (1, 2):\n        pass": r"range\(\.\.\.\)",
+    "    for k in range(0, 3, rounds):\n        pass": "step of a range is a constant",
+    "    x = y = 1.0": "one target at a time",
+    "    x: float = 1.0": "`AnnAssign`",
+    "    x = [1.0]": "`List`",
+    "    x = 'text'": "a constant in a kernel",
+    "    try:\n        pass\n    finally:\n        pass": "`Try`",
+    "    with real:\n        pass": "`With`",
+    "    import math": "`Import`",
+    "    assert rounds": "`Assert`",
+    "    x = lambda: 1": "`Lambda`",
+    "    def inner():\n        pass": "`FunctionDef`",
+    "    advance(real, whole, tape, 1)": "calls itself",
+    "    helper(real, x=1)": "positional",
+    "    helper(real)": "`helper` takes 2 arguments, not 1",
+    "    helper(real, real)": "different ones",
+    "    missing(real)": "no kernel can call `missing`",
+    "    x = math.gamma(1.0)": "of math it knows",
+    "    x = nothing": "is not known",
+    "    tape[0] = x\n    x = 1.0\n    x = 2.0": "read where",
+    "    x = real": "cannot stand for",
+    "    real = 1.0": "cannot be given another value",
+    "    x = real[0.5]": "a place in an array is an int",
+    "    x = real[0:2]": "`Slice`|one place at a time",
+    "    whole[0] = 1.5": "takes no float",
+    "    x = (1.0, 2.0)[rounds]\n    x = (real[0], 2.0)[rounds]": "constant within it",
+    "    a, b = 1.0, 2.0, 3.0": "2 names cannot take",
+    "    x = 1.0\n    x = (1.0, 2.0)": "use two names",
+    "    x = (rounds > 0) + 1.0": "yes and no are no numbers",
+    "    x = 1.5 & 2": "of floats",
+    "    x = real[0] if (1.0, 2.0) else 1.0": "neither yes nor no",
+    "    x = rounds and 2": "join yes and no",
+    "    x = min(real[0])": "with 1 arguments",
+    "    x = sum(real)": "no kernel can call `sum`",
+    "    x = real[0] is None": "a constant|no kernel has",
+    "    x = TABLE[0]": "dimensions",
+    "    if rounds > 1:\n        return 2": "end can be reached",
+    "    return 1.5": "returns an int or nothing",
+    "    global x": "`Global`",
+    "    x = f'{rounds}'": "`JoinedStr`",
+    "    del rounds": "`Delete`",
+    "    x = rounds ** rounds": "constant exponent",
+    "    x = rounds ** -1": "no int",
+    "    x = no_result(rounds)": "returns nothing",
+}
+AROUND = """# From numerics/some_file.py
+import math
+
+import numpy as np
+
+TABLE = np.array([[1.0, 2.0]])
+
+def helper(a, b):
+    return 1.0
+
+def no_result(k):
+    pass
+
+def advance(real, whole, tape, rounds):
+    tape[0] = 1.0
+"""
+
+
+@pytest.mark.parametrize("lines", REFUSED)
+def test_what_is_outside_the_language_is_refused_with_its_place(lines):
+    with pytest.raises(Refused, match=REFUSED[lines]) as refused:
+        ir(AROUND + lines + "\n", "advance")
+    message = str(refused.value)
+    assert message.startswith("numerics/some_file.py, function `advance`, line ")
+    of_the_function = "    real = 1.0", "    return 1.5", "    if rounds > 1:\n        return 2"
+    assert ("line 1 of it" in message) == (lines in of_the_function)
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("def advance(real, whole, tape, rounds=1):\n    pass\n", "no defaults"),
+        ("def advance(*arrays):\n    pass\n", "positional"),
+        ("@staticmethod\ndef advance(real, whole, tape, rounds):\n    pass\n", "no decorator"),
+        ("import os\ndef advance(real, whole, tape, rounds):\n    pass\n", "imports math, numpy as np"),
+        ("def f():\n    pass\n\ndef f():\n    pass\n", "defined twice"),
+        ("def f():\n    pass\n", "no function `advance`"),
+        (ABREAST.replace("{width}", "4").replace("x + y", "max(x, y)"), "use where"),
+        (ABREAST.replace("{width}", "4").replace("x + y", "chosen + y"), "write where"),
+        (ABREAST.replace("{width}", "4").replace("chosen &", "chosen and"), "joined by &|join yes and no"),
+        (ABREAST.replace("{width}", "4").replace("-x, abs", "-x, ~abs"), "lanes have"),
+        (ABREAST.replace("{width}", "4").replace("load(real, 0)", "load(whole, 0)"), "takes an array of floats"),
+    ],
+)
+def test_whole_texts_are_refused(text, what):
+    with pytest.raises(Refused, match=what):
+        ir(text, "advance")
+
+
+def test_files_are_named_where_a_text_says_what_came_from_where():
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    text = kernel_of(system).text.replace("    changes = 0\n", "    changes = []\n", 1)
+    with pytest.raises(Refused, match=r"numerics/roots.py, function `sign_changes`, line 3 of it .*`changes = \[\]`"):
+        ir(text, "advance")
+
+
+# --- machine code ----------------------------------------------------------------------------------------------------
+
+
+def test_only_the_entry_of_a_kernel_is_seen_from_outside():
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    heads = [line for line in ir(kernel_of(system).text, "advance").splitlines() if line.startswith("define")]
+    seen = [head for head in heads if not head.startswith("define internal ")]
+    assert len(heads) > 30
+    assert len(seen) == 1
+    assert "@kernel_entry(" in seen[0]
+    assert seen[0].count("noalias") == 3
+
+
+def test_a_function_is_made_once_for_each_combination_of_kinds():
+    text = """
+def twice(x):
+    return x + x
+
+def advance(real, whole, tape, rounds):
+    tape[0] = twice(real[0]) + twice(1.5) + twice(rounds) + twice(2) + twice(twice(real[1]))
+"""
+    assert ir(text, "advance").count("define internal") == 3
+
+
+def test_the_memory_is_checked_where_a_kernel_is_called():
+    advance = compiled("def advance(real, whole, tape, rounds):\n    tape[0] = real[0]\n", "advance")
+    real, whole = np.ones(4), np.zeros(4, dtype=np.int64)
+    with pytest.raises(TypeError, match="flat arrays of float64, not 1-D int64"):
+        advance(real, whole, whole, 1)
+    with pytest.raises(TypeError, match="flat arrays of int64"):
+        advance(real, whole.astype(np.int32), real, 1)
+    with pytest.raises(TypeError, match="flat arrays"):
+        advance(real[::2], whole, np.ones(4), 1)
+    with pytest.raises(TypeError, match="2-D"):
+        advance(real.reshape(2, 2), whole, np.ones(4), 1)
+    with pytest.raises(TypeError, match="4 arguments"):
+        advance(real, whole)
+
+
+def test_threads_compile_and_run_at_once():
+    """As many kernels as threads, each compiled by two of them; none is made twice or mixed up with another."""
+
+    def work(k):
+        text = (
+            f"def advance(real, whole, tape, rounds):\n    for i in range(rounds):\n        tape[i] = real[i] + {k}\n"
+        )
+        tape = np.zeros(3)
+        advance = compiled(text, "advance")
+        advance(np.zeros(3), np.zeros(1, dtype=np.int64), tape, 3)
+        return advance, tape
+
+    with concurrent.futures.ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(work, [1, 2, 3, 4, 4, 3, 2, 1]))
+    assert [tape.tolist() for _, tape in found] == [[float(k)] * 3 for k in (1, 2, 3, 4, 4, 3, 2, 1)]
+    assert all(found[i][0] is found[7 - i][0] for i in range(4))
+
+
+def test_the_language_is_written_down():
+    """What the docstring lists compiles: its words and the tables of the compiler agree."""
+    written = inspect.getdoc(inspect.getmodule(parsed)) or ""
+    for word in (
+        "abs, min, max, float, int",
+        "sin, cos, exp, log, sqrt, tanh, atan, floor",
+        "np.floor",
+        "repeated squaring",
+    ):
+        assert word in written
+
+
+def test_floats_keep_all_their_bits():
+    numbers = [0.1, -0.0, 5e-324, math.inf, -math.inf, 1.7976931348623157e308, math.nan]
+    lines = "\n".join(f"    tape[{i}] = {_spelled(x)}" for i, x in enumerate(numbers))
+    tape = np.zeros(len(numbers))
+    text = f"import math\n\ndef advance(real, whole, tape, rounds):\n{lines}\n"
+    compiled(text, "advance")(np.zeros(1), np.zeros(1, dtype=np.int64), tape, 0)
+    assert [struct.pack("d", x) for x in tape[:-1]] == [struct.pack("d", x) for x in numbers[:-1]]
+    assert math.isnan(tape[-1])
+
+
+def _spelled(x):
+    return f"{'-' if x < 0 else ''}math.inf" if math.isinf(x) else "math.nan" if math.isnan(x) else repr(x)
