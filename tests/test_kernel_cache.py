@@ -196,9 +196,11 @@ def test_a_filled_cache_that_cannot_be_written_is_used(folder, monkeypatch):
 
         # Whoever may do everything is not kept from it by the rights of a folder.
         real = os.open
-        monkeypatch.setattr(
-            os, "open", lambda path, flags, *more: (refused if flags & os.O_CREAT else real)(path, flags, *more)
-        )
+
+        def opened(path, flags, *more):
+            return (refused if flags & os.O_CREAT else real)(path, flags, *more)
+
+        monkeypatch.setattr(os, "open", opened)
         compiled(TEXT.replace("41.5", "7.5"), "advance")  # made, and not kept
         assert len(made) == 1
     finally:
