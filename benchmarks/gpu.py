@@ -96,10 +96,11 @@ def main() -> None:
     if problem is not None:
         print(f"Not measured: {problem}")
         return
-    from numba import cuda as driver
-
-    card = driver.get_current_device()
-    print(f"{card.name}, {card.MULTIPROCESSOR_COUNT} multiprocessors, compute capability {card.compute_capability}")
+    card = cuda.Card()
+    major, minor = (card.attribute(f"COMPUTE_CAPABILITY_{part}") for part in ("MAJOR", "MINOR"))
+    multiprocessors = card.attribute("MULTIPROCESSOR_COUNT")
+    print(f"{card.name}, {multiprocessors} multiprocessors, compute capability {major}.{minor}")
+    card.close()
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else RUNS
     compare(vc.Exponential(), runs)
     compare(vc.LuGre(), max(1, runs // 10))

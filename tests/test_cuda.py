@@ -1,12 +1,14 @@
-"""Ensembles on a graphics card: the same results on CUDA's simulator, code for a card without one, a card where it is.
+"""Ensembles on a graphics card, without one: its threads compiled for this processor, and its code for the assembler.
 
-numba-cuda decides at its import whether it simulates, so that whatever imports it runs in a process of its own: this
-file, called with the name of one of the `RUNS` and the file for its results.
+The launch itself is tested where a card is found. Elsewhere a stand-in for the card runs the very same thread, built
+for the processor, on the same memory and with the same launches.
 """
 
+import ctypes
 import importlib.util
-import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -18,27 +20,21 @@ import pytest
 import vibrocap as vc
 from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics import cuda as on_card
+from vibrocap.numerics import lanes as memory
+from vibrocap.numerics.compiler import Compiled, host, object_code
+from vibrocap.numerics.compiler.card import ARGUMENTS, THREAD, thread_code
 from vibrocap.numerics.ensemble import Budget, ensemble_run
 from vibrocap.numerics.lanes import DONE, RESULT_HEAD, TOO_MANY_STEPS
+from vibrocap.numerics.link import plain_kernel
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff": vc.LuGre(bristle_stiffness=1e4)}
 EVERYTHING = 63  # all groups of measures
-CAPABILITY = (9, 0)  # of the card that PTX is written for
-needs_numba_cuda = pytest.mark.skipif(
-    importlib.util.find_spec("numba_cuda") is None,
-    reason='numba-cuda is not installed (pip install "vibrocap[gpu]")',
-)
-
-
-def nvvm_found() -> bool:
-    """Whether CUDA's compiler library can be loaded."""
-    try:
-        from cuda.pathfinder import load_nvidia_dynamic_lib
-
-        load_nvidia_dynamic_lib("nvvm")
-    except (ImportError, RuntimeError):
-        return False
-    return True
+CASES = {  # law, runs, budget
+    "exponential": ("exponential", 7, Budget(2, 1, 0.0, 1e-6, 1000, 75, EVERYTHING)),
+    "lugre": ("lugre", 3, Budget(1, 1, 0.0, 1e-6, 1000, 10**6, EVERYTHING)),
+    "settling": ("exponential", 3, Budget(14, 2, 0.1, 1e-4, 1000, 10**6, EVERYTHING)),
+    "stiff": ("stiff", 2, Budget(1, 1, 0.0, 1e-4, 1000, 10**6, EVERYTHING)),
+}
 
 
 def ensemble_of(law: str, runs: int):
@@ -52,115 +48,113 @@ def ensemble_of(law: str, runs: int):
     return recorded, parameters, initial
 
 
-# --- what runs in processes of their own -----------------------------------------------------------------------------
-
-SIMULATED = {  # law, runs, budget
-    "exponential": ("exponential", 7, Budget(2, 1, 0.0, 1e-6, 1000, 75, EVERYTHING)),
-    "settling": ("exponential", 3, Budget(14, 2, 0.1, 1e-4, 1000, 10**6, EVERYTHING)),
-    "stiff": ("stiff", 2, Budget(1, 1, 0.0, 1e-4, 1000, 10**6, EVERYTHING)),
-}
+# --- a stand-in for a card -------------------------------------------------------------------------------------------
 
 
-def simulate(case: str, rounds: int) -> tuple[np.ndarray, list[int]]:
-    """(results, progress) on the simulator: two blocks of two threads, launches of so many steps, chunks of 4 runs."""
-    law, runs, budget = SIMULATED[case]
+class StandIn(on_card.Card):
+    """A card that is this processor: its threads run one after another, each launch as the driver would start it."""
+
+    def __init__(self, thread, reals, wholes):
+        self.thread = thread
+        self.own = np.zeros(reals), np.zeros(wholes, dtype=np.int64)
+        self.made = {}
+        self.launches = 0
+
+    def close(self):
+        assert not self.made  # all memory was given back
+
+    def attribute(self, name):
+        assert name == "MULTIPROCESSOR_COUNT"
+        return 1
+
+    def ask(self, name, *arguments):
+        if name == "cuMemAlloc":
+            room = np.full(-(-arguments[0] // 8), np.nan)
+            self.made[room.ctypes.data] = room
+            return room.ctypes.data
+        if name == "cuMemFree":
+            return self.made.pop(arguments[0])
+        if name in ("cuMemcpyHtoD", "cuMemcpyDtoH"):
+            return ctypes.memmove(*arguments)
+        if name == "cuMemGetInfo":
+            return 10**9, 2 * 10**9
+        if name == "cuModuleLoadData":
+            return arguments[0]
+        if name == "cuModuleGetFunction":
+            module, function = arguments
+            assert b".visible .entry " + function in module
+            return function
+        if name == "cuModuleUnload":
+            return None
+        assert name == "cuLaunchKernel"
+        _, blocks, _, _, threads, *_, (values, kinds), _ = arguments
+        assert len(values) == len(kinds) == 8
+        self.launches += 1
+        *addresses, fresh, rounds = values
+        for thread in range(blocks * threads):
+            self.thread(self.own, addresses, thread, blocks * threads, fresh, rounds)
+        return None
+
+
+def built(law, order=10, exact=False):
+    """(layout, one thread as machine code of this processor)."""
+    layout, text = on_card.cuda_text(ensemble_of(law, 1)[0], order)
+    code = thread_code(text)
+    thread = Compiled(object_code(code.replace(" contract", "") if exact else code, host()), ARGUMENTS)
+
+    def run(own, addresses, *numbers):
+        thread._call(own[0].ctypes.data, own[1].ctypes.data, *addresses, *numbers)
+
+    return layout, run
+
+
+def plain(law, order=10):
+    """(layout, one thread as plain Python)."""
+    layout, text = on_card.cuda_text(ensemble_of(law, 1)[0], order)
+    thread = plain_kernel(text.replace("math.sin(", "sine(").replace("math.cos(", "cosine("))[THREAD]
+
+    def run(own, addresses, *numbers):
+        kinds = [ctypes.c_double, ctypes.c_int64] * 3
+        sizes = [10**5, 3, len(own[0]), len(own[1]), 10**5, 10**4]
+        pairs = zip(addresses, kinds, sizes, strict=True)
+        views = [np.ctypeslib.as_array((kind * size).from_address(address)) for address, kind, size in pairs]
+        with np.errstate(all="ignore"):
+            thread(*own, *views, *numbers)
+
+    return layout, run
+
+
+def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
+    """(results, progress, launches): blocks of two threads, launches of so many steps, so many runs at a time."""
+    law, runs, budget = CASES[case]
     begun: list[int] = []
+    card = StandIn(thread, layout.places["WORK"] + layout.work_size, len(memory.WHOLE))
     with mock.patch.multiple(
         on_card,
-        card_threads=lambda: 3,  # rounded up to whole blocks
-        runs_at_a_time=lambda *_: 4,
+        Card=lambda: card,
+        cuda_problem=lambda: None,
+        card_threads=lambda _: 3,  # rounded up to whole blocks
+        runs_at_a_time=lambda *_: chunk,
         next_rounds=lambda before, seconds: rounds,
         BLOCK=2,
         FIRST_ROUNDS=rounds,
     ):
-        _, results = on_card.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append)
-    return results, begun
+        found, results = on_card.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
+    assert found == layout
+    return results, begun, card.launches
 
 
-def save_simulation(out: str) -> None:
-    """Every case in launches of several lengths."""
-    found = {}
-    for case, lengths in (("exponential", (7, 10_000)), ("settling", (10_000,)), ("stiff", (10_000,))):
-        for rounds in lengths:
-            found[f"{case} {rounds}"], begun = simulate(case, rounds)
-            found[f"{case} {rounds} begun"] = np.array(begun)
-    np.savez(out, **found)
-
-
-def save_ptx(out: str) -> None:
-    """The code of both laws for a card that is not here; only what kind it is need be known."""
-    from numba import cuda, types
-    from numba.cuda import cuda_paths, dispatcher
-    from numba.cuda.cudadrv import nvrtc
-
-    reals, wholes = types.float64[::1], types.int64[::1]
-    kept = types.float64[:, ::1], types.int64[:, ::1]
-    signature = (reals, wholes, reals, wholes, *kept, types.int64, types.int64)
-    card = mock.Mock(compute_capability=CAPABILITY)
-    found = {}
-    with (
-        mock.patch.object(dispatcher, "get_current_device", return_value=card),
-        # Else a library of 90 MB is asked which cards there are.
-        mock.patch.object(nvrtc, "get_supported_ccs", return_value=[CAPABILITY]),
-        mock.patch.object(cuda_paths, "_get_nvrtc_path", return_value=None),
-    ):
-        for law in ("exponential", "lugre"):
-            recorded, _, _ = ensemble_of(law, 1)
-            layout, kernel = on_card.cuda_kernel(recorded, 8)
-            ptx, _ = cuda.compile_ptx(kernel.py_func, signature, cc=CAPABILITY, device=False)
-            found[law] = {"ptx": ptx, "lane": (layout.places["WORK"] + layout.work_size) * 8}
-    Path(out).write_text(json.dumps(found))
-
-
-ON_CARD = Budget(5, 2, 0.0, 1e-8, 1000, 10**6, EVERYTHING)
-
-
-def save_card(out: str) -> None:
-    """Results on the card that is here; nothing where there is none, and why."""
-    problem = on_card.cuda_problem()
-    found = {"problem": np.array(problem or "")}
-    if problem is None:
-        for law in LAWS:
-            _, found[law] = on_card.cuda_ensemble_run(*ensemble_of(law, 1000), ON_CARD)
-    np.savez(out, **found)
-
-
-RUNS = {"simulation.npz": save_simulation, "ptx.json": save_ptx, "card.npz": save_card}
-
-
-def result_of(name: str, folder: Path, **environment: str) -> Path:
-    """The file that a process of its own has written."""
-    kept = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA_")}
-    kept.update(environment, PYTHONWARNINGS="default")
-    done = subprocess.run(
-        [sys.executable, __file__, name, str(folder / name)], env=kept, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr[-4000:]
-    return folder / name
-
-
-# --- the simulator ---------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory):
-    path = result_of("simulation.npz", tmp_path_factory.mktemp("cuda"), NUMBA_ENABLE_CUDASIM="1")
-    with np.load(path) as found:
-        return dict(found)
-
-
-def on_the_cpu(case: str) -> np.ndarray:
-    law, runs, budget = SIMULATED[case]
-    order = on_card.ensemble_order(budget.tolerance)
-    return ensemble_run(*ensemble_of(law, runs), budget, threads=1, order=order, lanes=1, plain=True)[1]
-
-
-@needs_numba_cuda
-@pytest.mark.parametrize("case", SIMULATED)
-def test_the_simulator_does_what_the_cpu_does(simulated, case):
-    """Threads that take run after run from a queue, in chunks: the very same bits as one lane of plain Python."""
-    expected = on_the_cpu(case)
-    assert np.array_equal(simulated[f"{case} 10000"], expected, equal_nan=True)
+@pytest.mark.parametrize("case", CASES)
+def test_the_threads_of_a_card_do_what_the_cpu_does(case):
+    """The same steps, modes and statuses; numbers to the rounding of two sets of elementary functions."""
+    law, runs, budget = CASES[case]
+    _, expected = ensemble_run(*ensemble_of(law, runs), budget, threads=1, order=10, lanes=1)
+    results, begun, _ = through_the_card(case, *built(law))
+    assert np.array_equal(results[:, 0], expected[:, 0])
+    assert np.array_equal(results[:, 7:9], expected[:, 7:9])
+    size = 1.0 + np.abs(expected[:, len(RESULT_HEAD) :])
+    assert np.max(np.abs(results - expected)[:, len(RESULT_HEAD) :] / size) <= 1e-9
+    assert begun[-1] == runs
     statuses = set(expected[:, 0])
     assert statuses == ({DONE, TOO_MANY_STEPS} if case == "exponential" else {DONE})  # a failed run fails there too
     if case == "stiff":
@@ -169,14 +163,26 @@ def test_the_simulator_does_what_the_cpu_does(simulated, case):
         assert np.count_nonzero(expected[:, 3]) > 0  # response periods
 
 
-@needs_numba_cuda
-def test_short_launches_change_nothing(simulated):
+def test_short_launches_and_small_chunks_change_nothing():
     """All that a thread carries outlives a launch, wherever in a run that ends."""
-    assert np.array_equal(simulated["exponential 7"], simulated["exponential 10000"])
-    short, long = simulated["exponential 7 begun"], simulated["exponential 10000 begun"]
-    assert len(short) > 5 * len(long)  # ended many times within runs
-    assert short[-1] == long[-1] == 7  # all runs begun
-    assert np.all(np.diff(short) >= 0)
+    layout, thread = built("exponential")
+    long, long_begun, few = through_the_card("exponential", layout, thread)
+    short, short_begun, many = through_the_card("exponential", layout, thread, rounds=7)
+    assert np.array_equal(short, long)
+    assert many > 5 * few
+    assert short_begun[-1] == long_begun[-1] == 7  # all runs begun
+    assert np.all(np.diff(short_begun) >= 0)
+    whole, _, one = through_the_card("exponential", layout, thread, chunk=100)
+    assert np.array_equal(whole, long)
+    assert one < few
+
+
+@pytest.mark.slow
+def test_a_thread_without_fused_operations_is_that_of_plain_python():
+    """What is compiled for cards is the text, to the last bit."""
+    exact, _, _ = through_the_card("exponential", *built("exponential", exact=True))
+    python, _, _ = through_the_card("exponential", *plain("exponential"))
+    assert np.array_equal(exact, python)
 
 
 def test_launches_take_a_quarter_of_a_second():
@@ -202,71 +208,94 @@ def test_chunks_fit_into_the_memory_of_the_card():
 # --- code for a card -------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def codes(tmp_path_factory):
-    return json.loads(result_of("ptx.json", tmp_path_factory.mktemp("cuda")).read_text())
+def assembler() -> str | None:
+    """NVIDIA's assembler (pip install nvidia-cuda-nvcc-cu12)."""
+    with_package = importlib.util.find_spec("nvidia")
+    for folder in with_package.submodule_search_locations or () if with_package else ():
+        for name in ("ptxas", "ptxas.exe"):
+            if (Path(folder) / "cuda_nvcc" / "bin" / name).exists():
+                return str(Path(folder) / "cuda_nvcc" / "bin" / name)
+    return shutil.which("ptxas")
 
 
-@pytest.mark.slow
-@needs_numba_cuda
-@pytest.mark.skipif(not nvvm_found(), reason="libNVVM is not installed (pip install nvidia-cuda-nvcc-cu12)")
-@pytest.mark.parametrize("law", ["exponential", "lugre"])
-def test_the_kernel_compiles_for_a_card(codes, law):
-    """Complete code: one entry, fused double precision, nothing left to be linked, and lanes in local memory."""
-    ptx, lane = codes[law]["ptx"], codes[law]["lane"]
-    assert ptx.count(".visible .entry") == 1
-    assert on_card.ENTRY in ptx
-    assert f".target sm_{CAPABILITY[0]}{CAPABILITY[1]}" in ptx
-    assert ".extern .func" not in ptx
-    assert ptx.count("fma.rn.f64") > 500
-    assert "fma.rn.f32" not in ptx
-    assert "atom.global.add" in ptx
-    depot = int(ptx.split("__local_depot")[1].split("[")[1].split("]")[0])
+@pytest.mark.parametrize("law", LAWS)
+def test_the_code_for_cards_is_complete(law, tmp_path):
+    """One entry, fused double precision, nothing left to be linked, lanes in local memory; the assembler takes it."""
+    layout, code = on_card.cuda_code(ensemble_of(law, 1)[0], 8)
+    assert code.count(".visible") == 1
+    assert f".visible .entry {on_card.ENTRY}(" in code
+    assert ".target sm_70" in code
+    assert ".extern" not in code
+    assert code.count("fma.rn.f64") > 500
+    assert ".f32" not in code
+    assert code.count("atom.global.add.u64") == 2
+    lane = 8 * (layout.places["WORK"] + layout.work_size)
+    depot = max(int(part.split("[")[1].split("]")[0]) for part in code.split("__local_depot")[1:] if "[" in part[:9])
     assert lane <= depot < 2 * lane
+    if assembler() is None:
+        pytest.skip("there is no assembler (pip install nvidia-cuda-nvcc-cu12)")
+    (tmp_path / "code.ptx").write_text(code)
+    for card in ("sm_70", "sm_90"):
+        command = [assembler(), f"-arch={card}", "code.ptx", "-o", "code.cubin"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / "code.cubin").stat().st_size > 10_000
 
 
 # --- a card, or none -------------------------------------------------------------------------------------------------
 
-
-@needs_numba_cuda
-def test_a_card_agrees_with_the_cpu_to_rounding(tmp_path):
-    """The same steps, modes and statuses; numbers differ by an ulp per operation, in CUDA's sin, cos and exp and its
-    fused multiply-adds, some 1e-13 per period as between compilers; a run near a grazing contact amplifies that, so
-    nine of ten runs are held to it and all to the tolerance of the run."""
-    with np.load(result_of("card.npz", tmp_path)) as found:
-        if str(found["problem"]):
-            pytest.skip(str(found["problem"]))
-        for law in LAWS:
-            recorded, parameters, initial = ensemble_of(law, 1000)
-            layout, expected = ensemble_run(recorded, parameters, initial, ON_CARD, lanes=1)
-            results = found[law]
-            assert np.array_equal(results[:, 0], expected[:, 0])
-            assert np.mean(results[:, 7:9] == expected[:, 7:9]) > 0.99
-            numbers = slice(len(RESULT_HEAD), None)  # states and everything measured
-            size = 1.0 + np.abs(expected[:, numbers])
-            difference = np.max(np.abs(results[:, numbers] - expected[:, numbers]) / size, axis=1)
-            assert np.quantile(difference, 0.9) <= 1e-11
-            state = slice(len(RESULT_HEAD) + layout.states, len(RESULT_HEAD) + 2 * layout.states)
-            assert np.max(np.abs(results[:, state] - expected[:, state])) <= 100.0 * ON_CARD.tolerance
+ON_CARD = Budget(5, 2, 0.0, 1e-8, 1000, 10**6, EVERYTHING)
 
 
-def test_without_numba_cuda_the_message_says_what_to_install(monkeypatch):
+def test_a_card_agrees_with_the_cpu_to_rounding():
+    """The same steps, modes and statuses; numbers differ by an ulp per operation, in sin, cos and exp and in what is
+    fused, some 1e-13 per period as between compilers; a run near a grazing contact amplifies that, so nine of ten runs
+    are held to it and all to the tolerance of the run."""
+    problem = on_card.cuda_problem()
+    if problem is not None:
+        pytest.skip(problem)
+    for law in LAWS:
+        recorded, parameters, initial = ensemble_of(law, 1000)
+        layout, expected = ensemble_run(recorded, parameters, initial, ON_CARD, lanes=1)
+        _, results = on_card.cuda_ensemble_run(recorded, parameters, initial, ON_CARD)
+        assert np.array_equal(results[:, 0], expected[:, 0])
+        assert np.mean(results[:, 7:9] == expected[:, 7:9]) > 0.99
+        numbers = slice(len(RESULT_HEAD), None)  # states and everything measured
+        size = 1.0 + np.abs(expected[:, numbers])
+        difference = np.max(np.abs(results[:, numbers] - expected[:, numbers]) / size, axis=1)
+        assert np.quantile(difference, 0.9) <= 1e-11
+        state = slice(len(RESULT_HEAD) + layout.states, len(RESULT_HEAD) + 2 * layout.states)
+        assert np.max(np.abs(results[:, state] - expected[:, state])) <= 100.0 * ON_CARD.tolerance
+
+
+def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
     found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "numba_cuda" else found(name))
-    with pytest.raises(ValueError, match=r'device: "cuda" needs an NVIDIA card.*vibrocap\[gpu\].*found: no numba-cuda'):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "cuda.bindings" else found(name))
+    with pytest.raises(ValueError, match=r'device: "cuda" needs an NVIDIA card.*vibrocap\[gpu\].*no cuda-bindings'):
         on_card.cuda_ensemble_run(*ensemble_of("exponential", 1), ON_CARD)
 
 
-@needs_numba_cuda
+def bindings_found() -> bool:
+    """Whether NVIDIA's bindings are installed."""
+    return importlib.util.find_spec("cuda") is not None and importlib.util.find_spec("cuda.bindings") is not None
+
+
+@pytest.mark.skipif(not bindings_found(), reason='cuda-bindings is not installed (pip install "vibrocap[gpu]")')
 def test_without_a_card_the_message_says_what_was_found():
     """The driver is told to show no card; where there is no driver, that is what the message says."""
     call = "from vibrocap.numerics.cuda import cuda_problem; print(cuda_problem())"
-    shown = {**os.environ, "CUDA_VISIBLE_DEVICES": "", "NUMBA_ENABLE_CUDASIM": "0"}
+    shown = {**os.environ, "CUDA_VISIBLE_DEVICES": ""}
     done = subprocess.run([sys.executable, "-c", call], env=shown, capture_output=True, text=True, check=True)
-    assert "found: numba-cuda " in done.stdout
-    assert "but: " in done.stdout
+    assert "found: cuda-bindings, but: " in done.stdout
     assert 'device="cpu"' in done.stdout
 
 
-if __name__ == "__main__":
-    RUNS[sys.argv[1]](sys.argv[2])
+@pytest.mark.skipif(not bindings_found(), reason='cuda-bindings is not installed (pip install "vibrocap[gpu]")')
+def test_the_driver_has_what_is_asked_of_it():
+    """All functions and properties by name."""
+    source = Path(on_card.__file__).read_text()
+    driver = importlib.import_module("cuda.bindings.driver")
+    asked = set(re.findall(r'ask\("(\w+)"', source))
+    assert len(asked) > 12
+    assert all(hasattr(driver, name) for name in asked)
+    assert hasattr(driver.CUdevice_attribute, "CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT")

@@ -11,25 +11,27 @@ next one from a queue before the next step (not in a loop of its own inside, at 
 wait for each other), so that a warp steps together, whichever run each of its threads is on. Which thread a run meets
 changes nothing in its result.
 
-The results are those of a CPU to rounding: CUDA's sin, cos and exp and its fused multiply-adds are not the same. `min`
-and `max` pass over a NaN there; in the kernel only their second operand can be one, which Python passes over too.
+The code is PTX, written by the package's own compiler (`compiler/card.py`); the driver makes the card's own of it and
+keeps that. It is launched through NVIDIA's own bindings. The results are those of a CPU to rounding: sin, cos and exp
+are polynomials here, and which products are fused differs.
+
+No card was at hand when this was written: the code is assembled by NVIDIA's assembler and gives the right numbers when
+compiled for a processor (tests/test_cuda.py); the launch has not been tried.
 """
 
-import ast
+import contextlib
+import ctypes
 import functools
-import hashlib
-import importlib.metadata
+import importlib
 import importlib.util
-import platform
 import time
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from vibrocap.numerics import lanes as memory
-from vibrocap.numerics import link
+from vibrocap.numerics.card import BUSY, NEXT
 from vibrocap.numerics.ensemble import Budget, ensemble_order, ensemble_source, prepared_lanes, write_runs
 from vibrocap.numerics.lanes import Layout
 from vibrocap.numerics.source import Integrands
@@ -41,80 +43,110 @@ FIRST_ROUNDS, MOST_ROUNDS = 200, 1_000_000  # steps per launch
 SHARE = 0.5  # of the free memory of the card, for the runs and results of one chunk
 ENTRY = "run_all"
 
-# Places of `queue`.
-NEXT, END, BUSY = 0, 1, 2  # first run that no thread has begun; end of the runs; threads that go on in another launch
-
-RUN_ALL = f'''
-@cuda.jit(cache=True)
-def {ENTRY}(tape, queue, start_real, start_whole, kept_real, kept_whole, fresh, rounds):
-    """Every thread makes up to `rounds` steps, through run after run of the tape, until the queue is empty.
-
-    kept_real, kept_whole: [entries, threads] what the threads carry between launches; fresh: begin from start_* instead
-    """
-    thread = cuda.grid(1)
-    real = cuda.local.array(REAL_SIZE, np.float64)
-    whole = cuda.local.array(WHOLE_SIZE, np.int64)
-    for i in range(WORK):
-        real[i] = start_real[i] if fresh != 0 else kept_real[i, thread]
-    for i in range(WHOLE_SIZE):
-        whole[i] = start_whole[i] if fresh != 0 else kept_whole[i, thread]
-    running = True
-    for _ in range(rounds):
-        if whole[STATUS] != RUNNING:
-            if whole[RUN] >= 0:
-                end_run(real, whole, tape, 0)
-            run = cuda.atomic.add(queue, {NEXT}, 1)
-            if run >= queue[{END}]:
-                running = False
-                break
-            begin_run(real, whole, tape, 0, run)
-        advance(real, whole, tape, 1)
-    if running:
-        cuda.atomic.add(queue, {BUSY}, 1)
-    for i in range(WORK):
-        kept_real[i, thread] = real[i]
-    for i in range(WHOLE_SIZE):
-        kept_whole[i, thread] = whole[i]
-'''
-
 
 def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
-    """(layout, text) of the module that numba-cuda compiles for an ensemble of these equations."""
-    layout, linked = ensemble_source(equations, order, 1, integrands)
-    tree = ast.fix_missing_locations(link.UnsignedIndices().visit(ast.parse(linked)))
-    lines = ["from numba import cuda"]
-    for line in ast.unparse(tree).splitlines():
-        if line.startswith("def "):
-            lines.append("@cuda.jit(device=True)")
-        lines.append(line)
-    sizes = f"REAL_SIZE = {layout.places['WORK'] + layout.work_size}\nWHOLE_SIZE = {len(memory.WHOLE) * layout.lanes}"
-    return layout, "\n".join([*lines, sizes, RUN_ALL])
+    """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
+    layout, text = ensemble_source(equations, order, 1, integrands, card=True)
+    return layout, f"{text}\nWHOLE_SIZE = {len(memory.WHOLE) * layout.lanes}\n"
 
 
 @functools.lru_cache(maxsize=64)
-def cuda_kernel(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, Any]:
-    """(layout, kernel): compiled at its first launch and kept on disk, for each kind of card, for the next process."""
+def cuda_code(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+    """(layout, PTX) for all cards."""
+    from vibrocap.numerics.compiler.card import ptx
+
     layout, text = cuda_text(equations, order, integrands)
-    versions = [importlib.metadata.version(name) for name in ("numba", "numba-cuda")]
-    name = hashlib.sha256(f"{platform.python_version()} {versions}\n{text}".encode()).hexdigest()[:24]
-    return layout, link.loaded(name, text, ENTRY)
+    return layout, ptx(text, layout.places["WORK"] + layout.work_size, len(memory.WHOLE))
+
+
+class Card:
+    """The first graphics card, through the driver; whatever it refuses is a RuntimeError with its own words.
+
+    The context is the card's primary one, held for the life of this object, which one thread uses at a time.
+    """
+
+    def __init__(self) -> None:
+        self.driver: Any = importlib.import_module("cuda.bindings.driver")
+        self.ask("cuInit", 0)
+        self.device = self.ask("cuDeviceGet", 0)
+        self.context = self.ask("cuDevicePrimaryCtxRetain", self.device)
+        self.ask("cuCtxSetCurrent", self.context)
+
+    def close(self) -> None:
+        """Let the card go."""
+        self.ask("cuDevicePrimaryCtxRelease", self.device)
+
+    def ask(self, name: str, *arguments: Any) -> Any:
+        """Call a function of the driver; its result."""
+        code, *found = getattr(self.driver, name)(*arguments)
+        if code != self.driver.CUresult.CUDA_SUCCESS:
+            raise RuntimeError(f"{name}: {getattr(code, 'name', code)}")
+        return found[0] if len(found) == 1 else tuple(found)
+
+    def attribute(self, name: str) -> int:
+        """A property of the card."""
+        kind = self.driver.CUdevice_attribute
+        return int(self.ask("cuDeviceGetAttribute", getattr(kind, f"CU_DEVICE_ATTRIBUTE_{name}"), self.device))
+
+    @property
+    def name(self) -> str:
+        """What the card is called."""
+        return self.ask("cuDeviceGetName", 256, self.device).split(b"\0")[0].decode()
+
+    @property
+    def free(self) -> int:
+        """Bytes of its memory that are free."""
+        return int(self.ask("cuMemGetInfo")[0])
+
+    @contextlib.contextmanager
+    def function(self, code: str, name: str) -> Iterator[Any]:
+        """A function of a text in PTX, which is unloaded afterwards."""
+        module = self.ask("cuModuleLoadData", code.encode() + b"\0")
+        try:
+            yield self.ask("cuModuleGetFunction", module, name.encode())
+        finally:
+            self.ask("cuModuleUnload", module)
+
+    @contextlib.contextmanager
+    def arrays(self, *sizes: int) -> Iterator[list[int]]:
+        """Addresses of so many bytes each in the card's memory, which is given back afterwards."""
+        made: list[Any] = []
+        try:
+            for size in sizes:
+                made.append(self.ask("cuMemAlloc", max(size, 8)))
+            yield [int(address) for address in made]
+        finally:
+            for address in made:
+                self.ask("cuMemFree", address)
+
+    def send(self, address: int, values: np.ndarray) -> None:
+        """Copy an array to the card."""
+        self.ask("cuMemcpyHtoD", address, values.ctypes.data, values.nbytes)
+
+    def fetch(self, values: np.ndarray, address: int) -> None:
+        """Copy an array from the card, as soon as all that was launched has ended."""
+        self.ask("cuMemcpyDtoH", values.ctypes.data, address, values.nbytes)
+
+    def launch(self, function: Any, blocks: int, threads: int, addresses: list[int], numbers: list[int]) -> None:
+        """Start a function in so many blocks of so many threads."""
+        kinds = (*[ctypes.c_void_p] * len(addresses), *[ctypes.c_int64] * len(numbers))
+        arguments = ((*addresses, *numbers), kinds)
+        self.ask("cuLaunchKernel", function, blocks, 1, 1, threads, 1, 1, 0, 0, arguments, 0)
 
 
 def cuda_problem() -> str | None:
     """Why ensembles cannot run on a graphics card here, and what was found; None if they can."""
     needs = 'device: "cuda" needs an NVIDIA card, its driver and the extra `gpu` (pip install "vibrocap[gpu]"); found:'
-    if importlib.util.find_spec("numba_cuda") is None:
-        return f'{needs} no numba-cuda. Install the extra, or choose device="cpu".'
-    found = f"numba-cuda {importlib.metadata.version('numba-cuda')}"
-    try:
-        from numba import cuda
-
-        if getattr(cuda, "is_available", bool)():
-            return None
-        reason = " ".join(str(cuda.cuda_error() or "").split()) or "no card that it can use"
-    except Exception as error:  # whatever is missing in a CUDA installation is reported, not raised
-        reason = " ".join(str(error).split()) or type(error).__name__
-    return f'{needs} {found}, but: {reason.rstrip(".")}. Install what is missing, or choose device="cpu".'
+    with contextlib.suppress(ModuleNotFoundError):
+        if importlib.util.find_spec("cuda.bindings") is not None:
+            try:
+                Card().close()
+                return None
+            except Exception as error:  # whatever is missing in a CUDA installation is reported, not raised
+                reason = " ".join(str(error).split()) or type(error).__name__
+            found = f"{needs} cuda-bindings, but: {reason.rstrip('.')}."
+            return f'{found} Install what is missing, or choose device="cpu".'
+    return f'{needs} no cuda-bindings. Install the extra, or choose device="cpu".'
 
 
 def cuda_ensemble_run(
@@ -136,17 +168,23 @@ def cuda_ensemble_run(
     problem = cuda_problem()
     if problem is not None:
         raise ValueError(problem)
-    from numba import cuda
-
     order = ensemble_order(budget.tolerance) if order is None else order
-    layout, kernel = cuda_kernel(equations, order, integrands)
+    layout, code = cuda_code(equations, order, integrands)
     count = len(initial)
     results = np.empty((count, layout.result_size))
-    chunk = runs_at_a_time(layout, card_threads(), cuda.current_context().get_memory_info().free)
-    for first in range(0, count, chunk):
-        part = slice(first, min(first + chunk, count))
-        report = None if progress is None else functools.partial(_report, progress, first)
-        results[part] = _chunk_run(layout, kernel, equations, parameters[part], initial[part], budget, report)
+    card = Card()
+    try:
+        threads = card_threads(card)
+        chunk = runs_at_a_time(layout, threads, card.free)
+        with card.function(code, ENTRY) as function:
+            for first in range(0, count, chunk):
+                part = slice(first, min(first + chunk, count))
+                report = None if progress is None else functools.partial(_report, progress, first)
+                runs = np.empty((part.stop - first, layout.run_size))
+                write_runs(runs, equations, parameters[part], initial[part])
+                results[part] = _chunk_run(card, function, threads, layout, runs, budget, report)
+    finally:
+        card.close()
     return layout, results
 
 
@@ -154,11 +192,9 @@ def _report(progress: Callable[[int], None], before: int, begun: int) -> None:
     progress(before + begun)
 
 
-def card_threads() -> int:
+def card_threads(card: Card) -> int:
     """Threads that the card runs at once."""
-    from numba import cuda
-
-    return RESIDENT * cuda.get_current_device().MULTIPROCESSOR_COUNT
+    return RESIDENT * card.attribute("MULTIPROCESSOR_COUNT")
 
 
 def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
@@ -173,56 +209,44 @@ def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
 
 
 def _chunk_run(
+    card: Card,
+    function: Any,
+    threads: int,
     layout: Layout,
-    kernel: Any,
-    equations: Any,
-    parameters: np.ndarray,
-    initial: np.ndarray,
+    runs: np.ndarray,
     budget: Budget,
     progress: Callable[[int], None] | None,
 ) -> np.ndarray:
     """Results of runs that fit on the card, launch after launch."""
-    from numba import cuda
-
-    count, run_numbers = len(initial), len(initial) * layout.run_size
-    runs = np.empty((count, layout.run_size))
-    write_runs(runs, equations, parameters, initial)
-    tape = _on_card(run_numbers + count * layout.result_size, np.float64)
-    tape[:run_numbers].copy_to_device(runs.reshape(-1))
+    count = len(runs)
     real, whole = prepared_lanes(layout, budget, count)
-    blocks = -(-min(card_threads(), count) // BLOCK)
-    start = cuda.to_device(real), cuda.to_device(whole)
-    kept = (
-        _on_card((layout.places["WORK"], blocks * BLOCK), np.float64),
-        _on_card((len(whole), blocks * BLOCK), np.int64),
-    )
+    blocks = -(-min(threads, count) // BLOCK)
+    kept = 8 * blocks * BLOCK
     queue = np.array([0, count, 0], dtype=np.int64)
-    on_card = cuda.to_device(queue)
-    with warnings.catch_warnings():  # that few runs leave most of the card idle
-        warnings.simplefilter("ignore")
-        launch = kernel[blocks, BLOCK]
-    fresh, rounds = 1, FIRST_ROUNDS
-    while True:
-        began = time.perf_counter()
-        launch(tape, on_card, *start, *kept, fresh, rounds)
-        queue = on_card.copy_to_host()  # waits for the launch
-        if progress is not None:
-            progress(int(min(queue[NEXT], count)))
-        if queue[BUSY] == 0:
-            break
-        if fresh == 0:  # the first launch may have compiled
+    results = np.empty((count, layout.result_size))
+    sizes = (
+        runs.nbytes + results.nbytes,
+        *(queue.nbytes, real.nbytes, whole.nbytes, kept * layout.places["WORK"], kept * len(whole)),
+    )
+    with card.arrays(*sizes) as addresses:
+        tape, on_card, start_real, start_whole, *_ = addresses
+        for address, values in ((tape, runs), (start_real, real), (start_whole, whole)):
+            card.send(address, values)
+        fresh, rounds = 1, FIRST_ROUNDS
+        while True:
+            began = time.perf_counter()
+            queue[BUSY] = 0
+            card.send(on_card, queue)
+            card.launch(function, blocks, BLOCK, addresses, [fresh, rounds])
+            card.fetch(queue, on_card)  # waits for the launch
+            if progress is not None:
+                progress(int(min(queue[NEXT], count)))
+            if queue[BUSY] == 0:
+                break
             rounds = next_rounds(rounds, time.perf_counter() - began)
-        queue[BUSY] = 0
-        on_card = cuda.to_device(queue)
-        fresh = 0
-    return tape[run_numbers:].copy_to_host().reshape(count, -1)
-
-
-def _on_card(shape: Any, dtype: Any) -> Any:
-    """An array in the card's memory, its numbers not set."""
-    from numba import cuda
-
-    return cuda.device_array(shape, dtype)
+            fresh = 0
+        card.fetch(results, tape + runs.nbytes)
+    return results
 
 
 def next_rounds(rounds: int, seconds: float) -> int:

@@ -57,13 +57,16 @@ def ensemble_kernel(
     return layout, plain_kernel(text)["advance_ensemble"] if plain else compiled_kernel(text)
 
 
-def ensemble_source(equations: Any, order: int, lanes: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+def ensemble_source(
+    equations: Any, order: int, lanes: int, integrands: Integrands | None = None, card: bool = False
+) -> tuple[Layout, str]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
     lanes: 1 for one by one, else `registers.lane_count()`
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
+    card: for a thread of a graphics card
     """
-    loop = "ensemble" if lanes == 1 else "abreast"
+    loop = "card" if card else "ensemble" if lanes == 1 else "abreast"
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes)

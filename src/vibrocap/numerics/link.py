@@ -24,6 +24,9 @@ RECORDING, MEASURING = ("record",), ("settle", "window")  # the hooks of one mot
 LOOPS = {
     "single": ("one_number", "elementary_polynomials", "contact", "loop", "one_by_one"),
     "ensemble": ("contact", "loop", "one_by_one", "feed"),
+    "card": (  # of a thread of a graphics card
+        *("one_number", "elementary_polynomials", "contact", "loop", "one_by_one", "feed", "card"),
+    ),
     "abreast": (
         "elementary_polynomials",
         "contact",
@@ -78,8 +81,8 @@ def linked_source(generated: str, maybe_stiff: bool, pieces: bool, loop: str = "
     `feed.advance_ensemble`, which measures many, one by one or all lanes at once (of `generated` abreast).
     """
     head = "import math\n\nimport numpy as np\n"
-    if loop == "abreast":
-        head += f"{PLAIN_VECTORS} import {', '.join(VECTOR_NAMES)}\n"
+    if loop in ("abreast", "card"):
+        head += f"{PLAIN_VECTORS} import {', '.join(VECTOR_NAMES if loop == 'abreast' else ('take', 'whole_equal'))}\n"
     hooks = RECORDING if loop == "single" else MEASURING
     kernel = [
         kernel_source(name) for name in (*STEPS[maybe_stiff], *hooks, PIECES[pieces], TANGENTS[tangent], *LOOPS[loop])

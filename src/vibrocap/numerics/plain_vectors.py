@@ -51,6 +51,13 @@ def whole_set(whole, place, value, choices):
     whole[place : place + WIDTH][choices] = value
 
 
+def take(whole, place, amount):
+    """Add an amount to an entry at once, whoever else does, and return what stood there before."""
+    before = whole[place]
+    whole[place] = before + amount
+    return before
+
+
 def bits(choices):
     """As an integer, bit i for lane i."""
     return sum(1 << lane for lane in range(WIDTH) if choices[lane])

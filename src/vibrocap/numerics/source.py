@@ -45,7 +45,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         holding_source(equations),
         pieces_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, abreast=False, polynomials=loop == "single"),
+        resolution_source(equations, abreast=False, polynomials=loop in ("single", "card")),
     ]
     if loop == "abreast":
         functions.append(resolution_source(equations, abreast=True, polynomials=True))

@@ -31,7 +31,7 @@ class Calls(Expressions):
         arguments = [self.value(argument) for argument in node.args]
         name = called.id
         if name in self.module.kernel.functions:
-            return self._of_kernel(node, name, arguments)
+            return self.of_kernel(node, name, arguments)
         if name in self.module.kernel.primitives:
             return lanes.primitive(self, node, name, arguments)
         if name in ("min", "max") and len(arguments) >= 2:
@@ -40,7 +40,8 @@ class Calls(Expressions):
             return getattr(self, f"_{name}")(node, arguments[0])
         raise self.refusal(node, f"no kernel can call `{name}` with {len(arguments)} arguments")
 
-    def _of_kernel(self, node: ast.Call, name: str, arguments: list[Value]) -> Value:
+    def of_kernel(self, node: ast.AST, name: str, arguments: list[Value]) -> Value:
+        """A call of one of the kernel's own functions."""
         wanted = len(self.module.kernel.functions[name].args.args)
         if len(arguments) != wanted:
             raise self.refusal(node, f"`{name}` takes {wanted} arguments, not {len(arguments)}")
@@ -111,6 +112,8 @@ class Calls(Expressions):
         if name in ("np.floor", "math.floor"):
             found = self._intrinsic(node, "floor", value)
             return found if module == "np" else self.emit(INT, f"fptosi double {found.text} to i64")
+        if module == "math" and function in self.module.library:
+            return self.of_kernel(node, self.module.library[function], [self.as_kind(node, value, FLOAT)])
         if module == "math" and function in INTRINSIC:
             return self._intrinsic(node, function, value)
         if module == "math" and function in LIBRARY:

@@ -113,6 +113,10 @@ class Code:
         """Conditions of which the next is asked only while all (or none) so far hold."""
         raise NotImplementedError
 
+    def of_kernel(self, node: ast.AST, name: str, arguments: list[Value]) -> Value:
+        """A call of one of the kernel's own functions."""
+        raise NotImplementedError
+
     def as_kind(self, node: ast.AST, value: Value, kind: Kind) -> Value:
         """A value as one of another kind that can hold it."""
         if value.kind == kind:

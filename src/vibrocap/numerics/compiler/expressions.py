@@ -204,6 +204,8 @@ class Expressions(Code):
         return self.emit(INT, f"{name} i64 {left.text}, {right.text}")
 
     def _power(self, node: ast.AST, base: Value, exponent: Value) -> Value:
+        if exponent.kind == FLOAT and "pow" in self.module.library:
+            return self.of_kernel(node, self.module.library["pow"], [self.as_kind(node, base, FLOAT), exponent])
         if exponent.kind == FLOAT:
             self.need("declare double @llvm.pow.f64(double, double)")
             base = self.as_kind(node, base, FLOAT)

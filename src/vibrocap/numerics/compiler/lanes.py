@@ -181,6 +181,10 @@ def _where(code: "Code", chosen: Value, yes: Value, no: Value) -> Value:
     return code.emit(yes.kind, f"select {chosen.kind.llvm} {chosen.text}, {kind} {yes.text}, {kind} {no.text}")
 
 
+def _take(code: "Code", array: Value, place: Value, amount: Value) -> Value:
+    return code.emit(INT, f"atomicrmw add ptr {code.pointer(array, place)}, i64 {amount.text} monotonic, align 8")
+
+
 def _bits(code: "Code", chosen: Value) -> Value:
     width = code.module.width
     packed = code.emit(INT, f"bitcast {chosen.kind.llvm} {chosen.text} to i{width}")
@@ -232,6 +236,7 @@ PRIMITIVES: dict[str, tuple[tuple, Callable[..., Value]]] = {
     "whole_add": ((INTS, INT, INT, "choices"), _whole_add),
     "whole_set": ((INTS, INT, INT, "choices"), _whole_set),
     "where": (("choices", "numbers", "numbers"), _where),
+    "take": ((INTS, INT, INT), _take),
     "bits": (("choices",), _bits),
     "floor": (("numbers",), _of_each("floor")),
     "square_root": (("numbers",), _of_each("sqrt")),

@@ -5,7 +5,8 @@ the function anew with what is known by then, until nothing changes. LLVM puts v
 """
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 from vibrocap.numerics.compiler.calls import Calls
 from vibrocap.numerics.compiler.code import named
@@ -29,12 +30,14 @@ from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
 from vibrocap.numerics.compiler.subset import Kernel, parsed
 
+NO_LIBRARY: Mapping[str, str] = MappingProxyType({})
+
 
 class Module:
     """A kernel on its way to one LLVM module: the functions made so far and what they need."""
 
-    def __init__(self, kernel: Kernel, width: int):
-        self.kernel, self.width = kernel, width
+    def __init__(self, kernel: Kernel, width: int, library: Mapping[str, str]):
+        self.kernel, self.width, self.library = kernel, width, library
         self.bodies: dict[str, str] = {}
         self.calls: dict[str, int] = {}  # how often each function is called
         self.needed: dict[str, None] = {}  # declarations and helpers
@@ -97,18 +100,24 @@ class Module:
 
 
 def lowered(
-    text: str, entry: str, width: int, short: bool = False, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)
+    text: str,
+    entry: str,
+    width: int,
+    short: bool = False,
+    arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT),
+    library: Mapping[str, str] = NO_LIBRARY,
 ) -> str:
     """LLVM's text of a kernel, whose one function seen from outside is called `kernel_entry` and returns an int.
 
     width: lanes side by side where the text does not say (LANES); short: for the short list of passes
     arguments: kinds of the arguments of the entry
+    library: functions of the kernel that stand for those of `math`, and for `pow`
     """
     kernel = parsed(text)
     if entry not in kernel.functions:
         raise kernel.refusal(ast.Pass(), "", f"there is no function `{entry}`")
     wide = kernel.constants.get("LANES", width) if kernel.primitives else width
-    module = Module(kernel, wide)
+    module = Module(kernel, wide, library)
     name, result = module.function(entry, arguments, lambda what: kernel.refusal(ast.Pass(), entry, what))
     if result not in (NOTHING, INT, BOOL):
         raise kernel.refusal(kernel.functions[entry], entry, "what is called from outside returns an int or nothing")

@@ -1,0 +1,76 @@
+"""Code for graphics cards: PTX, the language that the driver of every NVIDIA card makes into the card's own.
+
+Code for compute capability 7.0 runs on all cards since. LLVM ends the process on some errors of a foreign target, so
+the text is made in a process of its own, and kept like an object file.
+"""
+
+import subprocess
+import sys
+
+from vibrocap.numerics.compiler import cache, own_source
+from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
+from vibrocap.numerics.compiler.lowering import lowered
+from vibrocap.numerics.compiler.machine import Target, assembly
+
+CARD = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
+ENTRY = "run_all"
+THREAD = "run_thread"  # the function of a kernel that is one thread
+ARGUMENTS = (FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, INT, INT, INT, INT)  # of it
+# Computed by the package's polynomials, as abreast on a processor.
+LIBRARY = {
+    "sin": "sine",
+    "cos": "cosine",
+    "exp": "exponential",
+    "log": "logarithm",
+    "tanh": "hyperbolic_tangent",
+    "atan": "arc_tangent",
+    "pow": "power",
+}
+ALL_THREADS = """
+declare i32 @llvm.nvvm.read.ptx.sreg.tid.x()
+declare i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
+declare i32 @llvm.nvvm.read.ptx.sreg.ntid.x()
+declare i32 @llvm.nvvm.read.ptx.sreg.nctaid.x()
+define ptx_kernel void @{entry}(ptr %tape, ptr %queue, ptr %start_real, ptr %start_whole, ptr %kept_real,
+                                ptr %kept_whole, i64 %fresh, i64 %rounds) {{
+  %real = alloca [{reals} x double], align 16
+  %whole = alloca [{wholes} x i64], align 16
+  %in_block = call i32 @llvm.nvvm.read.ptx.sreg.tid.x()
+  %block = call i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
+  %size = call i32 @llvm.nvvm.read.ptx.sreg.ntid.x()
+  %blocks = call i32 @llvm.nvvm.read.ptx.sreg.nctaid.x()
+  %first = mul i32 %block, %size
+  %number = add i32 %first, %in_block
+  %all = mul i32 %blocks, %size
+  %thread = zext i32 %number to i64
+  %threads = zext i32 %all to i64
+  %done = call i64 @kernel_entry(ptr %real, ptr %whole, ptr %tape, ptr %queue, ptr %start_real, ptr %start_whole,
+                                 ptr %kept_real, ptr %kept_whole, i64 %thread, i64 %threads, i64 %fresh, i64 %rounds)
+  ret void
+}}
+"""
+
+
+def thread_code(text: str) -> str:
+    """One thread in LLVM's language: the same for a card and, to be tested, for a processor."""
+    return lowered(text, THREAD, 1, arguments=ARGUMENTS, library=LIBRARY)
+
+
+def ptx(text: str, reals: int, wholes: int) -> str:
+    """The code of all threads, each with so many floats and ints of its own; from the disk or made now."""
+    name = cache.key(CARD.name, own_source(), text, str((reals, wholes)))
+    found = cache.kept(name)
+    if found is None:
+        one = thread_code(text).replace("define i64 @kernel_entry", "define internal i64 @kernel_entry")
+        code = one + ALL_THREADS.format(entry=ENTRY, reals=reals, wholes=wholes)
+        command = [sys.executable, "-m", __name__]
+        done = subprocess.run(command, input=code.encode(), capture_output=True, check=False)
+        if done.returncode != 0:
+            raise RuntimeError(f"LLVM made no code for a card: {done.stderr.decode(errors='replace')[-2000:]}")
+        found = done.stdout
+        cache.keep(name, found)
+    return found.decode()
+
+
+if __name__ == "__main__":
+    sys.stdout.write(assembly(sys.stdin.read(), CARD))
