@@ -31,7 +31,7 @@ def own_source() -> str:
 
 
 def ir(text: str, entry: str, target: Target | None = None, short: bool = False) -> str:
-    """A kernel in LLVM's language; short: for the short list of passes."""
+    """A kernel in LLVM's language; short: to be made quickly (see `machine.py`)."""
     from vibrocap.numerics.compiler.lowering import lowered
 
     return lowered(text, entry, (target or host()).lanes, short)
@@ -40,7 +40,7 @@ def ir(text: str, entry: str, target: Target | None = None, short: bool = False)
 def compiled(text: str, entry: str, short: bool = False) -> Compiled:
     """The function `entry` of a kernel, called with (real, whole, tape, rounds), from the disk or made now.
 
-    short: by a short list of passes (see `machine.py`) in half the time
+    short: made quickly, by fewer passes, see `machine.py`
     Raises Refused where the text is no kernel.
     """
     with WORKING:  # a second thread finds what the first has made

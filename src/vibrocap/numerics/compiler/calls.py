@@ -52,7 +52,6 @@ class Calls(Expressions):
             raise self.refusal(node, "a table is no argument; name it in the function that reads it")
         asked = functools.partial(self.refusal, node)
         made, result = self.module.function(name, tuple(argument.kind for argument in arguments), asked)
-        self.module.calls[made] = self.module.calls.get(made, 0) + 1
         packed = [self.packed(node, argument) if argument.kind.items else argument for argument in arguments]
         passed = ", ".join(f"{argument.kind.llvm} {argument.text}" for argument in packed)
         if result == NOTHING:

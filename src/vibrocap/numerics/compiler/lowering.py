@@ -39,7 +39,6 @@ class Module:
     def __init__(self, kernel: Kernel, width: int, library: Mapping[str, str]):
         self.kernel, self.width, self.library = kernel, width, library
         self.bodies: dict[str, str] = {}
-        self.calls: dict[str, int] = {}  # how often each function is called
         self.needed: dict[str, None] = {}  # declarations and helpers
         self._made: dict[tuple, tuple[str, Kind] | None] = {}
         self._values: dict[str, Value | None] = {}
@@ -92,12 +91,6 @@ class Module:
         """All of it."""
         return "\n".join([*self.needed, *self.bodies.values()])
 
-    def mark_functions_called_once(self) -> None:
-        """Functions that are called at one place are to be put there, which the short list of passes asks for."""
-        for name, body in self.bodies.items():
-            if self.calls.get(name) == 1:
-                self.bodies[name] = body.replace(" nounwind {\n", " nounwind alwaysinline {\n", 1)
-
 
 def lowered(
     text: str,
@@ -109,7 +102,7 @@ def lowered(
 ) -> str:
     """LLVM's text of a kernel, whose one function seen from outside is called `kernel_entry` and returns an int.
 
-    width: lanes side by side where the text does not say (LANES); short: for the short list of passes
+    width: lanes side by side where the text does not say (LANES); short: to be made quickly
     arguments: kinds of the arguments of the entry
     library: functions of the kernel that stand for those of `math`, and for `pow`
     """
@@ -121,8 +114,6 @@ def lowered(
     name, result = module.function(entry, arguments, lambda what: kernel.refusal(ast.Pass(), entry, what))
     if result not in (NOTHING, INT, BOOL):
         raise kernel.refusal(kernel.functions[entry], entry, "what is called from outside returns an int or nothing")
-    if short:
-        module.mark_functions_called_once()
     return (SHORT if short else "") + module.text + entry_text(name, result, arguments)
 
 

@@ -1,16 +1,17 @@
 """The processor for which machine code is made, and LLVM's way there: passes, then an object file.
 
-Which passes was measured (AVX-512, LLVM 20, CPU seconds of passes + code in a fresh process, then the time of a run
-over that with Numba; the machine was busy, so that a few hundredths mean nothing):
+Which of LLVM's pipelines was measured (AVX-512, LLVM 20, CPU seconds of passes + code in a fresh process, then the time
+of a run over that with Numba; the machine was busy, so that a few hundredths mean nothing), beside a short list of ten
+passes (functions called once inlined, SROA, instcombine, simplifycfg, loops rotated and written out):
 
-    kernel           PASSES             O1                 O2                 O3
+    kernel           short list         O1                 O2                 O3
     EM, one motion   0.08 + 0.17, 0.99  0.31 + 0.22, 0.98  0.46 + 0.23, 1.01  0.37 + 0.19, 1.03
     LM, one motion   0.16 + 0.31, 0.96  0.51 + 0.35, 1.03  0.69 + 0.32, 1.02  0.71 + 0.42, 0.98
     EM, lanes        0.15 + 0.31, 1.05  0.58 + 0.43, 0.93  0.71 + 0.35, 0.91  0.82 + 0.37, 0.96
     LM, lanes        0.25 + 0.40, 1.17  0.81 + 0.43, 1.04  1.10 + 0.50, 0.99  1.37 + 0.56, 1.05
 
-So one motion takes the short list, and an ensemble, which is worth longer thought, O2. Run alone, its results by the
-short list differ in the last bit.
+O1 to O3 give the same bits, the short list others in the last place: it leaves the operands of sums in another order,
+by which LLVM chooses the product that is fused. So one motion takes O1, an ensemble, worth longer thought, O2.
 """
 
 import contextlib
@@ -24,15 +25,7 @@ from typing import Any
 import llvmlite.binding as llvm
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
-SPEED = 2  # of LLVM's own pipelines
-SHORT = "; by the short list of passes\n"  # first line of a text that takes it
-# For kernels of one motion at a time: functions called at one place go there, variables into registers, loops of a
-# few rounds are written out. "reassociate" changes no order of floats; it puts the operands of sums into the order in
-# which O1 to O3 put them too, and by which LLVM then chooses the product that is fused: without, last bits differ.
-PASSES = (
-    *("always_inliner", "sroa", "instruction_combine", "simplify_cfg", "loop_rotate", "loop_unroll"),
-    *("sroa", "instruction_combine", "simplify_cfg", "reassociate", "instruction_combine"),
-)
+SHORT = "; by few passes\n"  # first line of a text that is to be made quickly, by O1; others take O2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -110,16 +103,11 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     machine = _machine(target)
     head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
     module = llvm.parse_assembly(head + text, llvm.create_context())
-    options = llvm.create_pipeline_tuning_options(speed_level=SPEED)
+    options = llvm.create_pipeline_tuning_options(speed_level=1 if text.startswith(SHORT) else 2)
     options.loop_vectorization = True
     options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
-    if text.startswith(SHORT):
-        passes = llvm.create_new_module_pass_manager()
-        for name in PASSES:
-            getattr(passes, f"add_{name}_pass")()
-    else:
-        passes = builder.getModulePassManager()
+    passes = builder.getModulePassManager()
     passes.run(module, builder)
     return module, machine
 
