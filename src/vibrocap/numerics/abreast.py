@@ -25,6 +25,7 @@ from vibrocap.numerics.generated import (
     SET_VALUED,
     SHARP,
     SIDE,
+    SPARSE,
     STATE,
     STATUS,
     STEP,
@@ -116,6 +117,8 @@ def step_abreast(real, whole, tape, running):
     if KINKED or SET_VALUED:
         one = whole_equal(whole, ZEROS, 1)
         two = whole_equal(whole, ZEROS, 2)
+        if SPARSE:
+            plain = plain & ~two
         stuck = event
         push = side
         if SET_VALUED:

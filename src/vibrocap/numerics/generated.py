@@ -10,6 +10,7 @@ KINKED = False  # whether the law has a kink at rest
 LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
 SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
 MIRRORED = True  # whether these are the same for either direction of sliding
+SPARSE = False  # whether the series of a contact that leaves stick may have three terms in four that vanish
 SHARP_INTERNAL = False  # whether any of them depends on an internal state
 CYCLIC = 2  # the state on which nothing depends
 CONTACT_STATE = 3  # the state that moves one to one with the contact velocity

@@ -7,7 +7,7 @@ law, it is asked over the whole step:
 
     unseen      G h (largest - least value over the step) <= tolerance      the step cannot notice it at all
     seen        G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
-    gentle      (of 1/x, log, sqrt) x changes by no more than a factor 2    the series converges, whatever it is
+    gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
 
 with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. All values over
 the step are enclosures by interval arithmetic, from those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. Where one
@@ -16,10 +16,12 @@ of the nodes is neither, the step is too long.
 theta: with the size f of an exponential at the start, the terms that a series of order p shows are f r^k/k!, r the
 change of the exponent over the step. Where the last is held to the tolerance, what is left out is less than 10 times
 that as long as f >= 1e-3 tolerance. The terms of algebraic functions and logarithms fall like a power of the ratio of
-step and distance to the singularity: they need a size of 10 tolerances.
+step and distance to the singularity: they need a size of 10 tolerances. A logarithm is never taken as seen: in a power,
+exp(a log x), the terms of both all but cancel, so that the last ones tell nothing.
 """
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -30,7 +32,7 @@ from vibrocap.numerics.graph import Expression, Graph, evaluate, operands_of, re
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
-VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": 10.0, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
+VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
 MOST_EXPONENT = 700.0  # exp of more is as good as infinite here, and no overflow
 POLYNOMIALS = {
     "exp": "exponential",
@@ -197,9 +199,10 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
             weight = text.larger(weight, other)
         weight = text.name(f"{weight} * lasting")
         varies, size, gentle = _node(graph, node, text, step, start)
-        shown = text.name(f"{weight} * {size} >= {VISIBLE[graph.nodes[node][0]]!r} * tolerance")
-        if gentle:
-            shown = text.name(f"{shown} | ({gentle})" if abreast else f"{shown} or ({gentle})")
+        theta = VISIBLE[graph.nodes[node][0]]
+        either = [f"({weight} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
+        either += [f"({gentle})"] if gentle else []
+        shown = text.name((" | " if abreast else " or ").join(either))
         share = f"{weight} * {varies}"
         # Not a number (0 times infinity) is no proof.
         unseen = text.name(f"{share} <= tolerance")
@@ -229,7 +232,7 @@ def _node(graph: Graph, node: int, text: "_Text", step: "_Enclosures", start: "_
     nearest = text.larger(below, text.name(f"-{above}"))  # of zero; negative where the divisor passes it
     gentle = f"{width} <= {nearest}"
     if op == "log":
-        return varies, text.name(f"{width} / {first_high}"), gentle
+        return varies, "0.0", f"{width} <= 2.0 * {nearest}"
     if op == "sqrt":
         return varies, text.name(f"{width} / (2.0 * {text.function('sqrt', first_high)} + 1e-300)"), gentle
     numerator = text.size(step.of(operands[0]))

@@ -37,6 +37,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         constants["VELOCITY"] = series + equations.contact_state * row_size
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
+    constants["SPARSE"] = any(equations.graph.nodes[node][0] == "log" for node in sharp.nodes)
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [

@@ -15,11 +15,13 @@ from vibrocap.numerics.generated import (
     SERIES,
     SET_VALUED,
     SIDE,
+    SPARSE,
     STATE,
     STATES,
     TIME,
     TOLERANCE,
     VELOCITY,
+    ZEROS,
 )
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
@@ -48,6 +50,10 @@ def taylor_step(real, whole, lane):
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
     h = rough_power(min(one, other))
+    if SPARSE and whole[ZEROS + lane] == 2:
+        # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
+        for k in range(ORDER - 3, ORDER - 1):
+            h = min(h, rough_power((wanted - rough_logarithm(largest_term(real, lane, k))) * (1.0 / k) + SAFETY))
     if KINKED:
         # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
         speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
@@ -68,6 +74,15 @@ def last_terms(real, lane):
         if not (abs(real[row + ORDER * LANES]) <= 1e300):
             return math.inf, before
     return last, before
+
+
+def largest_term(real, lane, k):
+    """Largest coefficient k of a state, over its natural size."""
+    largest = 0.0
+    for i in range(STATES):
+        row = SERIES + i * (ORDER + 1) * LANES + lane
+        largest = max(largest, abs(real[row + k * LANES]) / real[SCALE + i * LANES + lane])
+    return largest
 
 
 def sign_in_doubt(real, lane, h):
