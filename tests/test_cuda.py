@@ -22,7 +22,7 @@ from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics import cuda as on_card
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.compiler import Compiled, host, object_code
-from vibrocap.numerics.compiler.card import ARGUMENTS, THREAD, thread_code
+from vibrocap.numerics.compiler.card import ARGUMENTS, LIBRARY, THREAD, thread_code
 from vibrocap.numerics.ensemble import Budget, ensemble_run
 from vibrocap.numerics.lanes import DONE, RESULT_HEAD, TOO_MANY_STEPS
 from vibrocap.numerics.link import plain_kernel
@@ -111,7 +111,9 @@ def built(law, order=10, exact=False):
 def plain(law, order=10):
     """(layout, one thread as plain Python)."""
     layout, text = on_card.cuda_text(ensemble_of(law, 1)[0], order)
-    thread = plain_kernel(text.replace("math.sin(", "sine(").replace("math.cos(", "cosine("))[THREAD]
+    for name, function in LIBRARY.items():
+        text = text.replace(f"math.{name}(", f"{function}(")
+    thread = plain_kernel(text)[THREAD]
 
     def run(own, addresses, *numbers):
         kinds = [ctypes.c_double, ctypes.c_int64] * 3
