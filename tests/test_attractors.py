@@ -7,13 +7,14 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.friction.elasto_plastic import ElastoPlastic
-from vibrocap.orbits import bifurcation_diagram as diagrams
-from vibrocap.orbits import long_runs, telling_apart
-from vibrocap.orbits.attractors import FAILED, NOT_SETTLED, NOT_TOLD, attractors
-from vibrocap.orbits.bifurcation_diagram import bifurcation_diagram
-from vibrocap.orbits.starts import evenly_spread
-from vibrocap.orbits.stroboscopic_map import StroboscopicMap
-from vibrocap.orbits.telling_apart import orbits_told_apart, same_set, within_set
+from vibrocap.orbits.attractors import bifurcation_diagram as diagrams
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, attractors
+from vibrocap.orbits.attractors.bifurcation_diagram import bifurcation_diagram
+from vibrocap.orbits.attractors.starts import evenly_spread
+from vibrocap.orbits.closing import attractor_matching as telling_apart
+from vibrocap.orbits.closing.attractor_matching import orbits_told_apart, same_set, within_set
+from vibrocap.orbits.maps import settling_runs as long_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks
 
 START = {"angle": math.pi / 3}

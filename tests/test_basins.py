@@ -9,13 +9,13 @@ import pytest
 import vibrocap as vc
 from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics.graph import evaluate
-from vibrocap.orbits import basins as basins_module
-from vibrocap.orbits import long_runs
-from vibrocap.orbits.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
-from vibrocap.orbits.basins import Basins, basins
-from vibrocap.orbits.classification import MotionClass
-from vibrocap.orbits.drive_phase import at_next_mark, shifted_equations
-from vibrocap.orbits.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.attractors import basins as basins_module
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
+from vibrocap.orbits.attractors.basins import Basins, basins
+from vibrocap.orbits.attractors.classification import MotionClass
+from vibrocap.orbits.maps import settling_runs as long_runs
+from vibrocap.orbits.maps.drive_phase import at_next_mark, shifted_equations
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}

@@ -8,14 +8,14 @@ import pytest
 
 import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic
-from vibrocap.orbits import segment, special_points
-from vibrocap.orbits.birth import angled_births, born_point
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.branch_point import BranchPoint
-from vibrocap.orbits.closing_map import ClosingMap
-from vibrocap.orbits.continuation import followed, started
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.words import WordChange, closed_word, same_cycle, word_change
+from vibrocap.orbits.continuation import segment, special_points
+from vibrocap.orbits.continuation.branch_end import BranchEnd
+from vibrocap.orbits.continuation.branch_point import BranchPoint
+from vibrocap.orbits.continuation.branch_switching import angled_births, born_point
+from vibrocap.orbits.continuation.following import followed, started
+from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.maps.closing_map import ClosingMap
+from vibrocap.orbits.maps.itinerary import WordChange, closed_word, same_cycle, word_change
 
 STEP = 0.02
 LOCATED = 1e-8  # of the parameter, as asked; what follows is bracketed to rounding and checked a hundred times sharper

@@ -7,11 +7,11 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.faces import branch_plots
-from vibrocap.orbits.branch import Branch, SpecialPoint
-from vibrocap.orbits.branch_diagram import BranchDiagram
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.words import WordChange
+from vibrocap.orbits.continuation.branch import Branch, SpecialPoint
+from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
+from vibrocap.orbits.continuation.branch_end import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.maps.itinerary import WordChange
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

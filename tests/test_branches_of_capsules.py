@@ -11,9 +11,9 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.faces import cli
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.words import WordChange, same_cycle
+from vibrocap.orbits.continuation.branch_end import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.maps.itinerary import WordChange, same_cycle
 
 pytestmark = pytest.mark.slow
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

@@ -13,9 +13,9 @@ from vibrocap.faces import cli
 from vibrocap.faces.cli import INCOMPLETE, OK, WRONG_INPUT, main
 from vibrocap.faces.cli_fit import fit
 from vibrocap.faces.fit_request import by_option, is_refusal
-from vibrocap.identification import steady_fit as steady_fits
-from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.minimum import SearchStatus
+from vibrocap.identification.fitting import steady_fit as steady_fits
+from vibrocap.identification.result.fit_result import Fit
+from vibrocap.identification.search.loss import SearchStatus
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m
@@ -117,8 +117,8 @@ def test_files_of_a_fit(folder, capsys):
 
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
     from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
-    from vibrocap.identification.spring_prediction import _pulled
-    from vibrocap.identification.velocity_step import Step
+    from vibrocap.identification.problem.spring_prediction import _pulled
+    from vibrocap.identification.problem.velocity_step import Step
 
     law = RateAndStateAgeing(
         reference_coefficient=0.6, direct_effect=0.008, evolution_effect=0.009, critical_distance=8e-6,
@@ -147,8 +147,8 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.faces.match_plots import match_figure, plot_match
     from vibrocap.friction.exponential import Exponential
     from vibrocap.friction.stribeck import Stribeck
-    from vibrocap.identification.matched import match
-    from vibrocap.identification.motions import ramp
+    from vibrocap.identification.experiments.match import match
+    from vibrocap.identification.experiments.motions import ramp
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
         found = match("exponential", Stribeck(), starts=2, **over)
@@ -215,7 +215,7 @@ def test_picture_shows_records_and_parameters(folder):
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
     from vibrocap.faces.fit_plots import MOST_POINTS, _stretch
     from vibrocap.faces.long_lines import by_extremes
-    from vibrocap.identification.fit_result import RecordResult
+    from vibrocap.identification.result.fit_result import RecordResult
 
     time = np.linspace(0.0, 100.0, 20_001)
     velocity = np.sin(2 * np.pi * time) * np.where(np.abs(time - 70.0) < 1.0, 2.0, 1.0)

@@ -9,8 +9,8 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.faces import cli
-from vibrocap.orbits import crossing_bracket
-from vibrocap.orbits.crossing_bracket import CrossingKind
+from vibrocap.orbits.crossings import crossing_bracket
+from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.simulate import period_marks
 
 START = {"angle": math.pi / 3}

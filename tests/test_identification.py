@@ -11,13 +11,13 @@ from vibrocap.catalogue import law as law_of
 from vibrocap.friction.coulomb import Coulomb
 from vibrocap.friction.exponential import Exponential
 from vibrocap.friction.lugre import LuGre
-from vibrocap.identification import uncertainty as uncertainty_module
-from vibrocap.identification.fit import fit
-from vibrocap.identification.identifiability import Verdict
-from vibrocap.identification.minimum import SearchStatus
-from vibrocap.identification.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.saving import as_data, case_section
-from vibrocap.identification.uncertainty import correlation_time
+from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.inference import uncertainty as uncertainty_module
+from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.identification.inference.uncertainty import correlation_time
+from vibrocap.identification.result.saving import as_data, case_section
+from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.records.record import Record
 
 TRUTH = LuGre(viscous_damping=0.05, bristle_damping=1.0)
@@ -272,7 +272,7 @@ def fit_names():
 
 
 def test_where_every_start_fails_the_status_says_so(monkeypatch):
-    from vibrocap.identification import prediction
+    from vibrocap.identification.problem import prediction
 
     class Nothing:
         def __init__(self, force):

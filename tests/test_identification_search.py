@@ -9,15 +9,15 @@ import pytest
 from vibrocap.catalogue import law as law_of
 from vibrocap.friction.exponential import Exponential
 from vibrocap.friction.lugre import LuGre
-from vibrocap.identification.choice import choice
-from vibrocap.identification.data_scales import data_scales
-from vibrocap.identification.descent import LONGEST, descent, followed, step
-from vibrocap.identification.fit import fit
-from vibrocap.identification.jumps import away_from_jumps
-from vibrocap.identification.minimum import Loss, SearchStatus
-from vibrocap.identification.motions import joined, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.prediction import Prediction
-from vibrocap.identification.samples import samples
+from vibrocap.identification.experiments.motions import joined, multisine, ramp, sinusoid, synthetic_record
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.problem.data_scales import data_scales
+from vibrocap.identification.problem.jumps import away_from_jumps
+from vibrocap.identification.problem.parametrisation import choice
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.problem.samples import samples
+from vibrocap.identification.search.descent import LONGEST, descent, followed, step
+from vibrocap.identification.search.loss import Loss, SearchStatus
 from vibrocap.laboratory.driven import driven_force
 
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.orbits import classification, long_runs, lyapunov, zero_one
-from vibrocap.orbits.classification import MotionClass, classify
-from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
-from vibrocap.orbits.stroboscopic_map import StroboscopicMap
-from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.orbits.attractors import classification, lyapunov, zero_one
+from vibrocap.orbits.attractors.classification import MotionClass, classify
+from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
+from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.orbits.maps import settling_runs as long_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks
 
 START = {"angle": math.pi / 3}

@@ -10,9 +10,10 @@ from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics import ensemble as numerics
 from vibrocap.numerics import link
 from vibrocap.numerics.graph import derivative, evaluate
-from vibrocap.orbits import shooting, stroboscopic_map
-from vibrocap.orbits.shooting import shoot
-from vibrocap.orbits.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.closing import shooting
+from vibrocap.orbits.closing.shooting import shoot
+from vibrocap.orbits.maps import stroboscopic_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks
 
 START = {"angle": math.pi / 3}

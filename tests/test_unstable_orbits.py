@@ -11,7 +11,8 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.faces import cli
-from vibrocap.orbits import steady, unstable
+from vibrocap.orbits.closing import push_off as unstable
+from vibrocap.orbits.closing import steady
 from vibrocap.simulate import period_marks
 
 pytestmark = pytest.mark.slow

@@ -23,14 +23,14 @@ from vibrocap.friction.rate_and_state_slip import RateAndStateSlip
 from vibrocap.friction.smoothed_arctan import SmoothedArctan
 from vibrocap.friction.smoothed_tanh import SmoothedTanh
 from vibrocap.friction.stribeck import Stribeck
-from vibrocap.identification.bootstrap import Bootstrap, bootstrap
-from vibrocap.identification.comparison import Comparison, compare
-from vibrocap.identification.experiment_design import ExperimentDesign, candidate_motions, experiment_design
-from vibrocap.identification.fit import fit
-from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.matched import Match, match
-from vibrocap.identification.spring_fit import spring_fit
-from vibrocap.identification.steady_fit import steady_fit
+from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
+from vibrocap.identification.experiments.comparison import Comparison, compare
+from vibrocap.identification.experiments.experiment_design import ExperimentDesign, candidate_motions, experiment_design
+from vibrocap.identification.experiments.match import Match, match
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fitting.spring_fit import spring_fit
+from vibrocap.identification.fitting.steady_fit import steady_fit
+from vibrocap.identification.result.fit_result import Fit
 from vibrocap.laboratory.break_away import BreakAway, break_away
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
 from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
@@ -59,23 +59,23 @@ from vibrocap.measures.response import ResponseClass, response_class
 from vibrocap.measures.settling import Settling, settling
 from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
 from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
-from vibrocap.orbits.attractors import Attractor, Attractors, attractors
-from vibrocap.orbits.basins import Basins, basins
-from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-from vibrocap.orbits.branch import Branch, SpecialPoint
-from vibrocap.orbits.branch_crossings import BranchCrossing
-from vibrocap.orbits.branch_diagram import BranchDiagram, branches
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.branch_following import branch
-from vibrocap.orbits.classification import MotionClass, classify
-from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
-from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
-from vibrocap.orbits.orbit import Orbit, OrbitStatus
-from vibrocap.orbits.shooting import shoot
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.steady import orbit
-from vibrocap.orbits.words import WordChange
-from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
+from vibrocap.orbits.attractors.basins import Basins, basins
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+from vibrocap.orbits.attractors.classification import MotionClass, classify
+from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
+from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus
+from vibrocap.orbits.closing.shooting import shoot
+from vibrocap.orbits.closing.steady import orbit
+from vibrocap.orbits.continuation.branch import Branch, SpecialPoint
+from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
+from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
+from vibrocap.orbits.continuation.branch_end import BranchEnd
+from vibrocap.orbits.continuation.branch_following import branch
+from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
+from vibrocap.orbits.maps.itinerary import WordChange
 from vibrocap.records.checks import RecordError, RecordWarning
 from vibrocap.records.preparation import prepared
 from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper

@@ -17,8 +17,8 @@ from vibrocap.faces.plots import BLACK, BLUE, GREEN, LABELS, ORANGE, SKY, VERMIL
 from vibrocap.faces.study_frame import PRINT, blank_study_figure, put_words
 from vibrocap.faces.study_view import ViewAxis
 from vibrocap.faces.study_words import EQUALS, axis_label, setting_words, value_text
-from vibrocap.orbits.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
-from vibrocap.orbits.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
+from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.studies.orbit_datasets import basin_dataset
 
 WAYS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", "#8C8C8C")}

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from vibrocap.faces.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION, figure, save
-from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram
-from vibrocap.orbits.branch import Branch, SpecialPoint
-from vibrocap.orbits.branch_diagram import BranchDiagram
-from vibrocap.orbits.special_points import SpecialKind
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.orbits.continuation.branch import Branch, SpecialPoint
+from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
+from vibrocap.orbits.continuation.special_points import SpecialKind
 from vibrocap.parameters import parameter_table
 
 QUANTITIES = {

@@ -47,7 +47,7 @@ def branch(
     """
     from vibrocap.faces.export import read_source
     from vibrocap.faces.record import json_text
-    from vibrocap.orbits.branch_diagram import branches
+    from vibrocap.orbits.continuation.branch_diagram import branches
 
     given = read_source(case)
     path, low, high = range_of(over)
@@ -119,7 +119,7 @@ def basins(
     """
     from vibrocap.faces.export import read_source
     from vibrocap.faces.record import json_text
-    from vibrocap.orbits.basins import basins as basins_of
+    from vibrocap.orbits.attractors.basins import basins as basins_of
 
     given = read_source(case)
     axes = dict(map(_axis, (one for each in plane for one in each.split(","))))

@@ -50,8 +50,8 @@ def crossing(
     """
     from vibrocap.faces.export import read_source
     from vibrocap.faces.record import json_text
-    from vibrocap.orbits.crossing import CrossingKind
-    from vibrocap.orbits.crossing import crossing as crossings
+    from vibrocap.orbits.crossings.crossing import CrossingKind
+    from vibrocap.orbits.crossings.crossing import crossing as crossings
 
     given = read_source(case)
     path, low, high = range_of(over)

@@ -19,8 +19,8 @@ from vibrocap.faces.fit_request import (
 from vibrocap.faces.terminal import Page, Refusal, progress
 
 if TYPE_CHECKING:
-    from vibrocap.identification.comparison import Comparison
-    from vibrocap.identification.fit_result import Fit
+    from vibrocap.identification.experiments.comparison import Comparison
+    from vibrocap.identification.result.fit_result import Fit
     from vibrocap.records.record import Record
 
 
@@ -169,10 +169,10 @@ def _fitted(
     plot: Any,
     json: bool,
 ) -> int:
-    from vibrocap.identification.fit import fit as driven_fit
-    from vibrocap.identification.saving import as_data
-    from vibrocap.identification.spring_fit import spring_fit
-    from vibrocap.identification.steady_fit import steady_fit
+    from vibrocap.identification.fitting.fit import fit as driven_fit
+    from vibrocap.identification.fitting.spring_fit import spring_fit
+    from vibrocap.identification.fitting.steady_fit import steady_fit
+    from vibrocap.identification.result.saving import as_data
 
     methods = {"driven": driven_fit, "steady": steady_fit, "spring": spring_fit}
     with progress(f"Fitting {law}") as report:
@@ -200,7 +200,7 @@ def _fitted(
 def _compared(
     records: "list[Record]", laws: list[str], settings: dict[str, Any], out: Any, scales: Any, plot: Any, json: bool
 ) -> int:
-    from vibrocap.identification.comparison import compare
+    from vibrocap.identification.experiments.comparison import compare
 
     with progress(f"Fitting {len(laws)} laws") as report:
         own = {law: own_settings(law, settings) for law in laws}

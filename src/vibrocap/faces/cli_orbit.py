@@ -49,9 +49,9 @@ def orbit(
     """
     from vibrocap.faces.export import read_source
     from vibrocap.faces.record import json_text
-    from vibrocap.orbits.classification import classify
-    from vibrocap.orbits.orbit import OrbitStatus
-    from vibrocap.orbits.steady import orbit as steady_motion
+    from vibrocap.orbits.attractors.classification import classify
+    from vibrocap.orbits.closing.orbit import OrbitStatus
+    from vibrocap.orbits.closing.steady import orbit as steady_motion
 
     given = read_source(case)
     try:
@@ -90,7 +90,7 @@ def orbit(
 
 def orbit_record(found: Any) -> dict[str, Any]:
     """What is known of an orbit, by name."""
-    from vibrocap.orbits.orbit import OrbitStatus
+    from vibrocap.orbits.closing.orbit import OrbitStatus
 
     closed = found.status is OrbitStatus.CONVERGED
     twin = None

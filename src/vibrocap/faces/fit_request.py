@@ -59,7 +59,7 @@ def read(
 
 def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: list[str]) -> dict[str, float]:
     """Parameters that are held, checked against the laws."""
-    from vibrocap.identification.choice import law_class, nearest
+    from vibrocap.identification.problem.parametrisation import law_class, nearest
     from vibrocap.parameters import parameter_table
 
     known: dict[str, Any] | None = {}  # names, in the order of the laws
@@ -85,7 +85,7 @@ def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: list[str
 
 def own_settings(law: str, settings: dict[str, Any]) -> dict[str, Any]:
     """The parameters held and searched that a law has, where several laws are asked for with the same."""
-    from vibrocap.identification.choice import law_class
+    from vibrocap.identification.problem.parametrisation import law_class
     from vibrocap.parameters import parameter_table
 
     names = [info.name for info in parameter_table(law_class(law))]

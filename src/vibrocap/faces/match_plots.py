@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibrocap.faces.plots import BLUE, STYLE, VERMILION, blank_figure, footnote, save
-from vibrocap.identification.matched import Match
+from vibrocap.identification.experiments.match import Match
 
 TARGET = {"color": "#8C8C8C", "linewidth": 2.0}
 MATCHED = {"color": BLUE, "linewidth": 1.1}

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
 from vibrocap.measures.travel import mean_velocity
-from vibrocap.orbits.crossing import Crossings, crossing
+from vibrocap.orbits.crossings.crossing import Crossings, crossing
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start
 from vibrocap.simulate import simulate
 from vibrocap.system import System

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case import Case, case_text
-from vibrocap.orbits.basins import PHASE, Basins
-from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram
+from vibrocap.orbits.attractors.basins import PHASE, Basins
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.variables import coordinate_attributes
 from vibrocap.system import System
