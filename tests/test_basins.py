@@ -13,7 +13,7 @@ from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import Basins, basins
 from vibrocap.orbits.attractors.classification import MotionClass
-from vibrocap.orbits.maps import settling_runs as long_runs
+from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.drive_phase import at_next_mark, shifted_equations
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks
@@ -197,7 +197,7 @@ def test_failed_and_unsettled_starts_are_shown_as_such(monkeypatch):
     assert 0 < np.sum(short.label == NOT_SETTLED) < 72
     assert np.array_equal(short.direction == NOT_SETTLED, short.label == NOT_SETTLED)
     assert np.all(np.abs(short.direction[short.label >= 0]) == 1)
-    monkeypatch.setattr(long_runs, "MOST_EVENTS", 1)
+    monkeypatch.setattr(settling_runs, "MOST_EVENTS", 1)
     failed = basins(capsule(), PLANE, 6)
     assert np.all(failed.label == FAILED)
     assert np.all(failed.direction == FAILED)
@@ -251,7 +251,7 @@ def test_drift_and_direction_of_every_kind_of_start():
     found = tuple(Attractor(each, 1, 0.2, None) for each in (chaotic, sure))
     label = np.array([0, 1, NOT_SETTLED, FAILED, NOT_TOLD, NOT_TOLD])
     measured = np.array([math.nan, math.nan, 0.3, 0.3, 0.3, 1e-9])
-    runs = long_runs.LongRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured)
+    runs = settling_runs.SettlingRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured)
     drift = basins_module._drifts(found, label, runs)
     assert drift == pytest.approx([0.01, -0.1, math.nan, math.nan, 0.3, 1e-9], nan_ok=True)
     directions = basins_module._directions(found, label, drift)

@@ -9,10 +9,9 @@ import pytest
 import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic
 from vibrocap.orbits.continuation import segment, special_points
-from vibrocap.orbits.continuation.branch_end import BranchEnd
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.branch_switching import angled_births, born_point
-from vibrocap.orbits.continuation.following import followed, started
+from vibrocap.orbits.continuation.following import BranchEnd, followed, started
 from vibrocap.orbits.continuation.special_points import SpecialKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.itinerary import WordChange, closed_word, same_cycle, word_change
@@ -166,7 +165,7 @@ def test_planted_faults_are_noticed(fault, monkeypatch):
         monkeypatch.setattr(special_points, "TESTS", tests)
     elif fault == "bracket":
         monkeypatch.setattr(segment, "NARROW", 0.2)
-        monkeypatch.setattr(segment, "TORN", 10.0)  # nor is it noticed that the ends are far apart,
+        monkeypatch.setattr(segment, "DISCONTINUOUS", 10.0)  # nor is it noticed that the ends are far apart,
         monkeypatch.setattr(segment.Bracket, "jumps", False)  # and that the function does not vanish there
     else:
         monkeypatch.setattr(
@@ -237,13 +236,13 @@ def capsule(**parts):
         (
             capsule(machine=vc.PendulumCapsule(normal_load="weight")),
             {"over": "machine.normal_load"},
-            "path of a number",
+            "should be a parameter that is a number",
         ),
-        (capsule(), {"between": (3.0, 1.0)}, "smaller one first"),
-        (capsule(), {"between": (1.0, 1.0)}, "smaller one first"),
-        (capsule(), {"between": (1.0, math.inf)}, "smaller one first"),
+        (capsule(), {"between": (3.0, 1.0)}, "finite with low < high"),
+        (capsule(), {"between": (1.0, 1.0)}, "finite with low < high"),
+        (capsule(), {"between": (1.0, math.inf)}, "finite with low < high"),
         (capsule(), {"between": 3.0}, "two numbers"),
-        (capsule(), {"over": "machine.mass_ratio", "between": (-1.0, 3.0)}, "machine.mass_ratio cannot be -1.0"),
+        (capsule(), {"over": "machine.mass_ratio", "between": (-1.0, 3.0)}, "machine.mass_ratio cannot be -1"),
         (capsule(), {"towards": "left"}, "towards should be one of"),
         (capsule(), {"points": 1}, "points should be a whole number"),
         (capsule(), {"step": 2.0}, "step should be a share"),

@@ -7,10 +7,10 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.faces import branch_plots
-from vibrocap.orbits.continuation.branch import Branch, SpecialPoint
+from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.continuation.branch_end import BranchEnd
-from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.orbits.maps.itinerary import WordChange
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

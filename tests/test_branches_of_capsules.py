@@ -11,7 +11,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.faces import cli
-from vibrocap.orbits.continuation.branch_end import BranchEnd
+from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind
 from vibrocap.orbits.maps.itinerary import WordChange, same_cycle
 

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import vibrocap as vc
 from vibrocap.faces import cli
 from vibrocap.orbits.continuation import cycle_following
-from vibrocap.orbits.continuation.branch_end import BranchEnd
+from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.maps import cycle_map
 
 pytestmark = pytest.mark.slow

@@ -11,7 +11,7 @@ from vibrocap.orbits.attractors import classification, lyapunov, zero_one
 from vibrocap.orbits.attractors.classification import MotionClass, classify
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
-from vibrocap.orbits.maps import settling_runs as long_runs
+from vibrocap.orbits.maps import stroboscopic_map
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks
 
@@ -31,7 +31,7 @@ def oscillator(damping, stiffness=1.0):
 
 @pytest.fixture
 def plain(monkeypatch):
-    monkeypatch.setattr(long_runs, "StroboscopicMap", functools.partial(StroboscopicMap, plain=True))
+    monkeypatch.setattr(stroboscopic_map, "StroboscopicMap", functools.partial(StroboscopicMap, plain=True))
 
 
 def logistic(r, count, start=0.3):

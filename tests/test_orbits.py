@@ -11,7 +11,7 @@ from vibrocap.numerics import ensemble as numerics
 from vibrocap.numerics import link
 from vibrocap.numerics.graph import derivative, evaluate
 from vibrocap.orbits.closing import shooting
-from vibrocap.orbits.closing.shooting import shoot
+from vibrocap.orbits.closing.orbit import shoot
 from vibrocap.orbits.maps import stroboscopic_map
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks

@@ -65,15 +65,12 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, b
 from vibrocap.orbits.attractors.classification import MotionClass, classify
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
-from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus
-from vibrocap.orbits.closing.shooting import shoot
-from vibrocap.orbits.closing.steady import orbit
-from vibrocap.orbits.continuation.branch import Branch, SpecialPoint
+from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
+from vibrocap.orbits.continuation.branch import Branch, branch
 from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
-from vibrocap.orbits.continuation.branch_end import BranchEnd
-from vibrocap.orbits.continuation.branch_following import branch
-from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
 from vibrocap.orbits.maps.itinerary import WordChange
 from vibrocap.records.checks import RecordError, RecordWarning

@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 
 from vibrocap.faces.plots import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION, figure, save
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
-from vibrocap.orbits.continuation.branch import Branch, SpecialPoint
+from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.parameters import parameter_table
 
 QUANTITIES = {

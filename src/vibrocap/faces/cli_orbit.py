@@ -51,7 +51,7 @@ def orbit(
     from vibrocap.faces.record import json_text
     from vibrocap.orbits.attractors.classification import classify
     from vibrocap.orbits.closing.orbit import OrbitStatus
-    from vibrocap.orbits.closing.steady import orbit as steady_motion
+    from vibrocap.orbits.closing.orbit import orbit as steady_motion
 
     given = read_source(case)
     try:

@@ -1,23 +1,30 @@
-"""All attractors of a system: what many starts lead to, told apart, and how many of them each attracts."""
+"""All attractors of a system: what many starts lead to, each once, and how many of them each attracts."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from vibrocap.orbits.attractors.classification import CLOUD, MotionClass, class_of_marks, class_of_orbit, mirrored_cloud
-from vibrocap.orbits.attractors.starts import Ranges, checked_ranges, spread_starts, visited_ranges
-from vibrocap.orbits.closing.attractor_matching import (
-    Told,
-    mirrored_points,
-    nearest,
-    orbits_reached,
-    over_sizes,
+from vibrocap.orbits.arguments import checked_whole
+from vibrocap.orbits.attractors.classification import (
+    CLOUD,
+    MotionClass,
+    class_of_iterates,
+    class_of_orbit,
+    mirrored_cloud,
     same_set,
     within_set,
 )
-from vibrocap.orbits.maps.settling_runs import LongRuns, checked_whole, long_runs, map_of, marks
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.attractors.starts import Ranges, checked_ranges, spread_starts, visited_ranges
+from vibrocap.orbits.closing.attractor_matching import (
+    OrbitPoints,
+    mirrored_points,
+    nearest,
+    orbit_points,
+    orbits_reached,
+)
+from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
@@ -98,26 +105,26 @@ def attractors(
     given = None if ranges is None else checked_ranges("ranges", system, ranges)
     checked_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = map_of(system, tolerance, threads)
+    map_ = driven_map(system, tolerance, threads)
     ranges = visited_ranges(map_, start) if given is None else given
     states = spread_starts(map_, start, ranges, count)
-    runs = long_runs(map_, states, np.tile(map_.parameters(), (count, 1)), settle_periods, progress=progress)
+    runs = settling_runs(map_, states, np.tile(map_.parameters(), (count, 1)), settle_periods, progress=progress)
     found, label, _ = attractors_of(map_, runs, settle_periods)
     return Attractors(system, found, states, label, ranges, settle_periods)
 
 
 def attractors_of(
-    map_: StroboscopicMap, runs: LongRuns, periods: int
-) -> tuple[tuple[Attractor, ...], np.ndarray, LongRuns]:
+    map_: StroboscopicMap, runs: SettlingRuns, periods: int
+) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
     """(attractors, label [runs], the runs) of runs of one system that have ended; a few may have to go on."""
-    told, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
+    orbits, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
     settled = runs.response_period > 0
     waiting = np.flatnonzero(runs.finished & ~settled)
     continuum = bool(np.any(settled & (which < 0)))
     if continuum:  # orbits that a run or two lead to are samples of it
-        told, which = _those_with_most(told, which)
+        orbits, which = _those_with_most(orbits, which)
     label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
-    motions, places = [class_of_orbit(each.orbit) for each in told], list(range(len(told)))
+    motions, places = [class_of_orbit(each.orbit) for each in orbits], list(range(len(orbits)))
     groups, members = _wandering(map_, runs.state[waiting])
     label[waiting] = NOT_SETTLED
     for motion, among in zip(groups, members, strict=True):
@@ -127,12 +134,12 @@ def attractors_of(
         if continuum and motion.orbit is not None:
             label[waiting[among]] = NOT_TOLD
             continue
-        orbit = None if motion.orbit is None else _told_of(map_, motion)
-        known = None if orbit is None else nearest(orbit.points, told)
+        orbit = None if motion.orbit is None else orbit_points(map_, motion.orbit)
+        known = None if orbit is None else nearest(orbit.points, orbits)
         label[waiting[among]] = len(motions) if known is None else places[known]
         if known is None:
             if orbit is not None:
-                told.append(orbit)
+                orbits.append(orbit)
                 places.append(len(motions))
             motions.append(motion)
     twins = _twins(map_, motions)
@@ -148,21 +155,12 @@ def attractors_of(
     return found, np.where(label >= 0, moved[np.maximum(label, -1)], label), runs
 
 
-def _those_with_most(told: list[Told], which: np.ndarray) -> tuple[list[Told], np.ndarray]:
+def _those_with_most(orbits: list[OrbitPoints], which: np.ndarray) -> tuple[list[OrbitPoints], np.ndarray]:
     """(orbits to which at least `SEVERAL` runs lead, index of that of each run); -1: none of these."""
-    kept = [k for k in range(len(told)) if np.sum(which == k) >= SEVERAL]
-    place = np.full(len(told) + 1, -1)
+    kept = [k for k in range(len(orbits)) if np.sum(which == k) >= SEVERAL]
+    place = np.full(len(orbits) + 1, -1)
     place[kept] = np.arange(len(kept))
-    return [told[k] for k in kept], place[which]
-
-
-def _told_of(map_: StroboscopicMap, motion: MotionClass) -> Told:
-    """The orbit of a class with its points."""
-    assert motion.orbit is not None
-    state = np.array([list(motion.orbit.state.values())])
-    n = motion.orbit.response_period
-    path = marks(map_, state, map_.parameters()[None], n)[:n, 0]
-    return Told(motion.orbit, over_sizes(map_, path))
+    return [orbits[k] for k in kept], place[which]
 
 
 def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionClass], list[np.ndarray]]:
@@ -172,12 +170,12 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
         return [], []
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_CLOUDS)).round().astype(int))
     rows = np.tile(map_.parameters(), (count, 1))
-    gathered = marks(map_, states[chosen], rows[: len(chosen)], CLOUD)
+    gathered = iterates(map_, states[chosen], rows[: len(chosen)], CLOUD)
     clouds: list[np.ndarray] = []
     heads: list[int] = []
     which = np.full(count, -1)
     for k, run in enumerate(chosen):
-        cloud = over_sizes(map_, gathered[:, k])
+        cloud = map_.section(gathered[:, k])
         if not np.all(np.isfinite(cloud)):
             continue
         known = [g for g, other in enumerate(clouds) if same_set(cloud, other)]
@@ -186,14 +184,14 @@ def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionCl
             clouds.append(cloud)
             heads.append(k)
     others = np.setdiff1d(np.arange(count), chosen)
-    short = over_sizes(map_, marks(map_, states[others], rows[: len(others)], FEW))
+    short = map_.section(iterates(map_, states[others], rows[: len(others)], FEW))
     for k, run in enumerate(others):
         if np.all(np.isfinite(short[:, k])):
             which[run] = next((g for g, cloud in enumerate(clouds) if within_set(short[:, k], cloud)), -1)
     found, members = [], []
     for g, head in enumerate(heads):
-        later = marks(map_, gathered[-1, head : head + 1], rows[:1], EXPONENT_PERIODS)
-        found.append(class_of_marks(map_, later[:, 0]))
+        later = iterates(map_, gathered[-1, head : head + 1], rows[:1], EXPONENT_PERIODS)
+        found.append(class_of_iterates(map_, later[:, 0]))
         members.append(np.flatnonzero(which == g))
     return found, members
 
@@ -202,7 +200,7 @@ def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None
     """Index of the mirror twin of each motion, its own where it is symmetric; None where there is none among them."""
     if not map_.system.mirrored:
         return [None] * len(motions)
-    points = {k: _told_of(map_, motion) for k, motion in enumerate(motions) if motion.orbit is not None}
+    points = {k: orbit_points(map_, each.orbit) for k, each in enumerate(motions) if each.orbit is not None}
     clouds = {k: _cloud(map_, motion) for k, motion in enumerate(motions) if motion.orbit is None}
     found: list[int | None] = []
     for k, motion in enumerate(motions):
@@ -214,11 +212,11 @@ def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None
             found.append(None if place is None else list(points)[place])
         else:
             image = mirrored_cloud(map_, clouds[k])
-            found.append(next((j for j in clouds if j != k and same_set(image, over_sizes(map_, clouds[j]))), None))
+            found.append(next((j for j in clouds if j != k and same_set(image, map_.section(clouds[j]))), None))
     return found
 
 
 def _cloud(map_: StroboscopicMap, motion: MotionClass) -> np.ndarray:
     """States at many marks of an aperiodic motion [marks, states]."""
     state = np.array([list(motion.state.values())])
-    return marks(map_, state, map_.parameters()[None], CLOUD)[:, 0]
+    return iterates(map_, state, map_.parameters()[None], CLOUD)[:, 0]

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics import lanes as memory
+from vibrocap.orbits.arguments import checked_pair, checked_whole
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
-from vibrocap.orbits.attractors.starts import check_state, checked_pair, visited_ranges
+from vibrocap.orbits.attractors.starts import check_state, visited_ranges
 from vibrocap.orbits.maps.drive_phase import at_next_mark
-from vibrocap.orbits.maps.settling_runs import LongRuns, checked_whole, long_runs, map_of
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
@@ -82,7 +83,7 @@ def basins(
         raise ValueError(f"phase should be a finite share of the drive's period, got {phase!r}")
     checked_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = map_of(system, tolerance, threads)
+    map_ = driven_map(system, tolerance, threads)
     visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}
     ranges = [
         pair or (0.0, 1.0) if name == PHASE else pair or visited[name] for name, pair in zip(axes, given, strict=True)
@@ -121,21 +122,21 @@ def started_anywhere(
     phases: np.ndarray,
     periods: int,
     progress: Callable[[float], None] | None = None,
-) -> LongRuns:
+) -> SettlingRuns:
     """Runs from states at phases of the drive [runs], until they settle."""
     rows = np.tile(map_.parameters(), (len(states), 1))
     marked, ended = at_next_mark(map_, states, rows, phases)
     going = ended == memory.DONE
-    parts = long_runs(map_, marked[going], rows[going], periods, progress=progress)
+    parts = settling_runs(map_, marked[going], rows[going], periods, progress=progress)
     state, ended = marked.copy(), ended.copy()
     response, drift = np.zeros(len(states), dtype=int), np.full(len(states), np.nan)
     state[going], ended[going], response[going], drift[going] = (
         parts.state, parts.ended, parts.response_period, parts.drift
     )  # fmt: skip
-    return LongRuns(state, ended, response, drift)
+    return SettlingRuns(state, ended, response, drift)
 
 
-def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: LongRuns) -> np.ndarray:
+def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns) -> np.ndarray:
     """Drift per drive period: that of the attractor, or of the run where it settled to one of too many."""
     known = np.array([math.nan if each.motion.drift is None else each.motion.drift for each in found] + [math.nan])
     return np.where(label >= 0, known[np.maximum(label, -1)], np.where(label == NOT_TOLD, runs.drift, math.nan))

@@ -3,20 +3,19 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
+from vibrocap.orbits.arguments import checked_range, checked_whole, system_at
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
-from vibrocap.orbits.closing.attractor_matching import NEAR, over_sizes
-from vibrocap.orbits.closing.steady import ROUGH
-from vibrocap.orbits.maps.settling_runs import check_driven, checked_whole, long_runs, marks
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.closing.attractor_matching import NEAR
+from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.simulate import initial_state
 from vibrocap.system import System
 
 DIRECTIONS = ("up", "down")
-NUDGE = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
+PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
 FAILED, NOT_SETTLED = -1, 0
 
 
@@ -70,16 +69,19 @@ def bifurcation_diagram(
     progress: called at each point with the share done
 
     A loss of stability with a multiplier close to one is seen late, since runs leave slowly what they were on.
-    Raises ValueError or KeyError naming the argument.
+    Raises ValueError naming the argument.
     """
     start = np.array(list(initial_state(system, initial).values()))
-    values = _checked_values(system, over, between, points)
+    low, high = checked_range(system, over, between)
+    checked_whole("points", points, 2, 1_000_000)
+    driven_map(system, ROUGH)
+    values = np.linspace(low, high, points)
     checked_whole("starts", starts, 1, 100_000)
     checked_whole("settle_periods", settle_periods, 10, 10**7)
     checked_whole("kept", kept, 16, 10**6)
     if not directions or any(each not in DIRECTIONS for each in directions) or len({*directions}) < len(directions):
         raise ValueError(f"directions should be {' or '.join(map(repr, DIRECTIONS))} or both, got {directions!r}")
-    systems = [_system_at(system, over, value) for value in values]
+    systems = [system_at(system, over, value) for value in values]
     shape = (len(directions), starts, len(values))
     states = np.full((*shape, kept, len(system.state_names)), math.nan)
     response = np.full(shape, FAILED)
@@ -112,7 +114,7 @@ def _at_point(
     imaged: [runs] which ones are recorded by their mirror images
     """
     rows = np.tile(map_.parameters(), (len(states), 1))
-    runs = long_runs(map_, states, rows, periods)
+    runs = settling_runs(map_, states, rows, periods)
     cyclic = map_.cyclic
     response = np.where(runs.finished, runs.response_period, FAILED)
     begun = runs.state.copy()
@@ -126,7 +128,7 @@ def _at_point(
         if not len(chosen):
             continue
         count = kept if wandering else int(response[chosen].max())
-        path = marks(map_, begun[chosen], rows[chosen], count)  # [count + 1, runs, states]
+        path = iterates(map_, begun[chosen], rows[chosen], count)  # [count + 1, runs, states]
         last = path.copy()
         for k in np.flatnonzero(imaged[chosen]):
             path[:, k] = _mirrored(map_, path[:, k])
@@ -160,13 +162,13 @@ def _nudged(map_: StroboscopicMap, states: np.ndarray, step: int) -> np.ndarray:
     parameters = map_.parameters()
     push = np.random.default_rng(step).uniform(-1.0, 1.0, states.shape)
     push[1::2] = push[: len(push) // 2 * 2 : 2]  # a run and one that is recorded by its mirror image go the same way
-    moved = states + push * map_.scales(parameters) * NUDGE * map_.free(states)
+    moved = states + push * map_.scales(parameters) * PUSH * map_.free(states)
     return moved if step else states
 
 
 def _shortest(map_: StroboscopicMap, path: np.ndarray, periods: int) -> int:
     """The response period of a settled run from its marks: one that alternates as it settles looks twice as long."""
-    sized = over_sizes(map_, path)
+    sized = map_.section(path)
     for n in range(1, periods):
         if periods % n == 0 and np.max(np.abs(sized[n : periods + 1] - sized[: periods + 1 - n])) <= NEAR:
             return n
@@ -188,27 +190,3 @@ def _first_states(
 def _place(direction: str, step: int, points: int) -> int:
     """Which value comes at a step of a direction."""
     return step if direction == "up" else points - 1 - step
-
-
-def _checked_values(system: System, over: str, between: Any, points: Any) -> np.ndarray:
-    """The values of the parameter; ValueError or KeyError for what is none."""
-    given = system.parameter(over)
-    if isinstance(given, bool) or not isinstance(given, (int, float)):
-        raise ValueError(f"over should be a parameter that is a number, but {over} is {given!r}")
-    try:
-        low, high = (float(x) for x in between)
-    except (TypeError, ValueError):
-        raise ValueError(f"between should be (low, high), got {between!r}") from None
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"between should be finite with low < high, got {between!r}")
-    checked_whole("points", points, 2, 1_000_000)
-    check_driven(StroboscopicMap(system))
-    return np.linspace(low, high, points)
-
-
-def _system_at(system: System, over: str, value: float) -> System:
-    """The system at one value; ValueError naming the parameter for one that it cannot have."""
-    try:
-        return system.with_parameters({over: float(value)})
-    except ValueError as error:
-        raise ValueError(f"between: {over} cannot be {value:g}: {error}") from None

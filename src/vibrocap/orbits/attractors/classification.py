@@ -6,14 +6,21 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vibrocap.orbits.arguments import checked_whole
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
-from vibrocap.orbits.closing.attractor_matching import orbits_reached, over_sizes, same_set
-from vibrocap.orbits.closing.orbit import CLOSE_TO_CIRCLE, Orbit, OrbitStatus
-from vibrocap.orbits.closing.shooting import named_states, shoot
-from vibrocap.orbits.closing.steady import shortest
-from vibrocap.orbits.maps.settling_runs import checked_whole, long_runs, map_of, marks
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
+from vibrocap.orbits.closing.orbit import Orbit
+from vibrocap.orbits.closing.periodic_solution import (
+    CLOSE_TO_CIRCLE,
+    OrbitStatus,
+    PeriodicSolution,
+    named_states,
+    state_vector,
+)
+from vibrocap.orbits.closing.shooting import closed, shortest
+from vibrocap.orbits.maps.settling_runs import iterates, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
@@ -23,6 +30,7 @@ FAINT = 1e-3  # growth per drive period that counts as none, where the 0-1 test 
 LONGEST_PERIOD = 128  # of the periodic motions that are looked for where a run did not settle
 RECURRENT = 1e-3  # distance over natural sizes from which such an orbit is shot
 BATCHES = 16
+ALIKE = 3.0  # spacings of the states of one motion within which those of another lie, if both fill the same set
 CLOUD = 512  # marks that are compared with their mirror images
 
 
@@ -80,19 +88,19 @@ def classify(
     checked_whole("settle_periods", settle_periods, 10, 10**7)
     checked_whole("periods", periods, 200, 10**6)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = map_of(system, tolerance, threads)
+    map_ = driven_map(system, tolerance, threads)
     parameters = map_.parameters()
-    run = long_runs(map_, start[None], parameters[None], settle_periods)
-    told, _, run = orbits_reached(map_, run, settle_periods, 1)
+    run = settling_runs(map_, start[None], parameters[None], settle_periods)
+    orbits, _, run = orbits_reached(map_, run, settle_periods, 1)
     if not run.finished[0]:
         reason = f"the run ended with the number {run.ended[0]} of numerics/lanes.py; simulate it to see its status"
         return MotionClass("failed", reason, None, math.nan, None, named_states(map_.system, run.state[0]))
     if run.response_period[0] > 0:
-        return class_of_orbit(told[0].orbit)
-    return class_of_marks(map_, marks(map_, run.state, parameters[None], periods)[:, 0])
+        return class_of_orbit(orbits[0].orbit)
+    return class_of_iterates(map_, iterates(map_, run.state, parameters[None], periods)[:, 0])
 
 
-def class_of_orbit(orbit: Orbit) -> MotionClass:
+def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     """Class of a motion that settled to an orbit."""
     n, largest = orbit.response_period, orbit.multipliers[0]
     size = float(np.abs(largest))
@@ -102,7 +110,7 @@ def class_of_orbit(orbit: Orbit) -> MotionClass:
         "drift_error": 0.0,
         "symmetric": orbit.symmetric,
         "state": orbit.state,
-        "orbit": orbit,
+        "orbit": Orbit.of(orbit),
     }
     if orbit.status is not OrbitStatus.CONVERGED:
         reason = f"it settled, but no orbit closes there (residual {orbit.residual:.2g})"
@@ -114,7 +122,7 @@ def class_of_orbit(orbit: Orbit) -> MotionClass:
     return MotionClass(f"period-{n}", reason, **known)
 
 
-def class_of_marks(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
+def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
     """Class of a motion that did not settle, from its states at many marks [marks, states]."""
     whole = np.all(np.isfinite(states), axis=1)
     parameters, period = map_.parameters(), map_.period(map_.parameters())
@@ -123,7 +131,7 @@ def class_of_marks(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
     if not finished:
         return MotionClass("failed", f"the run failed after {len(states)} periods", None, math.nan, None, last)
     growth = exponents(map_, states[:-1], parameters, True)
-    cloud = over_sizes(map_, states)
+    cloud = map_.section(states)
     widest = int(np.argmax(np.ptp(cloud, axis=0)))
     chaos = zero_one_test(cloud[:, widest])
     half = len(cloud) // 2
@@ -137,10 +145,24 @@ def class_of_marks(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
     return MotionClass(kind, reason, drift, error, symmetric, last, None, growth, chaos)
 
 
+def same_set(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two clouds of states [periods, states] fill the same set, as far as so many states can tell."""
+    return within_set(one, other) and within_set(other, one)
+
+
+def within_set(few: np.ndarray, cloud: np.ndarray) -> bool:
+    """Whether some states lie in the set that a cloud fills."""
+    from scipy.spatial import KDTree
+
+    tree = KDTree(cloud)
+    spacing = float(np.median(tree.query(cloud, k=2)[0][:, 1]))
+    return float(np.median(tree.query(few)[0])) <= max(ALIKE * spacing, NEAR)
+
+
 def mirrored_cloud(map_: StroboscopicMap, states: np.ndarray) -> np.ndarray:
     """Marks of the mirror image of a motion, over natural sizes."""
     parameters = np.tile(map_.parameters(), (len(states), 1))
-    return over_sizes(map_, map_.mirrored_half(states, parameters, tangents=False).state)
+    return map_.section(map_.mirrored_half(states, parameters, tangents=False).state)
 
 
 def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays: bool) -> tuple[str, str]:
@@ -164,17 +186,17 @@ def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays
     return "not settled", f"these do not agree, or not yet: {numbers}"
 
 
-def _long_orbit(map_: StroboscopicMap, states: np.ndarray, cloud: np.ndarray) -> Orbit | None:
+def _long_orbit(map_: StroboscopicMap, states: np.ndarray, cloud: np.ndarray) -> PeriodicSolution | None:
     """A stable orbit of up to 128 periods near the end of a motion; None where there is none."""
     back = np.max(np.abs(cloud[-1] - cloud[-1 - LONGEST_PERIOD : -1][::-1]), axis=1)
     if not len(back) or np.min(back) > RECURRENT:
         return None
     n = int(np.flatnonzero(back <= max(2.0 * np.min(back), 1e-9))[0]) + 1
-    found = shoot(map_.system, named_states(map_.system, states[-1]), n, tolerance=map_.tolerance, map_=map_)
+    found = closed(map_, states[-1], n)
     if found.status is not OrbitStatus.CONVERGED or not found.stable:
         return None
-    near = np.max(np.abs(over_sizes(map_, np.array(list(found.state.values()))) - cloud[-1])) <= 10.0 * RECURRENT
-    return shortest(found) if near else None
+    near = np.max(np.abs(map_.section(state_vector(map_.system, found.state)) - cloud[-1])) <= 10.0 * RECURRENT
+    return shortest(map_, found) if near else None
 
 
 def _mean_drift(map_: StroboscopicMap, states: np.ndarray) -> tuple[float | None, float]:

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.lanes import DONE, RESULT_HEAD
-from vibrocap.orbits.closing.shooting import FORGOTTEN
-from vibrocap.orbits.maps.settling_runs import checked_whole, map_of, marks, moving_states
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
+from vibrocap.numerics.ensemble import Budget
+from vibrocap.orbits.arguments import checked_whole
+from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
+from vibrocap.orbits.maps.settling_runs import iterates
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, driven_map
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
@@ -68,12 +68,12 @@ def lyapunov_exponent(
     checked_whole("periods", periods, 20, 10**7)
     checked_whole("transient", transient, 0, 10**9)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
-    map_ = map_of(system, tolerance, threads)
+    map_ = driven_map(system, tolerance, threads)
     parameters = map_.parameters()
     state = advanced(map_, start, parameters, transient)
     if state is None:
         return exponents(map_, np.empty((0, map_.states)), parameters, False)
-    found = marks(map_, state[None], parameters[None], periods)[:, 0]
+    found = iterates(map_, state[None], parameters[None], periods)[:, 0]
     whole = np.all(np.isfinite(found), axis=1)
     return exponents(map_, found[whole][: periods if whole.all() else -1], parameters, bool(whole.all()))
 
@@ -83,14 +83,13 @@ def advanced(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, p
     if periods == 0:
         return state
     budget = Budget(periods, 1, 0.0, map_.tolerance, MOST_EVENTS, MOST_STEPS * periods)
-    layout, results = ensemble_run(map_.equations, parameters[None], state[None], budget, plain=map_.plain)
-    first = len(RESULT_HEAD) + layout.states
-    return results[0, first : first + layout.states].copy() if results[0, 0] == DONE else None
+    ends = map_.run(budget, state[None], parameters[None])
+    return ends.state[0] if ends.finished[0] else None
 
 
 def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, finished: bool) -> LyapunovExponents:
     """Exponents along successive states at the marks [periods, states]; all these periods are computed side by side."""
-    moving = moving_states(map_)
+    moving = map_.smooth_states
     if len(states) < BATCHES:
         nothing = np.full(len(moving), math.nan)
         return LyapunovExponents(math.nan, math.inf, nothing, np.full(len(moving), math.inf), len(states), False)

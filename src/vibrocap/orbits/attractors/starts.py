@@ -1,20 +1,19 @@
 """Starts of many runs: spread evenly over ranges of the states, given ones or those that motions visit."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.orbits.closing.steady import ROUGH
-from vibrocap.orbits.maps.settling_runs import kept_states
+from vibrocap.numerics.ensemble import Budget
+from vibrocap.orbits.arguments import checked_pair
+from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 from vibrocap.system import System
 
 PROBES, PROBE_PERIODS = 16, 20  # runs that look for what motions visit
-REACH = 2.0  # natural sizes from zero at which probes start
+PROBED = 2.0  # natural sizes from zero at which probes start
 
 Ranges = Mapping[str, tuple[float, float]]
 
@@ -42,17 +41,6 @@ def check_state(name: str, system: System, state: Any) -> None:
     elif state in system.friction.switched:
         why = f"{state!r} is a mode of the law, no quantity"
     raise ValueError(f"{name}: {why}; there are {', '.join(useful)}")
-
-
-def checked_pair(name: str, pair: Any) -> tuple[float, float]:
-    """(low, high), finite and in order; ValueError for anything else."""
-    try:
-        low, high = (float(x) for x in pair)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} should be (low, high), got {pair!r}") from None
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"{name} should be finite with low < high, got {pair!r}")
-    return low, high
 
 
 def spread_starts(map_: StroboscopicMap, start: np.ndarray, ranges: Ranges, count: int) -> np.ndarray:
@@ -85,17 +73,17 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
     system, parameters = map_.system, map_.parameters()
     mechanical = len(system.machine.states)
     sizes = map_.scales(parameters)
-    free = [i for i in kept_states(map_) if i < mechanical]
+    free = [i for i in map_.section_states if i < mechanical]
     probes = np.tile(start, (PROBES, 1))
-    probes[:, free] = REACH * sizes[free] * (2.0 * evenly_spread(PROBES, len(free)) - 1.0)
+    probes[:, free] = PROBED * sizes[free] * (2.0 * evenly_spread(PROBES, len(free)) - 1.0)
     rows = np.tile(parameters, (PROBES, 1))
     budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, memory.ASK_EXTREMES)
-    layout, results = ensemble_run(map_.equations, rows, probes, budget, threads=map_.threads, plain=map_.plain)
-    fine = results[results[:, 0] == memory.DONE]
+    ends = map_.run(budget, probes, rows)
+    layout, fine = ends.layout, ends.results[ends.finished]
     found = {}
-    for i in kept_states(map_):
+    for i in map_.section_states:
         name = system.state_names[i]
-        low, high = (-REACH * sizes[i], REACH * sizes[i]) if i < mechanical else (np.inf, -np.inf)
+        low, high = (-PROBED * sizes[i], PROBED * sizes[i]) if i < mechanical else (np.inf, -np.inf)
         if len(fine):
             low = min(low, float(fine[:, layout.gathered_slice("LEAST")][:, i].min()))
             high = max(high, float(fine[:, layout.gathered_slice("LARGEST")][:, i].max()))

@@ -1,57 +1,49 @@
-"""Which of many runs ended in the same motion: settled ones by their orbits, others by where their marks lie."""
+"""Attractor matching: which settled runs ended on the same orbit, begun at whichever drive period."""
 
 import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.orbits.closing.orbit import CLOSE_TO_CIRCLE, Orbit, OrbitStatus
-from vibrocap.orbits.closing.shooting import closing, mapped, shoot
-from vibrocap.orbits.closing.steady import SETTLED, shortest
-from vibrocap.orbits.maps.settling_runs import LongRuns, continued, kept_states
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, state_vector
+from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
+from vibrocap.orbits.maps.settling_runs import SETTLED, SettlingRuns, continued
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 NEAR = 10.0 * SETTLED  # of an orbit, over natural sizes: a run that ends there has settled to it
-SAME = 1e-8  # distance within which two orbits, each closed to rounding, are one
+SAME_ORBIT = 1e-8  # distance within which two orbits, each closed to rounding, are one
 LONGER = (100, 1000)  # periods that a run goes on which came to rest near an unstable orbit, before it may settle again
-ALIKE = 3.0  # spacings of the marks of one motion within which those of another lie, if both fill the same set
 
 
 @dataclasses.dataclass(frozen=True)
-class Told:
-    """An orbit and its points at the marks, [response period, kept states], over natural sizes."""
+class OrbitPoints:
+    """An orbit and its points at the starts of drive periods, [response period, kept states], over natural sizes."""
 
-    orbit: Orbit
+    orbit: PeriodicSolution
     points: np.ndarray
 
     @property
-    def trusted(self) -> bool:
+    def closed_exactly(self) -> bool:
         """Whether the orbit closed."""
         return self.orbit.status is OrbitStatus.CONVERGED
 
     @property
     def attracts(self) -> bool:
         """Whether no multiplier is outside the unit circle, as far as is known."""
-        return not self.trusted or bool(np.max(np.abs(self.orbit.multipliers), initial=0.0) <= 1.0 + CLOSE_TO_CIRCLE)
-
-
-def over_sizes(map_: StroboscopicMap, states: np.ndarray) -> np.ndarray:
-    """States [..., states] over their natural sizes, without the cyclic coordinate."""
-    kept = kept_states(map_)
-    return states[..., kept] / map_.scales(map_.parameters())[kept]
+        return not (self.closed_exactly and self.orbit.unstable)
 
 
 def orbits_reached(
-    map_: StroboscopicMap, runs: LongRuns, periods: int, most: int
-) -> tuple[list[Told], np.ndarray, LongRuns]:
-    """(orbits to which runs lead, index of that of each run [runs], the runs); -1: none that is told apart.
+    map_: StroboscopicMap, runs: SettlingRuns, periods: int, most: int
+) -> tuple[list[OrbitPoints], np.ndarray, SettlingRuns]:
+    """(orbits to which runs lead, index of that of each run [runs], the runs); -1: none that is known.
 
     A run that passes close to an unstable orbit looks settled for a while, since what it still moves is less than
     settling asks. Shooting tells, and such a run goes on until it has left; one that does not leave has not settled.
     """
     which = np.full(len(runs.state), -1)
     settled = np.flatnonzero(runs.response_period > 0)
-    found, which[settled] = orbits_told_apart(map_, runs.state[settled], runs.response_period[settled], most)
+    found, which[settled] = distinct_orbits(map_, runs.state[settled], runs.response_period[settled], most)
     for longer in LONGER:
         caught = np.flatnonzero(np.isin(which, [k for k, each in enumerate(found) if not each.attracts]))
         if not len(caught):
@@ -59,7 +51,7 @@ def orbits_reached(
         runs = continued(map_, runs, caught, longer, periods)
         again = caught[runs.response_period[caught] > 0]
         which[caught] = -1
-        found, which[again] = orbits_told_apart(
+        found, which[again] = distinct_orbits(
             map_, runs.state[again], runs.response_period[again], most + len(found), found
         )
     unstable = np.flatnonzero(np.isin(which, [k for k, each in enumerate(found) if not each.attracts]))
@@ -71,13 +63,13 @@ def orbits_reached(
     return [found[k] for k in stable], place[which], runs
 
 
-def orbits_told_apart(
+def distinct_orbits(
     map_: StroboscopicMap,
     states: np.ndarray,
     response_period: np.ndarray,
     most: int,
-    known: Sequence[Told] = (),
-) -> tuple[list[Told], np.ndarray]:
+    known: Sequence[OrbitPoints] = (),
+) -> tuple[list[OrbitPoints], np.ndarray]:
     """(orbits to which settled runs lead, index of that of each run [runs]; -1: there are more than `most`).
 
     A motion of period n passes the mark in n states, and so does its image shifted by a drive period: all n are one
@@ -86,7 +78,7 @@ def orbits_told_apart(
 
     known: orbits that were found before, which come first
     """
-    ends = over_sizes(map_, states)
+    ends = map_.section(states)
     found = list(known)
     away = np.full(len(states), np.inf)
     which = np.full(len(states), -1)
@@ -101,7 +93,8 @@ def orbits_told_apart(
         run = left[0]
         each = _settled_orbit(map_, states[run], int(response_period[run]))
         if each is None or _distance(each.points, ends[run : run + 1])[0] > np.sqrt(SETTLED):
-            each = Told(_as_it_is(map_, states[run], int(response_period[run])), ends[run : run + 1])
+            as_it_is = unclosed(map_, states[run], int(response_period[run]), OrbitStatus.NOT_CONVERGED)
+            each = OrbitPoints(as_it_is, ends[run : run + 1])
         same = [k for k, other in enumerate(found) if _same_orbit(each, other)]
         if same:
             which[run], away[run] = same[0], 0.0
@@ -114,14 +107,19 @@ def orbits_told_apart(
     return found, which
 
 
-def mirrored_points(map_: StroboscopicMap, told: Told) -> np.ndarray | None:
+def orbit_points(map_: StroboscopicMap, orbit: PeriodicSolution) -> OrbitPoints:
+    """An orbit with its points."""
+    return OrbitPoints(orbit, _points(map_, state_vector(map_.system, orbit.state), orbit.response_period))
+
+
+def mirrored_points(map_: StroboscopicMap, found: OrbitPoints) -> np.ndarray | None:
     """Points of the mirror twin of an orbit; None without the half-period symmetry."""
-    if told.orbit.mirrored_state is None:
+    if found.orbit.mirrored_state is None:
         return None
-    return _points(map_, np.array(list(told.orbit.mirrored_state.values())), told.orbit.response_period)
+    return _points(map_, state_vector(map_.system, found.orbit.mirrored_state), found.orbit.response_period)
 
 
-def nearest(points: np.ndarray, orbits: list[Told]) -> int | None:
+def nearest(points: np.ndarray, orbits: list[OrbitPoints]) -> int | None:
     """The orbit that passes through points; None if there is none."""
     for k, other in enumerate(orbits):
         if len(other.points) == len(points) and _distance(other.points, points[:1])[0] <= NEAR:
@@ -129,39 +127,10 @@ def nearest(points: np.ndarray, orbits: list[Told]) -> int | None:
     return None
 
 
-def same_set(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two clouds of marks [marks, states] fill the same set, as far as so many marks can tell."""
-    return _within(one, other) and _within(other, one)
-
-
-def within_set(few: np.ndarray, cloud: np.ndarray) -> bool:
-    """Whether some marks lie in the set that a cloud fills."""
-    return _within(few, cloud)
-
-
-def _within(marks: np.ndarray, cloud: np.ndarray) -> bool:
-    from scipy.spatial import KDTree
-
-    tree = KDTree(cloud)
-    spacing = float(np.median(tree.query(cloud, k=2)[0][:, 1]))
-    return float(np.median(tree.query(marks)[0])) <= max(ALIKE * spacing, NEAR)
-
-
-def _settled_orbit(map_: StroboscopicMap, state: np.ndarray, periods: int) -> Told | None:
+def _settled_orbit(map_: StroboscopicMap, state: np.ndarray, periods: int) -> OrbitPoints | None:
     """The orbit near the end of a settled run, over its shortest period; None where it does not close."""
-    start = dict(zip(map_.system.state_names, map(float, state), strict=True))
-    found = shoot(map_.system, start, periods, tolerance=map_.tolerance, map_=map_)
-    if found.status is OrbitStatus.CONVERGED and periods > 1:
-        found = shortest(found)
-    if found.status is not OrbitStatus.CONVERGED:
-        return None
-    return Told(found, _points(map_, np.array(list(found.state.values())), found.response_period))
-
-
-def _as_it_is(map_: StroboscopicMap, state: np.ndarray, periods: int) -> Orbit:
-    """The record of a run that settled near no orbit that shooting finds."""
-
-    return closing(map_, state, periods, OrbitStatus.NOT_CONVERGED)
+    found = shortest(map_, closed(map_, state, periods))
+    return orbit_points(map_, found) if found.status is OrbitStatus.CONVERGED else None
 
 
 def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray:
@@ -169,13 +138,13 @@ def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarra
     parameters = map_.parameters()
     states = [state]
     for _ in range(periods - 1):
-        states.append(mapped(map_, states[-1], parameters, 1, False).state[0])
-    return over_sizes(map_, np.array(states))
+        states.append(map_.images(states[-1][None], parameters[None]).state[0])
+    return map_.section(np.array(states))
 
 
-def _same_orbit(one: Told, other: Told) -> bool:
+def _same_orbit(one: OrbitPoints, other: OrbitPoints) -> bool:
     """Whether two orbits are the same, begun at whichever mark."""
-    limit = SAME if one.trusted and other.trusted else NEAR
+    limit = SAME_ORBIT if one.closed_exactly and other.closed_exactly else NEAR
     return len(one.points) == len(other.points) and bool(_distance(other.points, one.points[:1])[0] <= limit)
 
 

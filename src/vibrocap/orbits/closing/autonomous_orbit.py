@@ -1,12 +1,14 @@
-"""Orbits of systems that nothing drives in time, such as a block on a belt: the period is an unknown of its own."""
-
-from collections.abc import Sequence
+"""Orbits of autonomous systems, such as a block on a belt: nothing drives them in time, and the period is unknown."""
 
 import numpy as np
 
-from vibrocap.numerics.graph import evaluate
-from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus
-from vibrocap.orbits.closing.shooting import CLOSED, FORGOTTEN, MOST_STEPS, ROUNDING, named_states
+from vibrocap.orbits.closing.periodic_solution import (
+    OrbitStatus,
+    PeriodicSolution,
+    floquet_multipliers,
+    named_states,
+)
+from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import simulate
 from vibrocap.system import System
@@ -14,10 +16,11 @@ from vibrocap.trajectory import Trajectory
 
 SIMULATED = 1e-10  # tolerance of the run that looks for a cycle
 CYCLES = 3  # turns of the contact that a run must show before the last is taken as a guess
-STILL = 1e-9  # speed over its natural size below which the system has come to rest
 
 
-def free_orbit(system: System, start: Sequence[float], settle_periods: int, tolerance: float = 1e-12) -> Orbit:
+def autonomous_orbit(
+    system: System, start: np.ndarray, settle_periods: int, tolerance: float = 1e-12
+) -> PeriodicSolution:
     """The cycle that a start leads to, of a system whose equations do not contain the time.
 
         P_T(y) = y  for y and T,  y moving across the flow only:  f(y_0) . (y - y_0) = 0  (over natural sizes)
@@ -31,29 +34,21 @@ def free_orbit(system: System, start: Sequence[float], settle_periods: int, tole
     map_ = StroboscopicMap(system, tolerance)
     guess = _turn(system, start, settle_periods)
     if guess is None:
-        ended = np.array(start, dtype=float)
+        ended = start
         return _record(map_, ended, 0.0, np.full((map_.states,) * 2, np.nan), np.inf, OrbitStatus.NOT_SETTLED, 0)
     return _closed(map_, *guess)
 
 
-def near_cycle(system: System, state: np.ndarray, period: float, tolerance: float = 1e-12) -> Orbit:
-    """The cycle near a state [states] and a period, stable or not, by Newton's method as in `free_orbit`."""
+def near_cycle(system: System, state: np.ndarray, period: float, tolerance: float = 1e-12) -> PeriodicSolution:
+    """The cycle near a state [states] and a period, stable or not, by Newton's method as in `autonomous_orbit`."""
     map_ = StroboscopicMap(system, tolerance)
-    return _closed(map_, state, side_of(map_, state, map_.parameters()), period)
+    return _closed(map_, state, map_.contact_side(state, map_.parameters()), period)
 
 
-def side_of(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray) -> float:
-    """To which side the contact slides: +1, -1, or 0 where it sticks."""
-    velocity = float(evaluate([map_.equations.contact_velocity], 0.0, list(state), 1.0, parameters)[0])
-    if velocity == 0.0 and map_.equations.hold is not None:
-        return 0.0
-    return -1.0 if velocity < 0.0 else 1.0
-
-
-def _closed(map_: StroboscopicMap, state: np.ndarray, side: float, period: float) -> Orbit:
+def _closed(map_: StroboscopicMap, state: np.ndarray, side: float, period: float) -> PeriodicSolution:
     """Newton's method from a guess."""
     parameters, scales = map_.parameters(), map_.scales(map_.parameters())
-    free = np.flatnonzero(map_.free(state[None])[0] & (np.arange(map_.states) != map_.cyclic))
+    free = map_.section_states[map_.free(state[None])[0][map_.section_states]]
     flow = map_.rates(state, side, parameters)[free] / scales[free]
     best, steps = _image(map_, state, period, parameters, scales), 0
     while best[0] > 1e-3 * CLOSED and steps < MOST_STEPS:
@@ -83,14 +78,13 @@ def _image(
     """(mismatch over natural sizes, image, derivative) after a time."""
     found = map_.images(state[None], parameters[None], 1, mark_distance=np.array([period]))
     assert found.jacobian is not None
-    kept = np.arange(map_.states) != map_.cyclic
-    residual = float(np.max(np.abs((found.state[0] - state) / scales)[kept]))
+    residual = float(np.max(np.abs((found.state[0] - state) / scales)[map_.section_states]))
     return residual if found.finished[0] and np.isfinite(residual) else np.inf, found.state[0], found.jacobian[0]
 
 
-def _turn(system: System, start: Sequence[float], periods: int) -> tuple[np.ndarray, float, float] | None:
+def _turn(system: System, start: np.ndarray, periods: int) -> tuple[np.ndarray, float, float] | None:
     """(state, side, time) of the last turn of a simulation, from the middle of a phase to that of the next like it."""
-    motion = simulate(system, periods=periods, initial=named_states(system, np.asarray(start)), tolerance=SIMULATED)
+    motion = simulate(system, periods=periods, initial=named_states(system, start), tolerance=SIMULATED)
     for kind in ("stick", "slip_back", "slip_forward", "reversal"):
         times = [event.time for event in motion.events if event.kind == kind]
         every = 2 if kind == "reversal" else 1
@@ -118,18 +112,14 @@ def _record(
     residual: float,
     status: OrbitStatus,
     steps: int,
-) -> Orbit:
+) -> PeriodicSolution:
     """The record of the cycle."""
     system = map_.system
-    kept = [i for i in range(map_.states) if system.state_names[i] not in system.friction.switched and i != map_.cyclic]
     multipliers = np.empty(0, dtype=complex)
     if np.all(np.isfinite(jacobian)):
-        multipliers = np.linalg.eigvals(jacobian[np.ix_(kept, kept)]).astype(complex)
+        multipliers = floquet_multipliers(map_, jacobian)
         multipliers = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))
-        if map_.equations.hold is not None:
-            multipliers[np.abs(multipliers) <= FORGOTTEN] = 0.0
-        multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    return Orbit(
+    return PeriodicSolution(
         system=system,
         state=named_states(system, state),
         period=period,

@@ -1,67 +1,28 @@
-"""A branch of steady motions over a parameter: labelled arrays, a table of special points, and why it ends."""
+"""A branch of steady motions over a parameter: labelled arrays, its special points, and why it ends."""
 
 import dataclasses
 import itertools
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from vibrocap.orbits.closing.autonomous_orbit import near_cycle
+from vibrocap.orbits.arguments import checked_range, checked_whole
 from vibrocap.orbits.closing.orbit import Orbit
-from vibrocap.orbits.closing.shooting import named_states, shoot
-from vibrocap.orbits.continuation.branch_end import BranchEnd
-from vibrocap.orbits.continuation.branch_point import CLOSE_TO_CIRCLE, BranchPoint
-from vibrocap.orbits.continuation.following import Followed
-from vibrocap.orbits.continuation.special_points import Found, SpecialKind
+from vibrocap.orbits.closing.orbit import orbit as steady_orbit
+from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
+from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
+from vibrocap.orbits.continuation.branch_point import BranchPoint
+from vibrocap.orbits.continuation.branch_switching import angled_births, born_point
+from vibrocap.orbits.continuation.cycle_following import cycles_followed
+from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint, reversed_way, special_point
 from vibrocap.orbits.maps.closing_map import ClosingMap
-from vibrocap.orbits.maps.itinerary import WordChange, word_change
+from vibrocap.orbits.maps.cycle_map import CycleMap
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.system import System
 
-if TYPE_CHECKING:
-    from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
-
-DISCONTINUOUS = (SpecialKind.WORD_CHANGE, SpecialKind.JUMP)
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class SpecialPoint:
-    """Something special on a branch, between two of its points.
-
-    parameter, error: where, and how far off at most; before, after: words; change: what happens where they differ
-    after_point: index of the last point of the branch before it; arclength: of the branch there
-    unstable_before, unstable_after: number of multipliers not inside the unit circle
-    passed: at a change of the word, over what the multipliers jump as they would pass it where the motion is smooth
-    found: as the continuation left it, to follow what branches off
-    """
-
-    kind: SpecialKind
-    parameter: float
-    error: float
-    state: dict[str, float]
-    drift: float | None
-    multipliers: np.ndarray
-    arclength: float
-    after_point: int
-    word_before: str
-    word_after: str
-    unstable_before: int
-    unstable_after: int
-    change: WordChange | None
-    passed: SpecialKind | None
-    text: str
-    found: Found = dataclasses.field(repr=False)
-
-    @property
-    def stability(self) -> str:
-        """ "lost", "gained" or "kept", going along the branch."""
-        if (self.unstable_before == 0) == (self.unstable_after == 0):
-            return "kept"
-        return "lost" if self.unstable_before == 0 else "gained"
-
-    @property
-    def discontinuous(self) -> bool:
-        """Whether the multipliers jump there, so that a loss of stability is none of the smooth kinds."""
-        return self.kind in DISCONTINUOUS and self.unstable_before != self.unstable_after
+TOWARDS = ("both", "up", "down")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -118,19 +79,17 @@ class Branch:
 
     def orbit_near(self, state: np.ndarray, value: float, period: float) -> Orbit:
         """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
-        map_ = self.closing_map
-        system = self.system.with_parameters({self.over: value})
-        if self.response_period == 0:
-            return near_cycle(system, state, period, map_.tolerance)
-        return shoot(
-            system, named_states(system, state), self.response_period, half=map_.half, tolerance=map_.tolerance
-        )
+        return orbit_near(self.closing_map, state, value, period)
 
-    def crossings(self, measure: str = "drift", value: float = 0.0) -> "tuple[BranchCrossing, ...]":
-        """Where a measure passes a value along the branch, see `branch_crossings`."""
-        from vibrocap.orbits.continuation.branch_crossings import branch_crossings
+    def crossings(self, measure: str = "drift", value: float = 0.0) -> tuple[BranchCrossing, ...]:
+        """All places of the branch where a measure passes a value, in its order; see `branch_crossings`.
 
-        return branch_crossings(self, measure, value)
+        measure: a name of `measure_table()` that is a number; drift and works are per drive period
+        Raises ValueError for what is no measure of the system.
+        """
+        points = list(zip(self.states, self.parameter.tolist(), self.period.tolist(), strict=True))
+        known = {"drift": self.drift / max(self.response_period, 1), "mean_velocity": self.mean_velocity}
+        return branch_crossings(self.closing_map, points, known.get(measure), measure, value)
 
     def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
         """The special points of some kinds."""
@@ -156,7 +115,7 @@ class Branch:
                 "stability": special.stability,
                 "word before": special.word_before,
                 "word after": special.word_after,
-                "remarks": _remarks(special),
+                "remarks": special.remarks,
             }
             for special in self.special_points
         ]
@@ -184,20 +143,6 @@ def _ended(end: BranchEnd) -> str:
     return f"{end.value}. {end.advice}" if end.early or end is BranchEnd.ORBIT_CEASES else end.value
 
 
-def _remarks(special: SpecialPoint) -> str:
-    """What else is to be said of a special point."""
-    said = [special.change.value if special.change else "", special.text]
-    if special.kind is SpecialKind.UNLOCATED:
-        said.append(special.kind.meaning)
-    if special.word_before != special.word_after:
-        said.append(f"{special.word_before} -> {special.word_after}")
-    if special.passed is not None:
-        said.append(f"multipliers jump as over a {special.passed.value}")
-    if special.stability != "kept":
-        said.append(f"stability {special.stability}")
-    return "; ".join(each for each in said if each)
-
-
 def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
     """The record of a branch of which not even the first orbit closed."""
     names = len(closure.system.state_names)
@@ -220,10 +165,11 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
     special = []
     if back is not None:
         special = [
-            _special(closure, _reversed(each), len(before) - 1 - i, points, ways) for i, each in back.special[::-1]
+            special_point(closure, reversed_way(each), len(before) - 1 - i, points, ways)
+            for i, each in back.special[::-1]
         ]
     if onward is not None:
-        special += [_special(closure, each, len(before) + i, points, ways) for i, each in onward.special]
+        special += [special_point(closure, each, len(before) + i, points, ways) for i, each in onward.special]
     multipliers = np.stack([point.multipliers(closure.half) for point in points])
     periods = np.array([closure.period(point.x) for point in points])
     drift = np.array([closure.drift(point.closing) for point in points])
@@ -252,35 +198,143 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
     )
 
 
-def _reversed(found: Found) -> Found:
-    """What is special, seen by one who comes along the branch the other way."""
-    words, text = found.words[::-1], found.text
-    if found.change is not None and found.words[0] != found.words[1] and not text.startswith("this branch"):
-        text = word_change(*words)[1]
-    return dataclasses.replace(found, words=words, unstable=found.unstable[::-1], text=text)
+def branch(
+    system: System,
+    over: str,
+    between: tuple[float, float],
+    *,
+    orbit: Orbit | None = None,
+    initial: Mapping[str, float] | None = None,
+    half: bool | None = None,
+    towards: str = "both",
+    points: int = 1000,
+    step: float = 0.01,
+    settle_periods: int = 2000,
+    tolerance: float = 1e-12,
+) -> Branch:
+    """The branch of steady motions through one of them, over a range of a parameter.
+
+    Followed by its arclength, so that it goes on past folds and as an unstable branch; folds, pitchforks, flips,
+    Neimark-Sacker points and changes of the word are located on the way (`Branch.special_points`).
+
+    over: path of the parameter, such as "drive.amplitude"; between: its least and largest value
+    orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters (where
+        these are out of the range, at its nearer end)
+    half: whether the branch of symmetric orbits is meant (fixed points of the half-period map); by default as the orbit
+    towards: "both", "up" or "down", the way of the parameter at the start
+    points: most points each way; step: longest, in natural sizes of the states and shares of the range of the parameter
+    settle_periods, tolerance: as for `orbit`
+
+    Returns a `Branch`; its `ends` say why it was not followed further, with advice. If no orbit closes at the start it
+    is empty. Raises ValueError, naming the argument, before any work.
+    """
+    _check_options(towards, points, step)
+    low, high = checked_range(system, over, between)
+    mirrored = mirrored_all_over(system, over, (low, high))
+    if half and not mirrored:
+        raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
+    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
+    if half is None:
+        half = bool(begun.symmetric) and mirrored
+    period = begun.response_period
+    if half and period % 2 == 0:
+        raise ValueError(f"half should be False for an orbit of an even number of drive periods, got {period}")
+    base = begun.system
+    state = np.array([begun.state[name] for name in base.state_names])
+    closure: ClosingMap
+    if not is_driven(base):
+        if begun.status is not OrbitStatus.CONVERGED:
+            return empty_branch(ClosingMap(base, over, (low, high), 1, False, tolerance, False), (low, high))
+        closure = CycleMap(base, over, (low, high), state, begun.period, tolerance)
+    else:
+        closure = ClosingMap(base, over, (low, high), max(period, 1), half, tolerance, mirrored)
+    first = None
+    if begun.status is OrbitStatus.CONVERGED or half:
+        first = started(closure, closure.point(state, float(base.parameter(over))))
+    if first is None:
+        return empty_branch(closure, (low, high))
+    follow = cycles_followed if isinstance(closure, CycleMap) else followed
+    back = None if towards == "up" else follow(closure, first, -1.0, points, step)  # type: ignore[arg-type]
+    if back is not None and back.end is BranchEnd.CLOSED:
+        return joined(closure, None, back)
+    onward = None if towards == "down" else follow(closure, first, 1.0, points, step)  # type: ignore[arg-type]
+    return joined(closure, back, onward)
 
 
-def _special(
-    closure: ClosingMap, found: Found, after: int, points: list[BranchPoint], ways: np.ndarray
-) -> SpecialPoint:
-    """The public record of what is special after a point of a branch."""
-    point = found.point
-    drift = closure.drift(point.closing)
-    return SpecialPoint(
-        kind=found.kind,
-        parameter=closure.parameter(point.x),
-        error=found.error,
-        state=named_states(closure.system, closure.state(point.x, point.closing)),
-        drift=None if np.isnan(drift) else drift,
-        multipliers=point.multipliers(closure.half),
-        arclength=float(ways[after] + np.linalg.norm(point.x - points[after].x)),
-        after_point=after,
-        word_before=found.words[0],
-        word_after=found.words[1],
-        unstable_before=found.unstable[0],
-        unstable_after=found.unstable[1],
-        change=found.change,
-        passed=found.passed,
-        text=found.text,
-        found=found,
-    )
+def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: float = 0.01) -> Branch | None:
+    """The branch that leaves another at a pitchfork (of the mirror twins the one that drifts forward first) or a flip.
+
+    Also at a change of the word where the multipliers jump over -1; there it is searched on both sides, and None is
+    returned where nothing is found. Raises ValueError at a special point from which none leaves.
+    """
+    map_, found = parent.closing_map, special.found
+    if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and found.direction is not None:
+        finer, birth = born_point(map_, found)
+        way = followed(finer, birth, 1.0, points, step, born=True)
+        if len(way.points) < 2:
+            return None
+        if _drifts_back(way.points[1]):
+            turned = dataclasses.replace(birth, tangent=-birth.tangent)
+            way = followed(finer, turned, 1.0, points, step, born=True)
+        assert isinstance(finer, ClosingMap)
+        result = joined(finer, None, way)
+        return dataclasses.replace(result, ends=(_born(special), result.ends[1]))
+    if special.kind is SpecialKind.WORD_CHANGE and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
+        for finer, first in angled_births(map_, found):
+            assert isinstance(finer, ClosingMap)
+            ways = [followed(finer, first, sign, points, step) for sign in (-1.0, 1.0)]
+            return joined(finer, *ways)
+        return None
+    raise ValueError(f"special should be a pitchfork or a flip, from which a branch leaves, got a {special.kind.value}")
+
+
+def _born(special: SpecialPoint) -> BranchEnd:
+    """How a branch begins that leaves at a special point."""
+    return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
+
+
+def _drifts_back(point: BranchPoint) -> bool:
+    return point.closing.drift < 0.0
+
+
+def _check_options(towards: str, points: int, step: float) -> None:
+    if towards not in TOWARDS:
+        raise ValueError(f"towards should be one of {', '.join(TOWARDS)}, got {towards!r}")
+    checked_whole("points", points, 2)
+    if not 1e-6 <= step <= 0.5:
+        raise ValueError(f"step should be a share of the range, from 1e-6 to 0.5, got {step!r}")
+
+
+def starting_orbit(
+    system: System,
+    over: str,
+    between: tuple[float, float],
+    orbit: Orbit | None,
+    initial: Mapping[str, float] | None,
+    settle_periods: int,
+    tolerance: float,
+) -> Orbit:
+    """The orbit from which a branch is followed; ValueError where it is none of the system or out of the range."""
+    between = checked_range(system, over, between)
+    if orbit is not None and initial is not None:
+        raise ValueError("orbit and initial should not both be given: a start is one of them")
+    given = system if orbit is None else orbit.system
+    if orbit is not None and given.with_parameters({over: system.parameter(over)}) != system:
+        raise ValueError(f"orbit should be of the system, whatever its {over}: another parameter differs")
+    value = float(given.parameter(over))
+    inside = min(max(value, between[0]), between[1])
+    if orbit is not None:
+        if value != inside:
+            raise ValueError(f"orbit should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}")
+        return orbit
+    system = system if value == inside else system.with_parameters({over: inside})
+    return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)
+
+
+def mirrored_all_over(system: System, over: str, between: tuple[float, float]) -> bool:
+    """Whether the half-period symmetry holds all over the range of the parameter."""
+    if not is_driven(system):
+        return False
+    low, high = between
+    values = (low, 0.5 * (low + high), high)
+    return all(system.with_parameters({over: value}).mirrored for value in values)

@@ -2,16 +2,19 @@
 
 import dataclasses
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
 from vibrocap.measures.during_run import measured
-from vibrocap.orbits.closing.orbit import Orbit
-from vibrocap.orbits.continuation.branch import Branch
+from vibrocap.orbits.closing.autonomous_orbit import near_cycle
+from vibrocap.orbits.closing.orbit import Orbit, shoot
+from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.continuation.segment import Lost, Segment
 from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.simulate import simulate
 
@@ -34,33 +37,40 @@ class BranchCrossing:
     orbit: Orbit | None
 
 
-def branch_crossings(branch: Branch, measure: str = "drift", value: float = 0.0) -> tuple[BranchCrossing, ...]:
+def branch_crossings(
+    closure: ClosingMap,
+    points: Sequence[tuple[np.ndarray, float, float]],
+    known: np.ndarray | None,
+    measure: str,
+    value: float,
+) -> tuple[BranchCrossing, ...]:
     """All places of a branch where a measure passes a value, in the order of the branch.
 
     The measure is taken at every point; where its difference to the value changes sign, the place is bracketed on
     closed orbits. Where it equals the value all along (the drift of symmetric motions) it passes it nowhere.
 
-    measure: a name of `measure_table()` that is a number; drift and works are per drive period
-    Raises ValueError for what is no measure of the system.
+    points: (state, parameter, period) of each; known: [points] the measure there, where it is known
     """
-    checked_measure((branch.system,), measure)
-    values = np.array([_at_point(branch, measure, i) for i in range(len(branch))])
-    size = float(np.max(np.abs(values), initial=1.0))
-    differences = values - value
-    told = [i for i in range(len(values)) if abs(differences[i]) > NOTHING * size]
+    checked_measure((closure.system,), measure)
+    if known is None:
+        known = np.array([steady_value(orbit_near(closure, *point), measure) for point in points])
+    size = float(np.max(np.abs(known), initial=1.0))
+    differences = known - value
+    told = [i for i in range(len(known)) if abs(differences[i]) > NOTHING * size]
     return tuple(
-        _located(branch, measure, value, i, j, size)
+        _located(closure, points[i], points[j], i, measure, value, size)
         for i, j in itertools.pairwise(told)
         if j - i <= 2 and differences[i] * differences[j] < 0.0
     )
 
 
-def _at_point(branch: Branch, measure: str, point: int) -> float:
-    if measure == "mean_velocity":
-        return float(branch.mean_velocity[point])
-    if measure == "drift":
-        return float(branch.drift[point]) / max(branch.response_period, 1)
-    return steady_value(branch.orbit(point), measure)
+def orbit_near(closure: ClosingMap, state: np.ndarray, value: float, period: float) -> Orbit:
+    """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
+    system = closure.system.with_parameters({closure.path: value})
+    if isinstance(closure, CycleMap):
+        return Orbit.of(near_cycle(system, state, period, closure.tolerance))
+    start = named_states(system, state)
+    return shoot(system, start, closure.response_period, half=closure.half, tolerance=closure.tolerance)
 
 
 def steady_value(orbit: Orbit, measure: str) -> float:
@@ -85,25 +95,34 @@ def _of_cycle(orbit: Orbit, measure: str) -> float:
     return float(measured(motion, [measure], window=1)[measure])
 
 
-def _located(branch: Branch, measure: str, value: float, i: int, j: int, size: float) -> BranchCrossing:
+def _located(
+    closure: ClosingMap,
+    first: tuple[np.ndarray, float, float],
+    last: tuple[np.ndarray, float, float],
+    after_point: int,
+    measure: str,
+    value: float,
+    size: float,
+) -> BranchCrossing:
     """The place between two points of a branch at which the differences have different signs."""
-    closure = branch.closing_map
     if isinstance(closure, CycleMap):  # of which the branch may have several, one for each section
-        closure = closure.with_section(branch.states[i], float(branch.parameter[i]))
+        closure = closure.with_section(first[0], first[1])
+    low, high = sorted((first[1], last[1]))
+    lost = BranchCrossing(CrossingKind.LOST, 0.5 * (low + high), high - low, after_point, None)
     across = np.zeros(len(closure.unknowns) + 1 + isinstance(closure, CycleMap))
     across[-1] = 1.0
     ends = []
-    for point in (i, j):
-        x = closure.point(branch.states[point], float(branch.parameter[point]), float(branch.period[point]))
+    for point in (first, last):
+        x = closure.point(*point)
         closing, _ = corrected(closure, x, across, float(x[-1]))
         if closing is None:
-            return _lost(branch, i, j)
+            return lost
         ends.append(BranchPoint(closing, null_tangent(closing)))
     segment = Segment(closure, *ends)
 
     def orbit_of(point: BranchPoint) -> Orbit:
         state = closure.state(point.x, point.closing)
-        return branch.orbit_near(state, closure.parameter(point.x), closure.period(point.x))
+        return orbit_near(closure, state, closure.parameter(point.x), closure.period(point.x))
 
     def difference(point: BranchPoint) -> float:
         return steady_value(orbit_of(point), measure) - value
@@ -113,16 +132,10 @@ def _located(branch: Branch, measure: str, value: float, i: int, j: int, size: f
         here = segment.point(bracket.left)
         beside = segment.point(bracket.left + (BESIDE if bracket.left < 0.5 else -BESIDE))
     except Lost:
-        return _lost(branch, i, j)
+        return lost
     width = abs(segment.parameter(bracket.right) - segment.parameter(bracket.left))
     kind = CrossingKind.JUMP if bracket.jumps else CrossingKind.CROSSING
     at = closure.parameter(here.x)
     rate = (difference(beside) - difference(here)) / (closure.parameter(beside.x) - at)
-    error = width + CLOSED * branch.closing_map.tolerance * size / max(abs(rate), 1e-300)
-    return BranchCrossing(kind, at, width if bracket.jumps else error, i, orbit_of(here))
-
-
-def _lost(branch: Branch, i: int, j: int) -> BranchCrossing:
-    """The record of a place between two points that could not be located."""
-    low, high = sorted((float(branch.parameter[i]), float(branch.parameter[j])))
-    return BranchCrossing(CrossingKind.LOST, 0.5 * (low + high), high - low, i, None)
+    error = width + CLOSED * closure.tolerance * size / max(abs(rate), 1e-300)
+    return BranchCrossing(kind, at, width if bracket.jumps else error, after_point, orbit_of(here))

@@ -6,20 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus
-from vibrocap.orbits.closing.shooting import shoot
-from vibrocap.orbits.continuation.branch import Branch, SpecialPoint
-from vibrocap.orbits.continuation.branch_distance import branch_distance
-from vibrocap.orbits.continuation.branch_end import BranchEnd
-from vibrocap.orbits.continuation.branch_following import branch, leaving, mirrored_all_over, starting_orbit
-from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.closing.orbit import Orbit, shoot
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus
+from vibrocap.orbits.continuation.branch import Branch, branch, leaving, mirrored_all_over, starting_orbit
+from vibrocap.orbits.continuation.branch_point import corrected
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.system import System
 
-BIRTHS = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
+BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
 AT_BIRTH = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
 MOST_BRANCHES = 40
-SAME_PLACE = 1e-5  # in natural sizes and shares of the range: two births so near are one
-SAME_ORBIT = 1e-7  # the same of two orbits
+ONE_BIRTH = 1e-5  # in natural sizes and shares of the range: two births so near are one
+ON_BRANCH = 1e-7  # the same of two orbits
+ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 
 
 @dataclasses.dataclass(frozen=True)
@@ -143,7 +143,7 @@ class _Growing:
         return any(
             each.response_period == child.response_period
             and each.symmetric == child.symmetric
-            and branch_distance(each, child.states[place], float(child.parameter[place])) <= SAME_ORBIT
+            and branch_distance(each, child.states[place], float(child.parameter[place])) <= ON_BRANCH
             for each in self.branches
         )
 
@@ -175,9 +175,9 @@ class _Growing:
 
 def _leaves(special: SpecialPoint) -> bool:
     """Whether another branch leaves at a special point (and not the branch itself, which is born there)."""
-    if special.kind in BIRTHS:
+    if special.kind in BRANCHING:
         return special.found.direction is not None
-    return special.kind is SpecialKind.WORD_CHANGE and special.passed in BIRTHS and special.found.beyond is not None
+    return special.kind is SpecialKind.WORD_CHANGE and special.passed in BRANCHING and special.found.beyond is not None
 
 
 def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bool:
@@ -187,7 +187,7 @@ def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bo
     there = np.array(list(special.state.values()))[parent.closing_map.unknowns]
     here = child.states[end][child.closing_map.unknowns]
     off = max(float(np.max(np.abs(there - here) / sizes)), abs(special.parameter - child.parameter[end]) / (high - low))
-    return child.response_period in (parent.response_period, 2 * parent.response_period) and off <= SAME_PLACE
+    return child.response_period in (parent.response_period, 2 * parent.response_period) and off <= ONE_BIRTH
 
 
 def _holds(known: Branch, orbit: Orbit) -> bool:
@@ -195,4 +195,44 @@ def _holds(known: Branch, orbit: Orbit) -> bool:
     if orbit.response_period != known.response_period or bool(orbit.symmetric) != bool(known.symmetric):
         return False
     state = np.array([orbit.state[name] for name in known.system.state_names])
-    return branch_distance(known, state, float(orbit.system.parameter(known.over))) <= SAME_ORBIT
+    return branch_distance(known, state, float(orbit.system.parameter(known.over))) <= ON_BRANCH
+
+
+def branch_distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
+    """Distance of an orbit from a branch of its period, in natural sizes and shares of the range; the least over twins.
+
+    state: of the orbit at the section, [states]. Infinite where the branch does not come near.
+    """
+    return min(_distance(branch, each, parameter) for each in _starts(branch, state, parameter))
+
+
+def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndarray]:
+    """States of an orbit at the sections of its response, and of its mirror twin."""
+    closure = branch.closing_map
+    row = closure.row.copy()
+    row[closure.index] = parameter
+    here, found = state.copy(), []
+    for _ in range(branch.response_period):
+        found.append(here)
+        here = closure.map.images(here[None], row[None], tangents=False).state[0]
+    if closure.mirrored and not closure.half:
+        found += [closure.map.mirrored_half(each[None], row[None], tangents=False).state[0] for each in found]
+    return found
+
+
+def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
+    """Distance of a point from a branch: from its chords first, then from the branch across the nearest of them."""
+    closure = branch.closing_map
+    x = closure.point(state, parameter)
+    corners = np.stack([closure.point(*each) for each in zip(branch.states, branch.parameter, strict=True)])
+    ways = np.diff(corners, axis=0)
+    lengths = np.maximum(np.linalg.norm(ways, axis=1), 1e-300)
+    shares = np.clip(np.sum((x - corners[:-1]) * ways, axis=1) / lengths**2, 0.0, 1.0)
+    feet = corners[:-1] + shares[:, None] * ways
+    off = np.linalg.norm(feet - x, axis=1)
+    i = int(np.argmin(off))
+    if off[i] > ROUGHLY:
+        return float("inf")
+    normal = ways[i] / lengths[i]
+    found, _ = corrected(closure, feet[i], normal, float(normal @ feet[i]))
+    return float(off[i]) if found is None else float(np.linalg.norm(found.x - x))

@@ -4,14 +4,13 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, FORGOTTEN
 from vibrocap.orbits.maps.closing_map import Closing, Closure
 
 CLOSED = 1e-12  # residual at which a point is accepted
 ROUNDING = 3e-11  # the same where no step of Newton's method makes it smaller
 MOST_STEPS = 10
 LONGEST_STRIDE = 0.5  # of a step of Newton's method, over natural sizes
-FORGOTTEN = 1e-13  # size of a multiplier that is zero but for rounding
-CLOSE_TO_CIRCLE = 1e-8  # as for an `Orbit`
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -13,9 +13,9 @@ from vibrocap.orbits.maps.itinerary import same_cycle, word_change
 WIDEST = 0.05  # share of the parameter's range within which a birth is looked for
 NARROWEST = 1e-4
 TWIN = 3.0  # how far off, over the distance of two points about a birth, the twin of one may be from the other
-REACH = 30.0  # the same of the birth, where the branch leaves at a sharp angle
+FAR_BIRTH = 30.0  # the same of the birth, where the branch leaves at a sharp angle
 BESIDE = (-1e-3, 1e-3, -1e-2, 1e-2)  # shares of the range at which a branch that leaves at an angle is looked for
-OFF = tuple(10.0 ** np.arange(-4.0, -0.4, 0.5))  # distances from its parent there, in natural sizes
+OFFSETS = tuple(10.0 ** np.arange(-4.0, -0.4, 0.5))  # distances from its parent there, in natural sizes
 BORN = "this branch is born here"
 DIFFERENT = 1e-5  # mismatch under the parent's map from which on an orbit is another
 
@@ -44,7 +44,7 @@ def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint, slack
         return None
     for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
         smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
-        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= REACH * near:
+        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= FAR_BIRTH * near:
             return _seen_from(closure, first, special)
     return None
 
@@ -115,7 +115,7 @@ def angled_births(parent: Closure, special: Found) -> Iterator[tuple[Closure, Br
         middle, _ = corrected(parent, special.point.x + beside * across, across, q, special.point.closing)
         if middle is None:
             continue
-        for distance in OFF:
+        for distance in OFFSETS:
             found, _ = corrected(finer, middle.x + distance * off, across, q, middle)
             if found is None or parent.attempt(found.x, found).residual <= DIFFERENT:
                 continue

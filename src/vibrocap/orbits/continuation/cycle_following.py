@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from vibrocap.orbits.closing.shooting import named_states
-from vibrocap.orbits.continuation.branch_end import BranchEnd
+from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.following import Followed, followed, started
+from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.simulate import simulate
 

@@ -1,20 +1,27 @@
-"""The stretch of a branch between two neighbouring points: any point of it, and where a function of it vanishes."""
+"""The stretch of a branch between two neighbouring points: points of it, roots of functions, changes of the word."""
 
 import bisect
 import dataclasses
+import itertools
 from collections.abc import Callable
 
 import numpy as np
 
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, tangent
 from vibrocap.orbits.maps.closing_map import Closure
-from vibrocap.orbits.maps.itinerary import same_cycle
+from vibrocap.orbits.maps.itinerary import cycle, same_cycle
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
-TORN = 1e-3  # share of a segment's length by which neighbours at a place that was located may differ
+DISCONTINUOUS = 1e-3  # share of a segment's length by which neighbours at a place that was located may differ
 KINK = 1e-3  # share of a segment within which a kink may keep its points from being closed
 MOST_TRIALS = 80
+MOST_CHANGES = 12  # within one step of a branch
+SHORTEST = 1e-6  # share of a segment within which no further changes are looked for
+PROBES = (0.08, 0.17, 0.26, 0.35, 0.43, 0.54, 0.63, 0.72, 0.81, 0.9, 0.97)  # shares of a step that is looked at closely
+TOO_MANY = "the word changes more often than it can be located"
+NOT_CLOSED = "the word changes, but orbits in between do not close"
+JUMPS = "the word changes where the orbits jump"
 
 
 class Lost(Exception):
@@ -82,10 +89,10 @@ class Segment:
         """Whether the words at two shares are the same cycle."""
         return same_cycle(self.point(left).closing.word, self.point(right).closing.word)
 
-    def torn(self, left: float, right: float) -> bool:
+    def discontinuous(self, left: float, right: float) -> bool:
         """Whether the orbits at two shares that were visited, as near as can be, differ: they are on two branches."""
         one, other = (self.points[self.shares.index(share)].x for share in (left, right))
-        return bool(np.linalg.norm(other - one) > TORN * self.length + 1e3 * CLOSEST)
+        return bool(np.linalg.norm(other - one) > DISCONTINUOUS * self.length + 1e3 * CLOSEST)
 
     def root(self, function: Callable[[BranchPoint], float], left: float = 0.0, right: float = 1.0) -> Bracket:
         """Where a function changes its sign between two shares: bracketing with the ITP method.
@@ -131,3 +138,43 @@ class Segment:
             else:
                 right = middle
         return left, right
+
+
+def word_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[float, float]], str]:
+    """(changes as pairs of shares as near as can be, why there may be others: empty if all were located).
+
+    A change is bracketed by bisection. Bisection sees one where there are three: the middle of each stretch that it
+    leaves is looked at too, and if its word is another, the search goes on there.
+
+    closely: look between points of the same word too, since there were too many changes here for a longer step
+    """
+    found: list[tuple[float, float]] = []
+    try:
+        marks = (0.0, *(PROBES if closely else ()), 1.0)
+        complaint = next(filter(None, (_cut(segment, *pair, found) for pair in itertools.pairwise(marks))), "")
+    except Lost:
+        complaint = NOT_CLOSED
+    return sorted(found), complaint
+
+
+def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, float]]) -> str:
+    """Bracket the changes between two shares whose words differ; returns why it was given up."""
+    here, there = _word(segment, left), _word(segment, right)
+    if here == there:
+        return ""
+    if len(found) >= MOST_CHANGES:
+        return TOO_MANY
+    before, after = segment.change(lambda point: cycle(point.closing.word) == here, left, right)
+    if segment.discontinuous(before, after):
+        return JUMPS
+    found.append((before, after))
+    for first, last in ((left, before), (after, right)):
+        middle = 0.5 * (first + last) if last - first > SHORTEST else first
+        for begin, end in ((first, middle), (middle, last)):
+            if begin < end and (complaint := _cut(segment, begin, end, found)):
+                return complaint
+    return ""
+
+
+def _word(segment: Segment, share: float) -> str:
+    return cycle(segment.point(share).closing.word)

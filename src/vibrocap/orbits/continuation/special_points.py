@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment
-from vibrocap.orbits.continuation.word_cuts import word_cuts
-from vibrocap.orbits.maps.closing_map import Closure
+from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, word_changes
+from vibrocap.orbits.maps.closing_map import ClosingMap, Closure
 from vibrocap.orbits.maps.itinerary import WordChange, word_change
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
@@ -116,10 +116,10 @@ def special_points_between(
     jump. Two of a kind between the same two points are not seen.
 
     born, met: the first or the last point is where the branch is born, and its multiplier 1 that of its birth
-    closely: see `word_cuts`
+    closely: see `word_changes`
     """
     segment = Segment(closure, first, last)
-    cuts, complaint = word_cuts(segment, closely)
+    cuts, complaint = word_changes(segment, closely)
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
     found = [_word_change(segment, left, right) for left, right in cuts]
     if complaint:
@@ -146,7 +146,7 @@ def _smooth_points(segment: Segment, left: float, right: float, birth: bool) -> 
         except Lost:
             found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign"))
             continue
-        if segment.torn(bracket.left, bracket.right):
+        if segment.discontinuous(bracket.left, bracket.right):
             found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign where the orbits jump"))
             continue
         special = _located(segment, kind, bracket)
@@ -228,3 +228,92 @@ def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
     width = abs(segment.parameter(right) - segment.parameter(left))
     counts, words = (before.unstable(), after.unstable()), (before.closing.word, after.closing.word)
     return Found(SpecialKind.UNLOCATED, left, before, width, counts, words, text=text)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class SpecialPoint:
+    """Something special on a branch, between two of its points.
+
+    parameter, error: where, and how far off at most; before, after: words; change: what happens where they differ
+    after_point: index of the last point of the branch before it; arclength: of the branch there
+    unstable_before, unstable_after: number of multipliers not inside the unit circle
+    passed: at a change of the word, over what the multipliers jump as they would pass it where the motion is smooth
+    found: as the continuation left it, to follow what branches off
+    """
+
+    kind: SpecialKind
+    parameter: float
+    error: float
+    state: dict[str, float]
+    drift: float | None
+    multipliers: np.ndarray
+    arclength: float
+    after_point: int
+    word_before: str
+    word_after: str
+    unstable_before: int
+    unstable_after: int
+    change: WordChange | None
+    passed: SpecialKind | None
+    text: str
+    found: Found = dataclasses.field(repr=False)
+
+    @property
+    def stability(self) -> str:
+        """ "lost", "gained" or "kept", going along the branch."""
+        if (self.unstable_before == 0) == (self.unstable_after == 0):
+            return "kept"
+        return "lost" if self.unstable_before == 0 else "gained"
+
+    @property
+    def discontinuous(self) -> bool:
+        """Whether the multipliers jump there, so that a loss of stability is none of the smooth kinds."""
+        return self.kind in (SpecialKind.WORD_CHANGE, SpecialKind.JUMP) and self.unstable_before != self.unstable_after
+
+    @property
+    def remarks(self) -> str:
+        """What else is to be said of it."""
+        said = [self.change.value if self.change else "", self.text]
+        if self.kind is SpecialKind.UNLOCATED:
+            said.append(self.kind.meaning)
+        if self.word_before != self.word_after:
+            said.append(f"{self.word_before} -> {self.word_after}")
+        if self.passed is not None:
+            said.append(f"multipliers jump as over a {self.passed.value}")
+        if self.stability != "kept":
+            said.append(f"stability {self.stability}")
+        return "; ".join(each for each in said if each)
+
+
+def reversed_way(found: Found) -> Found:
+    """What is special, seen by one who comes along the branch the other way."""
+    words, text = found.words[::-1], found.text
+    if found.change is not None and found.words[0] != found.words[1] and not text.startswith("this branch"):
+        text = word_change(*words)[1]
+    return dataclasses.replace(found, words=words, unstable=found.unstable[::-1], text=text)
+
+
+def special_point(
+    closure: ClosingMap, found: Found, after: int, points: list[BranchPoint], ways: np.ndarray
+) -> SpecialPoint:
+    """The public record of what is special after a point of a branch."""
+    point = found.point
+    drift = closure.drift(point.closing)
+    return SpecialPoint(
+        kind=found.kind,
+        parameter=closure.parameter(point.x),
+        error=found.error,
+        state=named_states(closure.system, closure.state(point.x, point.closing)),
+        drift=None if np.isnan(drift) else drift,
+        multipliers=point.multipliers(closure.half),
+        arclength=float(ways[after] + np.linalg.norm(point.x - points[after].x)),
+        after_point=after,
+        word_before=found.words[0],
+        word_after=found.words[1],
+        unstable_before=found.unstable[0],
+        unstable_after=found.unstable[1],
+        change=found.change,
+        passed=found.passed,
+        text=found.text,
+        found=found,
+    )

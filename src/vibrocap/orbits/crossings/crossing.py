@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.equations import equations
 from vibrocap.measures.during_run import check_travel, measure_table, resolved
-from vibrocap.numerics.graph import depends_on_time
+from vibrocap.orbits.arguments import checked_range, checked_whole
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
@@ -172,30 +172,12 @@ def _checked(
 ) -> tuple[float, float]:
     """The range, or ValueError for what cannot be looked for."""
     checked_measure(systems, measure)
-    for each in systems:
-        try:
-            now = each.parameter(over)
-        except KeyError as error:
-            raise ValueError(f"over: {error.args[0]}") from None
-        if isinstance(now, bool) or not isinstance(now, (int, float)):
-            raise ValueError(f"over should be a parameter that is a number, but {over} is {now!r}")
-    try:
-        low, high = map(float, between)
-    except (TypeError, ValueError):
-        raise ValueError(f"between should be two numbers, the least and the largest {over}, got {between!r}") from None
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"between should be (least, largest) value of {over}, got {between!r}")
-    if not isinstance(points, (int, np.integer)) or isinstance(points, bool) or points < 2:
-        raise ValueError(f"points should be a whole number >= 2, got {points!r}")
+    (low, high), *_ = [checked_range(each, over, between) for each in systems]
+    checked_whole("points", points, 2)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise ValueError(f"value should be a finite number, got {value!r}")
     for each in systems:
-        for place in (low, high):
-            try:
-                each.with_parameters({over: place})
-            except ValueError as error:
-                raise ValueError(f"between: {over} cannot be {place!r}: {error}") from None
-        if not depends_on_time(equations(each).rates):
+        if not is_driven(each):
             raise ValueError(
                 "drive should change in time: of a system that cycles by itself follow the cycles instead, "
                 "branch(system, over, between).crossings(measure, value)"

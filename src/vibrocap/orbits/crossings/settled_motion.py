@@ -7,9 +7,10 @@ import numpy as np
 
 from vibrocap.measures.during_run import measured
 from vibrocap.numerics.stroboscope import Stroboscope
-from vibrocap.orbits.closing.orbit import OrbitStatus
-from vibrocap.orbits.closing.shooting import named_states, shoot
-from vibrocap.orbits.closing.steady import SETTLED, shortest
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, named_states, state_vector
+from vibrocap.orbits.closing.shooting import closed, shortest
+from vibrocap.orbits.maps.settling_runs import SETTLED
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks, simulate
 from vibrocap.system import System
 
@@ -79,7 +80,8 @@ def _drift(system: System, marks: np.ndarray, response: int) -> float | None:
 
 def _closed(system: System, state: Mapping[str, float], response: int, tolerance: float) -> SettledMotion | None:
     """The orbit near a state, by shooting."""
-    found = shortest(shoot(system, state, response, tolerance=tolerance))
+    map_ = StroboscopicMap(system, tolerance)
+    found = shortest(map_, closed(map_, state_vector(system, state), response))
     if found.status is not OrbitStatus.CONVERGED:
         return None
     drift = None if found.drift is None else found.drift / found.response_period

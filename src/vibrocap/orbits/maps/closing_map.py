@@ -7,11 +7,10 @@ import numpy as np
 
 from vibrocap.equations import equations
 from vibrocap.measures.gathered import Gathered
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.ensemble import Budget
 from vibrocap.numerics.lanes import ASK_WORD
 from vibrocap.orbits.maps.itinerary import closed_word
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, Ends, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.system import System
 
@@ -105,15 +104,14 @@ class ClosingMap:
         self.mirrored = system.mirrored if mirrored is None else mirrored
         self.system, self.path, self.between = system, path, between
         self.response_period, self.half, self.tolerance = response_period, half, tolerance
-        self.map = StroboscopicMap(recorded_with(system, path), tolerance, plain=plain)
+        self.map = StroboscopicMap(recorded_with(system, path), tolerance, 1, plain)
         self.index = self.map.equations.parameter_paths.index(path)
         self.row = self.map.parameters()
         self.row[self.index] = system.parameter(path)
         self.sizes = self.map.scales(self.row)  # the same along the whole branch
         names = system.state_names
-        switched = set(system.friction.switched)
-        self.unknowns = np.array([i for i, name in enumerate(names) if i != self.map.cyclic and name not in switched])
-        self.switched = np.array([i for i, name in enumerate(names) if name in switched], dtype=int)
+        self.unknowns = self.map.smooth_states
+        self.switched = np.array([i for i, name in enumerate(names) if name in system.friction.switched], dtype=int)
         self.mirror = self.map.mirror if half else np.ones(len(names))
 
     def parameter(self, x: np.ndarray) -> float:
@@ -184,43 +182,34 @@ class ClosingMap:
         if self.path.startswith("drive."):
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
         budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD)
-        layout, results = ensemble_run(
-            variational_equations(map_.equations),
-            rows,
-            start,
-            budget,
-            threads=1,
-            order=ORDER,
-            plain=map_.plain,
-            mark_distance=lengths,
+        ended = map_.run(
+            budget, start, rows, recording=variational_equations(map_.equations), order=ORDER, mark_distance=lengths
         )
-        first = len(memory.RESULT_HEAD) + layout.states
-        ends = results[:, first : first + layout.states]
-        ends = ends * np.tile(self.mirror, 2)
+        ends = ended.state * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
         at_rest = np.zeros(m, dtype=bool)
         if map_.equations.hold is not None:
             at_rest = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
-        words = self._words(layout, results[[0, m, m + 1]])
+        words = self._words(ended, [0, m, m + 1])
         return Closing(
             x=x,
             mismatch=image[0] - x[:-1],
             jacobian=ends[:m, n + self.unknowns].T / sizes[:, None],
             slope=nudged_slope(image[0], image[m], image[m + 1], words),
             at_rest=at_rest,
-            finished=bool(np.all(results[:, 0] == memory.DONE)),
+            finished=bool(np.all(ended.finished)),
             word=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
         )
 
-    def _words(self, layout: memory.Layout, results: np.ndarray) -> list[str]:
+    def _words(self, ended: Ends, runs: list[int]) -> list[str]:
         """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
         if self.system.friction.kind == "smooth":
-            return [""] * len(results)
-        ones = np.ones(len(results))
-        gathered = Gathered(self.system, layout, results, ones, ones > 0.0, 0.0)
+            return [""] * len(runs)
+        ones = np.ones(len(runs))
+        gathered = Gathered(self.system, ended.layout, ended.results[runs], ones, ones > 0.0, 0.0)
         return [closed_word(str(word), self.half) for word in gathered.words]
 
 

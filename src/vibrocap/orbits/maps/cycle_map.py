@@ -5,10 +5,8 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.ensemble import Budget
 from vibrocap.numerics.lanes import ASK_WORD
-from vibrocap.orbits.closing.autonomous_orbit import side_of
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
 from vibrocap.orbits.maps.variations import variational_equations
@@ -58,7 +56,7 @@ class CycleMap(ClosingMap):
 
     def _across(self, state: np.ndarray, row: np.ndarray) -> None:
         """Set the section across the flow at a state."""
-        flow = self.map.rates(state, side_of(self.map, state, row), row)[self.unknowns]
+        flow = self.map.rates(state, self.map.contact_side(state, row), row)[self.unknowns]
         flow = flow / self.sizes[self.unknowns]
         self.normal = flow / np.linalg.norm(flow)
         self.level = float(self.normal @ (state / self.sizes)[self.unknowns])
@@ -98,25 +96,22 @@ class CycleMap(ClosingMap):
         sizes = self.sizes[self.unknowns]
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
-        layout, results = ensemble_run(
-            variational_equations(map_.equations),
-            rows,
-            start,
+        ended = map_.run(
             Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD),
-            threads=1,
+            start,
+            rows,
+            recording=variational_equations(map_.equations),
             order=ORDER,
-            plain=map_.plain,
             mark_distance=np.full(m + 2, length),
         )
-        first = len(memory.RESULT_HEAD) + layout.states
-        ends = results[:, first : first + layout.states]
+        ends = ended.state
         image = ends[:, self.unknowns] / sizes
         at_rest = np.zeros(m + 1, dtype=bool)
         if map_.equations.hold is not None:
             at_rest[:m] = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
-        words = self._words(layout, results[[0, m, m + 1]])
+        words = self._words(ended, [0, m, m + 1])
         monodromy = ends[:m, n + self.unknowns].T / sizes[:, None]
-        flow = map_.rates(ends[0, :n], side_of(map_, ends[0, :n], rows[0]), rows[0])[self.unknowns] / sizes
+        flow = map_.rates(ends[0, :n], map_.contact_side(ends[0, :n], rows[0]), rows[0])[self.unknowns] / sizes
         slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE)
         above = np.column_stack((monodromy - np.eye(m), flow * self.start_period, slope))
         section = np.append(self.normal, (0.0, 0.0))
@@ -126,7 +121,7 @@ class CycleMap(ClosingMap):
             jacobian=self._returned(monodromy, flow),
             slope=np.append(slope, 0.0),
             at_rest=at_rest,
-            finished=bool(np.all(results[:, 0] == memory.DONE)),
+            finished=bool(np.all(ended.finished)),
             word=words[0],
             drift=float(ends[0, map_.cyclic]) if map_.cyclic >= 0 else 0.0,
             image=ends[0, :n],

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.equations import Equations
 from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.ensemble import Budget
 from vibrocap.numerics.graph import Expression, Graph
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 
@@ -68,16 +68,12 @@ def at_next_mark(
         return ends, ended
     period = np.array([map_.period(row) for row in np.unique(parameters, axis=0)])
     length = period[0] if len(period) == 1 else np.array([map_.period(row) for row in parameters[waiting]])
-    layout, results = ensemble_run(
-        shifted_equations(map_.equations),
-        np.column_stack((parameters[waiting], share[waiting] * length)),
-        states[waiting],
+    found = map_.run(
         Budget(1, 1, 0.0, TOLERANCE, MOST_EVENTS, MOST_STEPS),
-        threads=map_.threads,
-        plain=map_.plain,
+        states[waiting],
+        np.column_stack((parameters[waiting], share[waiting] * length)),
+        recording=shifted_equations(map_.equations),
         mark_distance=(1.0 - share[waiting]) * length,
     )
-    first = len(memory.RESULT_HEAD) + layout.states
-    ends[waiting] = results[:, first : first + layout.states]
-    ended[waiting] = results[:, 0].astype(int)
+    ends[waiting], ended[waiting] = found.state, found.status
     return ends, ended

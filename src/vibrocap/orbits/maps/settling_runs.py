@@ -1,4 +1,4 @@
-"""Runs until they settle, many side by side: where each ended, and the marks of those that go on."""
+"""Settling runs: the stroboscopic map iterated until a motion repeats, for many starts side by side."""
 
 import dataclasses
 from collections.abc import Callable
@@ -7,20 +7,22 @@ import numpy as np
 
 from vibrocap.ensemble import CHUNK
 from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.graph import depends_on_time
-from vibrocap.orbits.closing.steady import ROUGH, SETTLED
+from vibrocap.numerics.ensemble import Budget
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
-from vibrocap.system import System
 
+SETTLED = (
+    1e-6  # change over a response, in natural sizes, at which a run has settled; Newton's method goes on from there
+)
+ROUGH = 1e-9  # tolerance of these runs
 MOST_STEPS = 10**9
 
 
 @dataclasses.dataclass(frozen=True)
-class LongRuns:
+class SettlingRuns:
     """Where runs ended, arrays [runs, ...].
 
-    state: [runs, states] at a mark; ended: numbers of `lanes.py`; response_period: 0 where it did not settle
+    state: [runs, states] at the start of a drive period; ended: numbers of `lanes.py`
+    response_period: 0 where it did not settle
     drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
     """
 
@@ -35,30 +37,14 @@ class LongRuns:
         return self.ended == memory.DONE
 
 
-def check_driven(map_: StroboscopicMap) -> None:
-    """ValueError for a system without a drive that changes in time: whole periods are nothing to it."""
-    if not depends_on_time(map_.equations.rates):
-        raise ValueError(
-            f"system: nothing drives it in time (the drive is {map_.system.drive.name}), so there is no stroboscopic "
-            "map to look at; orbit(system, initial=...) finds its cycles"
-        )
-
-
-def checked_whole(name: str, value: object, least: int, most: int) -> int:
-    """A whole number within bounds; ValueError for anything else."""
-    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not least <= value <= most:
-        raise ValueError(f"{name} should be a whole number from {least} to {most}, got {value!r}")
-    return int(value)
-
-
-def long_runs(
+def settling_runs(
     map_: StroboscopicMap,
     states: np.ndarray,
     parameters: np.ndarray,
     periods: int,
     *,
     progress: Callable[[float], None] | None = None,
-) -> LongRuns:
+) -> SettlingRuns:
     """Run states [runs, states] until each settles, or for so many drive periods.
 
     progress: called now and then, from any thread, with the share begun
@@ -68,47 +54,32 @@ def long_runs(
     parts = []
     for base in range(0, count, CHUNK):
         chosen = slice(base, min(base + CHUNK, count))
-        layout, results = ensemble_run(
-            map_.equations,
-            parameters[chosen],
-            states[chosen],
-            budget,
-            threads=map_.threads,
-            plain=map_.plain,
-            progress=None if progress is None else lambda begun, base=base: progress((base + begun) / count),
-        )
-        first = len(memory.RESULT_HEAD)
-        n = layout.states
-        head = {name: results[:, memory.RESULT_HEAD.index(name)] for name in memory.RESULT_HEAD}
-        settled = (head["status"] == memory.DONE) & (head["response_period"] > 0)
-        drift = np.full(len(results), np.nan)
+        said = None if progress is None else lambda begun, base=base: progress((base + begun) / count)
+        ends = map_.run(budget, states[chosen], parameters[chosen], progress=said)
+        response = ends.response_period
+        drift = np.full(len(response), np.nan)
         if map_.cyclic >= 0:
-            gained = results[:, first + n + map_.cyclic] - results[:, first + map_.cyclic]
-            drift[settled] = gained[settled] / head["response_period"][settled]
-        response = np.where(settled, head["response_period"], 0).astype(int)
-        parts.append((results[:, first + n : first + 2 * n].copy(), head["status"].astype(int), response, drift))
-    return LongRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+            gained = ends.state[:, map_.cyclic] - ends.response_earlier[:, map_.cyclic]
+            drift[response > 0] = (gained / np.maximum(response, 1))[response > 0]
+        parts.append((ends.state, ends.status, response, drift))
+    return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def continued(map_: StroboscopicMap, runs: LongRuns, chosen: np.ndarray, longer: int, periods: int) -> LongRuns:
+def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:
     """The runs, of which the chosen ones went on: `longer` periods in any case, then until they settled."""
     rows = np.tile(map_.parameters(), (len(chosen), 1))
-    budget = Budget(longer, 1, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS)
-    layout, results = ensemble_run(
-        map_.equations, rows, runs.state[chosen], budget, threads=map_.threads, plain=map_.plain
-    )
-    first = len(memory.RESULT_HEAD) + layout.states
-    later = long_runs(map_, results[:, first : first + layout.states].copy(), rows, periods)
-    later.ended[:] = np.where(results[:, 0] == memory.DONE, later.ended, results[:, 0])
+    ends = map_.run(Budget(longer, 1, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS), runs.state[chosen], rows)
+    later = settling_runs(map_, ends.state, rows, periods)
+    later.ended[:] = np.where(ends.finished, later.ended, ends.status)
     later.response_period[~later.finished] = 0
     fields = {field.name: getattr(runs, field.name).copy() for field in dataclasses.fields(runs)}
     for name, column in fields.items():
         column[chosen] = getattr(later, name)
-    return LongRuns(**fields)
+    return SettlingRuns(**fields)
 
 
-def marks(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray:
-    """States at the marks [periods + 1, runs, states] of runs that go on; NaN after one that could not be completed."""
+def iterates(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray:
+    """States after 0, 1, ... drive periods [periods + 1, runs, states]; NaN after a run that could not be completed."""
     found = np.full((periods + 1, *states.shape), np.nan)
     found[0] = states
     running = np.all(np.isfinite(states), axis=1)
@@ -119,20 +90,3 @@ def marks(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, per
         found[k + 1, running] = np.where(images.finished[:, None], images.state, np.nan)
         running[running] = images.finished
     return found
-
-
-def kept_states(map_: StroboscopicMap) -> list[int]:
-    """All states but the cyclic coordinate."""
-    return [i for i in range(map_.states) if i != map_.cyclic]
-
-
-def moving_states(map_: StroboscopicMap) -> list[int]:
-    """All states that change smoothly, but the cyclic coordinate: those in which small changes grow or shrink."""
-    return [i for i in kept_states(map_) if map_.system.state_names[i] not in map_.system.friction.switched]
-
-
-def map_of(system: System, tolerance: float, threads: int | None = None) -> StroboscopicMap:
-    """The stroboscopic map of a driven system."""
-    map_ = StroboscopicMap(system, tolerance, threads)
-    check_driven(map_)
-    return map_
