@@ -16,7 +16,8 @@ from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference import uncertainty as uncertainty_module
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.inference.uncertainty import correlation_time
-from vibrocap.identification.result.saving import as_data, case_section
+from vibrocap.identification.result.case_section import case_section
+from vibrocap.identification.result.fit_result import as_data
 from vibrocap.identification.search.loss import SearchStatus
 from vibrocap.records.record import Record
 

@@ -16,8 +16,9 @@ from vibrocap.identification.experiments.match import match
 from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.spring_fit import spring_fit
-from vibrocap.identification.fitting.steady_fit import steady_fit, steady_force
+from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.problem.coordinates import Coordinate, Space
+from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.problem.velocity_step import Step, found_step, measured_stiffness
 from vibrocap.records.record import Record
 

@@ -172,7 +172,7 @@ def _fitted(
     from vibrocap.identification.fitting.fit import fit as driven_fit
     from vibrocap.identification.fitting.spring_fit import spring_fit
     from vibrocap.identification.fitting.steady_fit import steady_fit
-    from vibrocap.identification.result.saving import as_data
+    from vibrocap.identification.result.fit_result import as_data
 
     methods = {"driven": driven_fit, "steady": steady_fit, "spring": spring_fit}
     with progress(f"Fitting {law}") as report:

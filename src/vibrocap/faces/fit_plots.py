@@ -12,8 +12,7 @@ from vibrocap.faces.long_lines import by_extremes
 from vibrocap.faces.plots import BLUE, GREEN, STYLE, VERMILION, blank_figure, footnote, save
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult
-from vibrocap.identification.result.fit_summary import number
+from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
 
 MOST_RECORDS = 6  # of one sheet
 HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops

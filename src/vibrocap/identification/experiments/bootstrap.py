@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.fit_result import Fit, Problem
-from vibrocap.identification.search.descent import followed
+from vibrocap.identification.search.descent import warm_descent
 from vibrocap.identification.search.loss import Minimum
 
 FEWEST_RECORDS = 4
@@ -103,4 +103,4 @@ def _unit(unit: Any, count: np.ndarray) -> np.ndarray:
 def _refit(prediction: Prediction, start: np.ndarray, problem: Problem) -> Minimum:
     """The minimum of all coordinates near a start."""
     slopes = prediction.slopes(start)
-    return followed(prediction, start, slopes, problem.loss, held=-1, evaluations=40, stop=1e-6)
+    return warm_descent(prediction, start, slopes, problem.loss, held=-1, evaluations=40, stop=1e-6)

@@ -11,7 +11,7 @@ import numpy as np
 from vibrocap.identification.fitting.fit import fit, split_records
 from vibrocap.identification.problem.parametrisation import law_class
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.result.fit_result import Fit, relative_rmse
+from vibrocap.identification.result.fit_result import Fit, relative_rmse, table
 
 FEW = 8  # records up to which each one is left out in turn
 KEPT = 2 / 3  # of a single record, which is fitted; the rest is held out
@@ -54,8 +54,6 @@ class Comparison:
 
     def summary(self) -> str:
         """The comparison as text."""
-        from vibrocap.identification.result.fit_summary import table
-
         head = ("law", "held out", "fitted", "parameters", "AIC", "BIC", "time")
         rows = [
             (

@@ -10,8 +10,9 @@ import numpy as np
 from vibrocap.friction.law import Law
 from vibrocap.identification.experiments.motions import Motion, synthetic_record
 from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.fitting.steady_fit import steady_fit, steady_force
+from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.result.fit_result import Fit
 
 CURVE = 400  # points of a matched steady curve

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parametrisation import choice, nearest
+from vibrocap.identification.problem.parametrisation import nearest, parametrisation
 from vibrocap.identification.problem.prediction import Prediction, nuisances
 from vibrocap.identification.problem.samples import Samples, drafts, samples
 from vibrocap.identification.result.fit_result import Fit
@@ -48,8 +48,8 @@ def fit(
     records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not fitted,
         from a relaxed contact.
     law: an instance (its values are the first start and the values of what is held), a class or a name (then the data
-        suggest the start). free, fixed, bounds: see `choice.choice`; a static level is searched as a ratio, at least 1,
-        over the Coulomb level; whole exponents and conventions are held unless named in `free`.
+        suggest the start). free, fixed, bounds: see `parametrisation`; a static level is searched as a ratio, at least
+        1, over the Coulomb level; whole exponents and conventions are held unless named in `free`.
     starts: local searches, from points of a scrambled Sobol sequence (seed) around a start made from the data; they are
         drafted on thinned records and the best draft is polished on all samples.
     loss: linear, or soft_l1, huber, cauchy, arctan, which outliers pull less; loss_scale: error from which it bends,
@@ -73,7 +73,7 @@ def fit(
             raise ValueError(f"{field}: should be one of {', '.join(known)}, got {value!r}")
     fitted, unseen = split_records(records, held_out, load)
     scales = data_scales(fitted)
-    chosen = choice(law, scales, free, fixed, bounds)
+    chosen = parametrisation(law, scales, free, fixed, bounds)
     extra = nuisances(chosen.template, fitted, offset=offset, mass=mass, start=start, level=scales.level)
     space = chosen.space.with_more(extra)
     prediction = Prediction(chosen.template, space, tuple(fitted), units(fitted, weights), threads)

@@ -7,17 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.inference.intervals import INTERVALS, with_intervals
+from vibrocap.identification.inference.profile import INTERVALS, with_intervals
 from vibrocap.identification.problem.coordinates import Space
-from vibrocap.identification.problem.jumps import away_from_jumps
-from vibrocap.identification.problem.parametrisation import Choice
+from vibrocap.identification.problem.parametrisation import Parametrisation
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_report import failed_fit, finished_fit
 from vibrocap.identification.result.fit_result import Fit, Problem
-from vibrocap.identification.search.descent import ROUGH, descent
+from vibrocap.identification.search.descent import COARSE_STOP, descent
 from vibrocap.identification.search.loss import LOSSES, Loss, SearchStatus, robust_scale
 from vibrocap.identification.search.multistart import search
+from vibrocap.laboratory.driven import driven_force
+
+BESIDE = 2  # samples on either side of a closing that are left out
+REMAINING = 0.5  # share of the samples that must remain
+JOINT = "engaged"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,7 +49,7 @@ class Settings:
 def solution(
     prediction: Prediction,
     draft: Prediction,
-    chosen: Choice,
+    chosen: Parametrisation,
     settings: Settings,
     unseen: Sequence[Samples],
     options: Mapping[str, Any],
@@ -83,7 +87,9 @@ def solution(
         best = descent(prediction, ordered, rule, stop=1e-8)
     smooth = away_from_jumps(prediction, best.u)
     jumps = smooth is not prediction
-    thin, low = (away_from_jumps(draft, best.u), descent(smooth, best.u, rule, stop=ROUGH)) if jumps else (draft, best)
+    thin, low = (
+        (away_from_jumps(draft, best.u), descent(smooth, best.u, rule, stop=COARSE_STOP)) if jumps else (draft, best)
+    )
     low, spread, found = with_intervals(
         smooth, thin, low, rule, settings.intervals, lambda done: said(0.8 + 0.2 * done)
     )
@@ -112,3 +118,33 @@ def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:
     values |= dict(zip(stiffness, (k for k, _ in order), strict=True))
     values |= dict(zip(shares, (share for _, share in order[:-1]), strict=True))
     return space.of(values)
+
+
+def away_from_jumps(prediction: Prediction, u: np.ndarray) -> Prediction:
+    """The prediction in which samples beside a jump do not count; itself where the law has none.
+
+    Whether such a sample lies before or after the jump hangs on a parameter by steps, not smoothly: one sample on the
+    wrong side costs more than all the noise. The cost then has cliffs, on which a descent and a profile get stuck, and
+    slopes and covariance mean nothing. So these samples take part in the search, which needs to know where the joint
+    closes, and are left out of the last descent and of the intervals: what remains tells of the gap by the contact's
+    deflection after it has closed, which is smooth. Intervals are then wider than they would have to be.
+
+    Samples count where they did; they stay if fewer than half would remain (a joint that closes all the time).
+    """
+    law = prediction.law(u)
+    if JOINT not in law.internal:
+        return prediction
+    units: list[Any] = []
+    left = total = 0
+    for i, (record, unit) in enumerate(zip(prediction.records, prediction.units, strict=True)):
+        driven = driven_force(
+            law, record.time, record.velocity, load=record.load, internal=prediction.start(u, i),
+            tolerance=prediction.tolerance,
+        )  # fmt: skip
+        closed = driven.internal[:, law.internal.index(JOINT)]
+        beside = np.zeros(len(record), bool)
+        for at in np.flatnonzero(closed[1:] != closed[:-1]) + 1:
+            beside[max(at - BESIDE, 0) : at + BESIDE] = True
+        units.append(np.where(beside, np.inf, unit))
+        left, total = left + int(np.sum(~beside)), total + len(record)
+    return prediction.of(prediction.records, units) if left >= REMAINING * total else prediction

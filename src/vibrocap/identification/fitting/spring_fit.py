@@ -13,7 +13,7 @@ from vibrocap.identification.fitting.fit import split_records
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parametrisation import choice, law_class
+from vibrocap.identification.problem.parametrisation import law_class, parametrisation
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.spring_prediction import SpringPrediction
 from vibrocap.identification.problem.velocity_step import (
@@ -75,7 +75,7 @@ def spring_fit(
     rise = abs(float(np.ptp(samples.force)))
     rates = [abs(math.log(after.speed / before.speed)) for before, after in itertools.pairwise(steps)]
     effect = 0.7 * rise / max(rates) / scales.load
-    chosen = choice(law, scales, free, held, bounds)
+    chosen = parametrisation(law, scales, free, held, bounds)
     distance = relaxation_distance(samples, steps)
     guess = {"direct_effect": effect, "evolution_effect": effect, "critical_distance": distance}
     start = dict(zip(chosen.space.names, chosen.space.values(chosen.start).tolist(), strict=True))

@@ -7,74 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.identification.fitting.fit import DRAFT, split_records, units
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parametrisation import Choice, choice, partner_of
-from vibrocap.identification.problem.prediction import Prediction, nuisances, unchecked
+from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation, partner_of
+from vibrocap.identification.problem.prediction import nuisances
 from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.steady_prediction import SteadyPrediction
 from vibrocap.identification.result.fit_result import Fit
-
-
-class Column(np.ndarray):
-    """Numbers on which the formulas of a law compute all at once."""
-
-    def exp(self) -> np.ndarray:
-        return np.exp(self)
-
-    def log(self) -> np.ndarray:
-        return np.log(self)
-
-    def sqrt(self) -> np.ndarray:
-        return np.sqrt(self)
-
-    def sin(self) -> np.ndarray:
-        return np.sin(self)
-
-    def cos(self) -> np.ndarray:
-        return np.cos(self)
-
-    def tanh(self) -> np.ndarray:
-        return np.tanh(self)
-
-    def atan(self) -> np.ndarray:
-        return np.arctan(self)
-
-
-def steady_force(law: Law, velocity: Any, load: Any = 1.0, values: Mapping[str, Any] | None = None) -> np.ndarray:
-    """Force of a law at constant velocities [...], odd unless the law is anisotropic; 0 at rest.
-
-    values: parameters that replace the law's, numbers or arrays that broadcast with the velocity.
-    """
-    velocity = np.asarray(velocity, float)
-    side = np.sign(velocity)
-    speed = np.where(side == 0, 1.0, np.abs(velocity)).view(Column)
-    columns = {name: np.asarray(value, float).view(Column) for name, value in (values or {}).items()}
-    changed = unchecked(law, columns)
-    with np.errstate(all="ignore"):
-        if law.kind == "smooth":
-            found, _ = changed.force(velocity.view(Column), (), 1.0, load)
-            return np.asarray(found) + 0.0 * velocity
-        if hasattr(law, "back_ratio"):
-            found = changed.steady_force(speed, load, side)  # type: ignore[call-arg]
-        else:
-            found = changed.steady_force(speed, load)
-    return np.asarray(side * found) + 0.0 * velocity
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class SteadyPrediction(Prediction):
-    """The steady curve of a law, at the velocity of each sample."""
-
-    def forces(self, table: np.ndarray, which: int) -> np.ndarray:
-        """Force [m, n] of record number `which` at coordinates [m, p]."""
-        record, names = self.records[which], self.space.names
-        values = self.space.values(np.atleast_2d(table))
-        columns = {name: values[:, [names.index(name)]] for name in self.law_names}
-        rows = np.broadcast_to(record.velocity, (len(values), len(record)))
-        found = steady_force(self.template, rows, record.load, columns)
-        return found + values[:, [names.index("offset")]] if "offset" in names else found
 
 
 def steady_fit(
@@ -111,7 +51,7 @@ def steady_fit(
     fitted, unseen = split_records(records, held_out, load)
     fitted, unseen = [_moving(each, least_speed) for each in fitted], [_moving(each, least_speed) for each in unseen]
     scales = data_scales(fitted)
-    chosen = choice(law, scales, free, fixed, bounds)
+    chosen = parametrisation(law, scales, free, fixed, bounds)
     prediction = SteadyPrediction(chosen.template, chosen.space, tuple(fitted), units(fitted, weights))
     slopes = prediction.slopes(chosen.start)
     shown = [name for name, column in zip(chosen.space.names, slopes.T, strict=True) if np.abs(column).max() > 1e-9]
@@ -141,9 +81,9 @@ def steady_fit(
     return solution(prediction, draft, chosen, settings, unseen, options, begin, progress)
 
 
-def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -> Choice:
+def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -> Parametrisation:
     kept = {name: pair for name, pair in (bounds or {}).items() if name in shown}
-    return choice(law, scales, shown, fixed, kept)
+    return parametrisation(law, scales, shown, fixed, kept)
 
 
 def _moving(record: Samples, least_speed: float) -> Samples:

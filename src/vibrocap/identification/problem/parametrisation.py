@@ -19,7 +19,7 @@ STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacemen
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Choice:
+class Parametrisation:
     """What a fit searches.
 
     template: a law with the fixed values and the start; space: the free parameters as coordinates; start [p]:
@@ -61,13 +61,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"did you mean {close[0]!r}?" if close else "there are " + ", ".join(known)
 
 
-def choice(
+def parametrisation(
     law: Any,
     scales: DataScales,
     free: Iterable[str] | None = None,
     fixed: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-) -> Choice:
+) -> Parametrisation:
     """The free parameters of a law, their bounds and their start.
 
     free: names; None: all numbers but those that choose the law's formula and those that are conventions. fixed: values
@@ -124,7 +124,7 @@ def choice(
     values = dict(zip(space.names, space.values(u).tolist(), strict=True))
     held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
     template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
-    return Choice(template, space, u, own_start)
+    return Parametrisation(template, space, u, own_start)
 
 
 def partner_of(name: str, names: Iterable[str]) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.identification.fitting.steady_fit import Column
 from vibrocap.identification.problem.prediction import Prediction, unchecked
+from vibrocap.identification.problem.steady_prediction import Column
 from vibrocap.identification.problem.velocity_step import Step, path_of
 
 FIRST, STEPS = 1e-3, 2000  # first step, over the time of a critical distance; largest number of steps of a transient

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.identification.problem.parameter_roles import is_gap
 from vibrocap.identification.problem.prediction import Prediction
-from vibrocap.identification.search.descent import ROUGH, STOP, descent
+from vibrocap.identification.search.descent import COARSE_STOP, STOP, descent
 from vibrocap.identification.search.loss import Loss, Minimum, finite
 
 SCREENED = 32  # points looked at per start
@@ -58,7 +58,7 @@ def search(
         drafts[i] = (_scanned(draft, descent(draft, u, loss, evaluations=LONG, stop=1e-6), loss), drafts[i][1])
         said(0.55 + 0.15 * (i + 1) / CARRIED)
     drafts.sort(key=lambda each: each[0].cost)
-    stop = ROUGH if rough else STOP
+    stop = COARSE_STOP if rough else STOP
     best = _scanned(prediction, descent(prediction, drafts[0][0].u, loss, evaluations=POLISH, stop=stop), loss)
     said(0.8)
     return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in drafts)
@@ -81,7 +81,7 @@ def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:
             lowest = table[int(np.argmin(costs))]
             if not costs.min() < best.cost:
                 break
-            again = descent(prediction, lowest, loss, evaluations=POLISH, stop=ROUGH)
+            again = descent(prediction, lowest, loss, evaluations=POLISH, stop=COARSE_STOP)
             if not again.cost < best.cost:
                 break
             best = again

@@ -1,4 +1,7 @@
-"""A fitted law in the units of a case: measurements are in SI, a case counts in the pendulum's weight and length."""
+"""The section [friction] of a case file for a fitted law, in SI or in the units of a case."""
+
+import json
+from typing import Any
 
 from vibrocap.friction.law import Law
 from vibrocap.identification.problem.parameter_roles import role
@@ -43,3 +46,22 @@ def heading(scales: Scales | None) -> str:
         f"# Dimensionless, for a pendulum of {scales.pendulum_mass_kg:g} kg and {scales.pendulum_length_m:g} m: "
         "forces over its weight, lengths over its length.\n"
     )
+
+
+def case_section(law: Any) -> str:
+    """The section [friction] of a case file, every parameter written out."""
+    lines = ["[friction]", f"law = {json.dumps(law.name)}"]
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        if value is None:  # a part of the law that is not there
+            continue
+        lines.append(f"{info.name} = {_toml(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return str(value) if isinstance(value, int) else repr(float(value))
