@@ -14,7 +14,7 @@ from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD,
 from vibrocap.orbits.attractors.basins import Basins, basins
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.maps import settling_runs
-from vibrocap.orbits.maps.drive_phase import at_next_mark, shifted_equations
+from vibrocap.orbits.maps.drive_phase import at_next_section, shifted_equations
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.simulate import period_marks
 
@@ -81,7 +81,7 @@ def test_start_amid_a_period_goes_on_to_its_end():
         whole = map_.images(start, rows, tangents=False).state
         period = map_.period(map_.parameters())
         part = map_.images(start, rows, tangents=False, mark_distance=np.full(3, 0.3 * period)).state
-        ends, _ = at_next_mark(map_, np.array([part[0], part[1], start[2]]), rows, np.array([0.3, -1.7, 2.0]))
+        ends, _ = at_next_section(map_, np.array([part[0], part[1], start[2]]), rows, np.array([0.3, -1.7, 2.0]))
     assert ends[:2] == pytest.approx(whole[:2], abs=1e-8)
     assert ends[2] == pytest.approx(start[2], abs=0.0)  # it is at a mark already
 
@@ -159,7 +159,7 @@ def test_lost_phase_would_be_noticed(monkeypatch):
     """Planted: all runs begin at the mark."""
     monkeypatch.setattr(
         basins_module,
-        "at_next_mark",
+        "at_next_section",
         lambda map_, states, rows, phase: (states.copy(), np.ones(len(states), dtype=int)),
     )
     found = basins(capsule(), PLANE, 40, phase=0.15)

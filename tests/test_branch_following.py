@@ -10,7 +10,7 @@ import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic
 from vibrocap.orbits.continuation import segment, special_points
 from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.branch_switching import angled_births, born_point
+from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.following import BranchEnd, followed, started
 from vibrocap.orbits.continuation.special_points import SpecialKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
@@ -49,8 +49,8 @@ def test_fold_and_flip_of_henons_map():
 def test_doubled_branch_leaves_the_flip_and_meets_it_again():
     map_ = PlainMap(henon, (0.0, 1.2))
     (flip,) = [each for _, each in way(map_, (0.3, 0.3), 0.2).special if each.kind is SpecialKind.FLIP]
-    finer, birth = born_point(map_, flip)
-    doubled = followed(finer, birth, 1.0, 2000, STEP, born=True)
+    finer, first = switched_point(map_, flip)
+    doubled = followed(finer, first, 1.0, 2000, STEP, from_parent=True)
     for point in doubled.points[1:]:
         x, p = point.x[:2], finer.parameter(point.x)
         once = np.array(henon(x, p))
@@ -78,8 +78,8 @@ def test_pitchfork_is_the_multiplier_minus_one_of_the_half_period_map():
     assert pitchfork.kind is SpecialKind.PITCHFORK
     assert abs(map_.parameter(pitchfork.point.x) - 1.0) < 1e-2 * LOCATED
     assert pitchfork.unstable == (0, 1)
-    finer, birth = born_point(map_, pitchfork)
-    twins = followed(finer, birth, 1.0, 2000, STEP, born=True)
+    finer, first = switched_point(map_, pitchfork)
+    twins = followed(finer, first, 1.0, 2000, STEP, from_parent=True)
     for point in twins.points[1:]:
         assert abs(point.x[0] ** 2 - (finer.parameter(point.x) - 1.0)) < 1e-9
     back = followed(finer, twins.points[-1], -1.0, 2000, STEP)
@@ -119,7 +119,7 @@ def test_stability_lost_by_a_jump_is_told_from_a_flip():
 def test_branch_that_leaves_at_an_angle_is_found():
     map_ = PlainMap(bent(0.5, -1.5), (-1.0, 1.0), word=pieces)
     (change,) = [each for _, each in way(map_, (-1.0,), -0.5).special]
-    finer, first = next(angled_births(map_, change))
+    finer, first = next(branches_at_corner(map_, change))
     p, u = finer.parameter(first.x), first.x[0]
     wanted = {p * 1.5 / 1.75, -p * 0.5 / 1.75}  # one point on each side of the corner
     assert min(abs(u - each) for each in wanted) < 1e-10

@@ -32,8 +32,8 @@ from vibrocap.system import System
 NOT_SETTLED, FAILED, NOT_TOLD = -2, -3, -4
 MOST_SHOT = 100  # settled motions that are shot: more of them are a continuum, such as the rests of a block
 SEVERAL = 3  # runs that lead to an orbit which is no sample of a continuum
-MOST_CLOUDS = 32  # unsettled runs whose marks are gathered; the others are compared with these
-FEW = 64  # marks of each of those others
+MOST_CLOUDS = 32  # unsettled runs whose iterates are gathered; the others are compared with these
+FEW = 64  # iterates of each of those others
 EXPONENT_PERIODS = 1000  # over which a motion that did not settle is looked at
 
 
@@ -87,8 +87,8 @@ def attractors(
     """The attractors that starts spread over ranges of the states lead to.
 
     All starts run side by side until they settle. Settled runs are polished by shooting, one for each orbit: the n
-    states in which an orbit of period n passes the mark are one attractor, and an orbit that is the mirror image of
-    another is its twin. Those that do not settle are grouped by the sets that they fill at the marks and classified by
+    states in which an orbit of period n passes the section are one attractor, and an orbit that is the mirror image of
+    another is its twin. Those that do not settle are grouped by the sets that they fill there and classified by
     their largest Lyapunov exponent and the 0-1 test; what is neither chaotic nor quasi-periodic stays NOT_SETTLED.
 
     starts: how many, of low discrepancy (the first thousand of two thousand are the same thousand)
@@ -217,6 +217,6 @@ def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None
 
 
 def _cloud(map_: StroboscopicMap, motion: MotionClass) -> np.ndarray:
-    """States at many marks of an aperiodic motion [marks, states]."""
+    """Many iterates of an aperiodic motion [periods, states]."""
     state = np.array([list(motion.state.values())])
     return iterates(map_, state, map_.parameters()[None], CLOUD)[:, 0]

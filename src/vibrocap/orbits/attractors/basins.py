@@ -11,7 +11,7 @@ from vibrocap.numerics import lanes as memory
 from vibrocap.orbits.arguments import checked_pair, checked_whole
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, visited_ranges
-from vibrocap.orbits.maps.drive_phase import at_next_mark
+from vibrocap.orbits.maps.drive_phase import at_next_section
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.simulate import check_run, initial_state
@@ -125,7 +125,7 @@ def started_anywhere(
 ) -> SettlingRuns:
     """Runs from states at phases of the drive [runs], until they settle."""
     rows = np.tile(map_.parameters(), (len(states), 1))
-    marked, ended = at_next_mark(map_, states, rows, phases)
+    marked, ended = at_next_section(map_, states, rows, phases)
     going = ended == memory.DONE
     parts = settling_runs(map_, marked[going], rows[going], periods, progress=progress)
     state, ended = marked.copy(), ended.copy()

@@ -24,10 +24,10 @@ class BifurcationDiagram:
     """What runs do over a parameter; arrays [directions, starts, points, ...], points in rising order of the parameter.
 
     over: path of the parameter; values: [points]; directions: "up" and "down"
-    states: [..., kept, states] at the marks, the cyclic coordinate from zero at the first of them; of a settled motion
+    states: [..., kept, states] at the section, the cyclic coordinate from zero at the first; of a settled motion
         those of one response, of others `kept` of them; NaN where there are no more
     response_period: drive periods; 0: not settled, -1: the run failed (then it begins anew at the next point)
-    drift: gain of the cyclic coordinate per drive period over these marks; NaN without one. Motions are settled to
+    drift: gain of the cyclic coordinate per drive period over these states; NaN without one. Motions are settled to
         1e-6 of natural sizes, and that is how far the drift of a symmetric one is from zero
     """
 
@@ -65,7 +65,7 @@ def bifurcation_diagram(
         of them find more of what coexists, and up to eight in all cost little more than one. With the half-period
         symmetry every other run is recorded by its mirror image, which is a motion too: the way in which a parameter
         changes prefers one of two twins, so that of runs alone all would go to the same
-    settle_periods: most drive periods at a point; kept: marks kept of a motion that does not settle
+    settle_periods: most drive periods at a point; kept: states kept of a motion that does not settle
     progress: called at each point with the share done
 
     A loss of stability with a multiplier close to one is seen late, since runs leave slowly what they were on.
@@ -109,7 +109,7 @@ def bifurcation_diagram(
 def _at_point(
     map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int, imaged: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(response period, marks kept [runs, kept, states], drift, last states) of runs at one value.
+    """(response period, states kept [runs, kept, states], drift, last states) of runs at one value.
 
     imaged: [runs] which ones are recorded by their mirror images
     """
@@ -146,7 +146,7 @@ def _at_point(
 
 
 def _mirrored(map_: StroboscopicMap, path: np.ndarray) -> np.ndarray:
-    """Mirror images of the marks of a run [marks, states], half a period later; NaN where the run had failed."""
+    """Mirror images of the iterates of a run [periods, states], half a period later; NaN where the run had failed."""
     whole = np.all(np.isfinite(path), axis=1)
     rows = np.tile(map_.parameters(), (int(whole.sum()), 1))
     found = np.full_like(path, math.nan)
@@ -167,7 +167,7 @@ def _nudged(map_: StroboscopicMap, states: np.ndarray, step: int) -> np.ndarray:
 
 
 def _shortest(map_: StroboscopicMap, path: np.ndarray, periods: int) -> int:
-    """The response period of a settled run from its marks: one that alternates as it settles looks twice as long."""
+    """The response period of a settled run from its iterates: one that alternates as it settles looks twice as long."""
     sized = map_.section(path)
     for n in range(1, periods):
         if periods % n == 0 and np.max(np.abs(sized[n : periods + 1] - sized[: periods + 1 - n])) <= NEAR:

@@ -31,7 +31,7 @@ LONGEST_PERIOD = 128  # of the periodic motions that are looked for where a run 
 RECURRENT = 1e-3  # distance over natural sizes from which such an orbit is shot
 BATCHES = 16
 ALIKE = 3.0  # spacings of the states of one motion within which those of another lie, if both fill the same set
-CLOUD = 512  # marks that are compared with their mirror images
+CLOUD = 512  # states that are compared with their mirror images
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,7 +48,7 @@ class MotionClass:
     symmetric: whether the motion is its own mirror image half a period later (an aperiodic one: whether it fills the
         same set); None where it has no such symmetry, or is not known
     orbit: the orbit of a periodic motion; lyapunov, zero_one: of one that did not settle
-    state: at a mark, on the motion or on the way to it
+    state: at the section, on the motion or on the way to it
     """
 
     kind: str
@@ -123,7 +123,7 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
 
 
 def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
-    """Class of a motion that did not settle, from its states at many marks [marks, states]."""
+    """Class of a motion that did not settle, from many iterates [periods, states]."""
     whole = np.all(np.isfinite(states), axis=1)
     parameters, period = map_.parameters(), map_.period(map_.parameters())
     finished, states = bool(whole.all()), states[whole]
@@ -168,7 +168,7 @@ def mirrored_cloud(map_: StroboscopicMap, states: np.ndarray) -> np.ndarray:
 def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays: bool) -> tuple[str, str]:
     """(kind, reason) by the largest exponent and the 0-1 test.
 
-    stays: whether both halves of the marks fill the same set. A slow way to or from an orbit has a small exponent too
+    stays: whether both halves of them fill the same set. A slow way to or from an orbit has a small exponent too
     """
     value, error = growth.value * period, growth.error * period
     numbers = (
@@ -176,7 +176,7 @@ def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays
         f"0-1 test {chaos.value:.3f}"
     )
     if not stays:
-        return "not settled", f"the second half of the marks lies elsewhere than the first: {numbers}"
+        return "not settled", f"the second half of the iterates lies elsewhere than the first: {numbers}"
     if value > max(SURE * error, FAINT) and chaos.value > CHAOTIC:
         return "chaotic", numbers
     if abs(value) <= max(SURE * error, FAINT) and chaos.value < REGULAR and error <= 10.0 * FAINT:

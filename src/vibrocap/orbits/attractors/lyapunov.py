@@ -88,7 +88,7 @@ def advanced(map_: StroboscopicMap, state: np.ndarray, parameters: np.ndarray, p
 
 
 def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, finished: bool) -> LyapunovExponents:
-    """Exponents along successive states at the marks [periods, states]; all these periods are computed side by side."""
+    """Exponents along successive states at the section [periods, states], whose periods are computed side by side."""
     moving = map_.smooth_states
     if len(states) < BATCHES:
         nothing = np.full(len(moving), math.nan)

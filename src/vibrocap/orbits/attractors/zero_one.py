@@ -41,7 +41,7 @@ def zero_one_test(series: Any, *, frequencies: int = FREQUENCIES, seed: int = 0)
         K(c) = correlation of D(n) with n;   the result is the median of K over c from (pi/5, 4 pi/5)
 
     series: [N] values, one per period (a finely sampled signal looks regular), or a `Trajectory`, of which the state at
-        the period marks that varies most is taken, over its natural size, in the last half of the motion
+        the section that varies most is taken, over its natural size, in the last half of the motion
     A series that stands still has K = 0. Weak chaos and slow transients need many values; noise counts as chaos.
     Returns `ZeroOneTest`. Raises ValueError for fewer than 200 values or what is no series of finite numbers.
     """

@@ -72,7 +72,7 @@ def distinct_orbits(
 ) -> tuple[list[OrbitPoints], np.ndarray]:
     """(orbits to which settled runs lead, index of that of each run [runs]; -1: there are more than `most`).
 
-    A motion of period n passes the mark in n states, and so does its image shifted by a drive period: all n are one
+    A motion of period n passes the section in n states, and so does its image shifted by a drive period: all n are one
     orbit. One run of those near an orbit is shot; the others are within `NEAR` of one of its n points. Where shooting
     does not lead to an orbit near the run, the motion is known by where the run ended.
 
@@ -134,7 +134,7 @@ def _settled_orbit(map_: StroboscopicMap, state: np.ndarray, periods: int) -> Or
 
 
 def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray:
-    """An orbit at the marks of one response."""
+    """The states of one response at the section."""
     parameters = map_.parameters()
     states = [state]
     for _ in range(periods - 1):
@@ -143,7 +143,7 @@ def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarra
 
 
 def _same_orbit(one: OrbitPoints, other: OrbitPoints) -> bool:
-    """Whether two orbits are the same, begun at whichever mark."""
+    """Whether two orbits are the same, begun at whichever drive period."""
     limit = SAME_ORBIT if one.closed_exactly and other.closed_exactly else NEAR
     return len(one.points) == len(other.points) and bool(_distance(other.points, one.points[:1])[0] <= limit)
 

@@ -13,7 +13,7 @@ from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
 from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
 from vibrocap.orbits.continuation.branch_point import BranchPoint
-from vibrocap.orbits.continuation.branch_switching import angled_births, born_point
+from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint, reversed_way, special_point
@@ -269,18 +269,18 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
     """
     map_, found = parent.closing_map, special.found
     if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and found.direction is not None:
-        finer, birth = born_point(map_, found)
-        way = followed(finer, birth, 1.0, points, step, born=True)
+        finer, first = switched_point(map_, found)
+        way = followed(finer, first, 1.0, points, step, from_parent=True)
         if len(way.points) < 2:
             return None
         if _drifts_back(way.points[1]):
-            turned = dataclasses.replace(birth, tangent=-birth.tangent)
-            way = followed(finer, turned, 1.0, points, step, born=True)
+            turned = dataclasses.replace(first, tangent=-first.tangent)
+            way = followed(finer, turned, 1.0, points, step, from_parent=True)
         assert isinstance(finer, ClosingMap)
         result = joined(finer, None, way)
-        return dataclasses.replace(result, ends=(_born(special), result.ends[1]))
+        return dataclasses.replace(result, ends=(_bifurcation_end(special), result.ends[1]))
     if special.kind is SpecialKind.WORD_CHANGE and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
-        for finer, first in angled_births(map_, found):
+        for finer, first in branches_at_corner(map_, found):
             assert isinstance(finer, ClosingMap)
             ways = [followed(finer, first, sign, points, step) for sign in (-1.0, 1.0)]
             return joined(finer, *ways)
@@ -288,7 +288,7 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
     raise ValueError(f"special should be a pitchfork or a flip, from which a branch leaves, got a {special.kind.value}")
 
 
-def _born(special: SpecialPoint) -> BranchEnd:
+def _bifurcation_end(special: SpecialPoint) -> BranchEnd:
     """How a branch begins that leaves at a special point."""
     return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
 

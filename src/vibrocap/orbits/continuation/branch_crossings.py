@@ -18,7 +18,7 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.simulate import simulate
 
-CLOSED = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value
+MEASURE_ERROR = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value
 BESIDE = 1e-3  # share of a segment over which the slope is taken
 
 
@@ -137,5 +137,5 @@ def _located(
     kind = CrossingKind.JUMP if bracket.jumps else CrossingKind.CROSSING
     at = closure.parameter(here.x)
     rate = (difference(beside) - difference(here)) / (closure.parameter(beside.x) - at)
-    error = width + CLOSED * closure.tolerance * size / max(abs(rate), 1e-300)
+    error = width + MEASURE_ERROR * closure.tolerance * size / max(abs(rate), 1e-300)
     return BranchCrossing(kind, at, width if bracket.jumps else error, after_point, orbit_of(here))

@@ -15,9 +15,9 @@ from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoin
 from vibrocap.system import System
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
-AT_BIRTH = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
+AT_PARENT = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
 MOST_BRANCHES = 40
-ONE_BIRTH = 1e-5  # in natural sizes and shares of the range: two births so near are one
+ONE_PLACE = 1e-5  # in natural sizes and shares of the range: two bifurcations so near are one
 ON_BRANCH = 1e-7  # the same of two orbits
 ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
 
@@ -41,7 +41,7 @@ class BranchDiagram:
     """Branches of steady motions over one parameter, and where they meet.
 
     Of mirror twins only one is kept: the other has the opposite drift and the same multipliers.
-    unfollowed: (branch, special point) of births whose branch was not followed, being too deep or not found
+    unfollowed: (branch, special point) of bifurcations whose branch was not followed, being too deep or not found
     """
 
     system: System
@@ -118,7 +118,7 @@ class _Growing:
         return len(self.branches) - 1
 
     def grow(self) -> None:
-        """Follow what leaves: smooth births first, of which what leaves at an angle may be the other end."""
+        """Follow what leaves: smooth bifurcations first, of which what leaves at an angle may be the other end."""
         while len(self.branches) < MOST_BRANCHES:
             waiting = [
                 (special.discontinuous, self.generation[i], i, j)
@@ -151,7 +151,7 @@ class _Growing:
         """Note where a branch begins and ends on others."""
         new = self.branches[child]
         for end, how in ((0, new.ends[0]), (-1, new.ends[1])):
-            if how not in AT_BIRTH:
+            if how not in AT_PARENT:
                 continue
             for i, parent in enumerate(self.branches):
                 for j, special in enumerate(parent.special_points):
@@ -174,7 +174,7 @@ class _Growing:
 
 
 def _leaves(special: SpecialPoint) -> bool:
-    """Whether another branch leaves at a special point (and not the branch itself, which is born there)."""
+    """Whether another branch leaves at a special point (and not the branch itself, which begins there)."""
     if special.kind in BRANCHING:
         return special.found.direction is not None
     return special.kind is SpecialKind.WORD_CHANGE and special.passed in BRANCHING and special.found.beyond is not None
@@ -187,7 +187,7 @@ def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bo
     there = np.array(list(special.state.values()))[parent.closing_map.unknowns]
     here = child.states[end][child.closing_map.unknowns]
     off = max(float(np.max(np.abs(there - here) / sizes)), abs(special.parameter - child.parameter[end]) / (high - low))
-    return child.response_period in (parent.response_period, 2 * parent.response_period) and off <= ONE_BIRTH
+    return child.response_period in (parent.response_period, 2 * parent.response_period) and off <= ONE_PLACE
 
 
 def _holds(known: Branch, orbit: Orbit) -> bool:

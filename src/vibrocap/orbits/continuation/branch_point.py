@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, FORGOTTEN
 from vibrocap.orbits.maps.closing_map import Closing, Closure
 
-CLOSED = 1e-12  # residual at which a point is accepted
+POINT_CLOSED = 1e-12  # residual at which a point is accepted
 ROUNDING = 3e-11  # the same where no step of Newton's method makes it smaller
 MOST_STEPS = 10
 LONGEST_STRIDE = 0.5  # of a step of Newton's method, over natural sizes
@@ -56,7 +56,7 @@ def corrected(
         found = closure.attempt(x, like)
         gap = float(normal @ x - level)
         residual = max(found.residual, abs(gap))
-        if residual <= CLOSED:
+        if residual <= POINT_CLOSED:
             return found, steps
         if not np.isfinite(residual):
             return None, steps

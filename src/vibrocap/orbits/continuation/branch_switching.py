@@ -1,4 +1,4 @@
-"""Where branches are born from others: at pitchforks and flips, left for a new branch or met by one that ends."""
+"""Branch switching: from a branch to one that bifurcates from it at a pitchfork or a flip, and where that one ends."""
 
 from collections.abc import Iterator
 
@@ -10,18 +10,18 @@ from vibrocap.orbits.continuation.special_points import Found, SpecialKind, flip
 from vibrocap.orbits.maps.closing_map import Closure
 from vibrocap.orbits.maps.itinerary import same_cycle, word_change
 
-WIDEST = 0.05  # share of the parameter's range within which a birth is looked for
+WIDEST = 0.05  # share of the parameter's range within which a bifurcation is looked for
 NARROWEST = 1e-4
-TWIN = 3.0  # how far off, over the distance of two points about a birth, the twin of one may be from the other
-FAR_BIRTH = 30.0  # the same of the birth, where the branch leaves at a sharp angle
+TWIN = 3.0  # how far off, over the distance of two points about a bifurcation, the twin of one may be from the other
+FAR_BIFURCATION = 30.0  # the same of the bifurcation, where the branch leaves at a sharp angle
 BESIDE = (-1e-3, 1e-3, -1e-2, 1e-2)  # shares of the range at which a branch that leaves at an angle is looked for
 OFFSETS = tuple(10.0 ** np.arange(-4.0, -0.4, 0.5))  # distances from its parent there, in natural sizes
-BORN = "this branch is born here"
+TEXT = "this branch is born here"
 DIFFERENT = 1e-5  # mismatch under the parent's map from which on an orbit is another
 
 
-def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint, slack: float = 0.0) -> Found | None:
-    """Where a branch is born from one of the coarser map, between two of its points; None where it is not.
+def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, slack: float = 0.0) -> Found | None:
+    """Where a branch bifurcates from one of the coarser map, between two of its points; None where it is not.
 
     A branch of mirror twins meets that of symmetric orbits where the parameter has an extremum along it, since the
     twins are the same branch gone through the other way; a branch of twice the period meets its own shift by one
@@ -29,8 +29,8 @@ def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint, slack
     word, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser branch,
     where nothing is singular.
 
-    Beyond a birth the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
-    birth from a fold beside it. slack: how much farther than `last` from `first` all this may be
+    Beyond it the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
+    bifurcation from a fold beside it. slack: how much farther than `last` from `first` all this may be
     """
     coarser = closure.coarser()
     if coarser is None:
@@ -44,18 +44,20 @@ def birth_between(closure: Closure, first: BranchPoint, last: BranchPoint, slack
         return None
     for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
         smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
-        if (smooth or special.passed is not None) and np.linalg.norm(special.point.x - first.x) <= FAR_BIRTH * near:
+        if (smooth or special.passed is not None) and np.linalg.norm(
+            special.point.x - first.x
+        ) <= FAR_BIFURCATION * near:
             return _seen_from(closure, first, special)
     return None
 
 
-def unlocated_birth(closure: Closure, last: BranchPoint, beyond: BranchPoint) -> Found:
-    """The record of a birth between the last point that is no orbit of the coarser map and the next one, which is."""
+def unlocated_bifurcation(closure: Closure, last: BranchPoint, beyond: BranchPoint) -> Found:
+    """A bifurcation between the last point that is no orbit of the coarser map and the next one, which is."""
     error = abs(closure.parameter(beyond.x) - closure.parameter(last.x))
     coarser = closure.coarser()
     kind = SpecialKind.PITCHFORK if coarser is not None and coarser.half else SpecialKind.FLIP
     counts, words = (last.unstable(), beyond.unstable()), (last.closing.word, beyond.closing.word)
-    return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=BORN)
+    return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=TEXT)
 
 
 def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
@@ -82,7 +84,7 @@ def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, ne
 
 
 def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
-    """The record of a birth on the coarser branch, seen from the branch that ends there."""
+    """The record of a bifurcation on the coarser branch, seen from the branch that ends there."""
     towards = special.point.x - last.x
     size = float(np.linalg.norm(towards))
     point = BranchPoint(
@@ -92,10 +94,10 @@ def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
     if special.kind is SpecialKind.WORD_CHANGE:
         change = special.change if same_cycle(*words) else word_change(*words)[0]
     counts = (last.unstable(), last.unstable())
-    return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=BORN)
+    return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=TEXT)
 
 
-def angled_births(parent: Closure, special: Found) -> Iterator[tuple[Closure, BranchPoint]]:
+def branches_at_corner(parent: Closure, special: Found) -> Iterator[tuple[Closure, BranchPoint]]:
     """(map, point) of branches that leave at a change of the word, where the multipliers jump over -1.
 
     There is no eigenvector that shows the way, since the derivative jumps. Orbits are looked for on both sides of the
@@ -123,10 +125,10 @@ def angled_births(parent: Closure, special: Found) -> Iterator[tuple[Closure, Br
             break
 
 
-def born_point(closure: Closure, special: Found) -> tuple[Closure, BranchPoint]:
+def switched_point(closure: Closure, special: Found) -> tuple[Closure, BranchPoint]:
     """(map, first point) of the branch that leaves at a pitchfork or a flip, along the eigenvector of multiplier -1.
 
-    That branch is symmetric about its birth: its tangent there has no part along the parameter.
+    That branch is symmetric about it: its tangent there has no part along the parameter.
     """
     assert special.direction is not None
     finer = closure.finer()

@@ -6,14 +6,14 @@ import enum
 import numpy as np
 
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent, tangent
-from vibrocap.orbits.continuation.branch_switching import birth_between, unlocated_birth
+from vibrocap.orbits.continuation.branch_switching import parent_bifurcation, unlocated_bifurcation
 from vibrocap.orbits.continuation.segment import TOO_MANY
 from vibrocap.orbits.continuation.special_points import Found, SpecialKind, special_points_between
 from vibrocap.orbits.maps.closing_map import Closing, Closure
 from vibrocap.orbits.maps.itinerary import same_cycle
 
 ON_COARSER_MAP = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
-MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its birth
+MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its bifurcation
 SURE = 1e-4  # share of the largest step below which a step has not jumped to another branch
 CROWDED = 0.03  # the same of a step whose changes of word are too many to be located one by one
 UNTRUSTED = (SpecialKind.UNLOCATED, SpecialKind.JUMP)
@@ -23,12 +23,7 @@ SHORT = 1e-4  # share of the largest step from which on a kink is taken for what
 OFF_GUESS = 0.3  # share of a step by which a point may be off the guess
 CORNERED = 1e-2  # share of the largest step from which on a corner is looked for
 QUICK = 3  # steps of Newton's method after which the next step may be longer
-BEYOND_CORNER = (
-    3.0,
-    10.0,
-    1.0,
-    30.0,
-)  # how far beyond it its other side is looked for, over the distance tried
+BEYOND_CORNER = (3.0, 10.0, 1.0, 30.0)  # how far beyond it the other side is sought, over the distance tried
 OFF_SIDE = 3.0  # how far off the guess it may be found, over the same
 NO_DISTANCE = 1e-9  # distance from a corner below which nothing is told apart
 
@@ -93,7 +88,7 @@ def started(closure: Closure, x: np.ndarray) -> BranchPoint | None:
 
 
 def followed(
-    closure: Closure, start: BranchPoint, towards: float, most: int, step: float, born: bool = False
+    closure: Closure, start: BranchPoint, towards: float, most: int, step: float, from_parent: bool = False
 ) -> Followed:
     """Follow a branch from a point, first towards larger (+1) or smaller (-1) parameters along its tangent.
 
@@ -104,17 +99,17 @@ def followed(
     is passed by looking along the other side's tangent.
 
     most: points; step: longest, in natural sizes of the states and shares of the parameter's range
-    born: the start is where this branch is born from another, as in `special_points_between`
+    from_parent: the start is where this branch bifurcates from another, as in `special_points_between`
     """
     here = dataclasses.replace(start, tangent=towards * start.tangent)
-    walk = _Walk(closure, closure.coarser(), step, (0.2 if born else 0.1) * step)
+    walk = _Walk(closure, closure.coarser(), step, (0.2 if from_parent else 0.1) * step)
     points, special = [here], []
     while True:
         if len(points) >= most:
             return Followed(points, special, BranchEnd.TOO_MANY_POINTS)
         if _at_bound(here):
             return Followed(points, special, BranchEnd.PARAMETER_BOUND)
-        found, between, end = walk.stretch(here, born and len(points) == 1)
+        found, between, end = walk.stretch(here, from_parent and len(points) == 1)
         special += [(len(points) - 1, each) for each in between]
         if found is not None:
             points.append(found)
@@ -139,7 +134,7 @@ class _Walk:
     ds: float
     watched: float = 0.0
 
-    def stretch(self, here: BranchPoint, at_birth: bool) -> tuple[BranchPoint | None, list[Found], BranchEnd | None]:
+    def stretch(self, here: BranchPoint, from_parent: bool) -> tuple[BranchPoint | None, list[Found], BranchEnd | None]:
         """(next point, special points before it, why the branch ends there).
 
         A step after which the orbit is one of the coarser map, or that has orbits between its ends which do not close,
@@ -151,18 +146,18 @@ class _Walk:
             if found is None:
                 if met_at is not None:
                     return self._ended(here, met_at)
-                special = birth_between(self.closure, here, here, MEETING)
+                special = parent_bifurcation(self.closure, here, here, MEETING)
                 return (None, [], why) if special is None else (special.point, [special], _end_at(special))
             way = float(np.linalg.norm(found.x - here.x))
             least = min(way, self.ds)
-            if here.tangent[-1] * found.tangent[-1] < 0.0 and not at_birth:
-                met = birth_between(self.closure, here, found)
+            if here.tangent[-1] * found.tangent[-1] < 0.0 and not from_parent:
+                met = parent_bifurcation(self.closure, here, found)
                 if met is not None:
                     smooth = met.passed is None
-                    before = special_points_between(self.closure, here, met.point, met=True) if smooth else []
+                    before = special_points_between(self.closure, here, met.point, to_parent=True) if smooth else []
                     return met.point, [*before, met], _end_at(met)
             sure = way <= SURE * self.longest
-            if at_birth and not sure and (found.x[-1] - here.x[-1]) * found.tangent[-1] < 0.0:
+            if from_parent and not sure and (found.x[-1] - here.x[-1]) * found.tangent[-1] < 0.0:
                 self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
                 continue
             if self.coarser is not None and self.coarser.attempt(found.x, found.closing).residual <= ON_COARSER_MAP:
@@ -171,7 +166,7 @@ class _Walk:
                     return self._ended(here, met_at)
                 continue
             closely = self.watched > 0.0
-            between = special_points_between(self.closure, here, found, born=at_birth, closely=closely)
+            between = special_points_between(self.closure, here, found, from_parent=from_parent, closely=closely)
             crowded = way <= CROWDED * self.longest
             if any(each.kind in UNTRUSTED and not (crowded if each.text == TOO_MANY else sure) for each in between):
                 if any(each.text == TOO_MANY for each in between):
@@ -183,13 +178,15 @@ class _Walk:
             return found, between, None
 
     def _ended(self, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, list[Found], BranchEnd]:
-        """The end at the branch from which this one is born."""
-        special = birth_between(self.closure, here, beyond, MEETING) or unlocated_birth(self.closure, here, beyond)
+        """The end at the branch from which this one bifurcates."""
+        special = parent_bifurcation(self.closure, here, beyond, MEETING) or unlocated_bifurcation(
+            self.closure, here, beyond
+        )
         return special.point, [special], _end_at(special)
 
 
 def _end_at(special: Found) -> BranchEnd:
-    """How a branch ends at a birth."""
+    """How a branch ends where it meets its parent."""
     return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
 
 

@@ -105,8 +105,8 @@ def special_points_between(
     closure: Closure,
     first: BranchPoint,
     last: BranchPoint,
-    born: bool = False,
-    met: bool = False,
+    from_parent: bool = False,
+    to_parent: bool = False,
     closely: bool = False,
 ) -> list[Found]:
     """Special points between two neighbouring points of a branch, in order.
@@ -115,7 +115,7 @@ def special_points_between(
     circle are found by the sign of functions that vanish there. What changes sign or stability over a cut does so by a
     jump. Two of a kind between the same two points are not seen.
 
-    born, met: the first or the last point is where the branch is born, and its multiplier 1 that of its birth
+    from_parent, to_parent: the first or the last point is where it bifurcates from another, which has the multiplier 1
     closely: see `word_changes`
     """
     segment = Segment(closure, first, last)
@@ -127,17 +127,17 @@ def special_points_between(
     for i in range(0, len(edges), 2):
         left, right = edges[i : i + 2]
         if segment.same_word(left, right):
-            birth = (born and left == 0.0) or (met and right == 1.0)
-            found += _smooth_points(segment, left, right, birth)
+            at_parent = (from_parent and left == 0.0) or (to_parent and right == 1.0)
+            found += _smooth_points(segment, left, right, at_parent)
     return sorted(found, key=lambda each: each.share)
 
 
-def _smooth_points(segment: Segment, left: float, right: float, birth: bool) -> list[Found]:
-    """Special points of a stretch without a change of the word; birth: at one of its ends the branch is born."""
+def _smooth_points(segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
+    """Special points of a stretch without a change of the word; at_parent: it begins or ends at the parent branch."""
     before, after = segment.point(left), segment.point(right)
     found: list[Found] = []
     for kind, test in TESTS.items():
-        if birth and kind in (SpecialKind.FOLD, SpecialKind.BRANCH_POINT):
+        if at_parent and kind in (SpecialKind.FOLD, SpecialKind.BRANCH_POINT):
             continue
         if not test(before) * test(after) < 0.0:
             continue

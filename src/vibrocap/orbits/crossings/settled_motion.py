@@ -20,7 +20,7 @@ FIRST_LOOK = 24  # drive periods after which it is first asked; then after twice
 
 @dataclasses.dataclass(frozen=True)
 class SettledMotion:
-    """A steady motion at a mark of the drive.
+    """A steady motion at the start of a drive period.
 
     state: by name, position as it came; response_period: in drive periods
     drift: per drive period; None for a machine that does not travel
@@ -45,7 +45,7 @@ def settled_motion(
 ) -> SettledMotion | None:
     """The motion to which a start leads; None where it has not settled after so many drive periods, or a run fails.
 
-    The state at the marks is run until it stands still within `ARRIVED` tolerances, which costs some ten microseconds
+    The motion is run until its stroboscopic states repeat within `ARRIVED` tolerances; that costs about 10 microseconds
     per period and no derivative. A motion that settles too slowly for that, but has come within `SETTLED` of where it
     goes, is closed by shooting.
     """

@@ -66,11 +66,11 @@ class Closure(Protocol):
         ...
 
     def coarser(self) -> "Closure | None":
-        """The map of which this one is the square: its fixed points are where a branch of this one is born."""
+        """The map of which this one is the square: its fixed points are where a branch of this one bifurcates."""
         ...
 
     def finer(self) -> "Closure":
-        """The square of this map: what is born at a multiplier -1 of this one closes under it."""
+        """The square of this map: what bifurcates at a multiplier -1 of this one closes under it."""
         ...
 
 

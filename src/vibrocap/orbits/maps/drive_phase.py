@@ -1,4 +1,4 @@
-"""Starts at any phase of the drive: the first part of a period, up to the next mark."""
+"""Starts at any phase of the drive: the first part of a period, up to the next section."""
 
 import dataclasses
 import functools
@@ -53,13 +53,13 @@ def shifted_equations(equations: Equations) -> Equations:
     return Equations(**fields)
 
 
-def at_next_mark(
+def at_next_section(
     map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, phase: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """(states at the next start of a drive period [runs, states], numbers of `lanes.py` for how each run ended).
 
     phase: [runs] where in the drive's period each run starts, as a share of it (whole parts do not matter); a run that
-        starts at a mark is there already
+        starts at the section is there already
     """
     share = phase - np.floor(phase)
     waiting = np.flatnonzero(share)

@@ -1,4 +1,7 @@
-"""Words of steady motions: the phases of one response in order, F forward, S stuck, B back; and what changes them."""
+"""Itineraries of steady motions: the contact's modes over one response in order, and what changes them.
+
+An itinerary is written as a word of F (forward), S (stuck) and B (back); `Orbit.word` shows it.
+"""
 
 import enum
 import itertools

@@ -10,9 +10,7 @@ from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.ensemble import Budget
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
-SETTLED = (
-    1e-6  # change over a response, in natural sizes, at which a run has settled; Newton's method goes on from there
-)
+SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
 ROUGH = 1e-9  # tolerance of these runs
 MOST_STEPS = 10**9
 

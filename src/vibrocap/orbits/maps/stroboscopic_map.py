@@ -110,7 +110,7 @@ class StroboscopicMap:
         return float(evaluate([self.equations.period], 0.0, [], 1.0, parameters)[0])
 
     def rates(self, state: np.ndarray, side: float, parameters: np.ndarray, time: float = 0.0) -> np.ndarray:
-        """y' at a state and a time since the mark."""
+        """y' at a state and a time since the start of the drive's period."""
         values = evaluate(self.equations.rates, time, state, side, parameters)
         return np.array([float(value) for value in values])
 
