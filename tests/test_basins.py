@@ -259,7 +259,7 @@ def test_drift_and_direction_of_every_kind_of_start():
 
 
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
-    from vibrocap.faces.basin_plots import basin_figure, plot_basins
+    from vibrocap.plotting.basins import basin_figure, plot_basins
 
     given = drawn()
     figure = basin_figure(given)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.faces import cli
+from vibrocap.cli import main as cli
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind
 from vibrocap.orbits.maps.itinerary import WordChange, same_cycle

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
-from vibrocap.faces import cli
+from vibrocap.cli import main as cli
 from vibrocap.orbits.continuation import cycle_following
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.maps import cycle_map

@@ -8,7 +8,6 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.catalogue import laws
-from vibrocap.faces import laboratory_plots
 from vibrocap.friction.coulomb import Coulomb
 from vibrocap.friction.dahl import Dahl
 from vibrocap.laboratory.break_away import break_away
@@ -17,6 +16,7 @@ from vibrocap.laboratory.frictional_lag import frictional_lag
 from vibrocap.laboratory.presliding import creep, presliding_loop
 from vibrocap.laboratory.stick_slip_test import stick_slip_test
 from vibrocap.laboratory.test_sheet import test_sheet as canonical_sheet
+from vibrocap.plotting import laboratory as laboratory_plots
 
 COULOMB = Coulomb(1.0, 1.5)
 SET_VALUED = [law() for law in laws().values() if law.kind == "set-valued"]

@@ -16,9 +16,9 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.case import read_case
-from vibrocap.faces import cli
-from vibrocap.faces.cli import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT, main
-from vibrocap.faces.export import read_source
+from vibrocap.cli import main as cli
+from vibrocap.cli.main import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT, main
+from vibrocap.io.motion_file import read_source
 
 CASE = """\
 [machine]
@@ -411,7 +411,7 @@ def test_limits_of_the_exponential_law(case, capsys):
 
 def test_reproduce_prints_the_claims_and_where_the_report_lies(tmp_path, capsys, monkeypatch):
     """The command around the work; the work itself has its own tests."""
-    paper = pytest.importorskip("vibrocap.faces.reproduce")
+    paper = pytest.importorskip("vibrocap.report.reproduce")
     called = {}
 
     def reproduced(out, only, progress):
@@ -476,7 +476,7 @@ def test_output_without_greek_letters_and_a_closed_pipe(case, lugre):
 
 
 def test_help_loads_nothing_heavy():
-    script = "import sys; from vibrocap.faces.cli import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
+    script = "import sys; from vibrocap.cli.main import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
     answer = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
     loaded = set(answer.stderr.split())
     assert not loaded & {"numba", "scipy", "matplotlib", "xarray", "h5netcdf"}

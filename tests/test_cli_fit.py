@@ -9,10 +9,10 @@ import pytest
 from scipy.special import erfinv
 
 from vibrocap.case import case_from_text
-from vibrocap.faces import cli
-from vibrocap.faces.cli import INCOMPLETE, OK, WRONG_INPUT, main
-from vibrocap.faces.cli_fit import fit
-from vibrocap.faces.fit_request import by_option, is_refusal
+from vibrocap.cli import main as cli
+from vibrocap.cli.fit import fit
+from vibrocap.cli.fit_request import by_option, is_refusal
+from vibrocap.cli.main import INCOMPLETE, OK, WRONG_INPUT, main
 from vibrocap.identification.fitting import steady_fit as steady_fits
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import SearchStatus
@@ -144,11 +144,11 @@ def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
-    from vibrocap.faces.match_plots import match_figure, plot_match
     from vibrocap.friction.exponential import Exponential
     from vibrocap.friction.stribeck import Stribeck
     from vibrocap.identification.experiments.match import match
     from vibrocap.identification.experiments.motions import ramp
+    from vibrocap.plotting.match import match_figure, plot_match
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
         found = match("exponential", Stribeck(), starts=2, **over)
@@ -192,7 +192,7 @@ def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_picture_shows_records_and_parameters(folder):
-    from vibrocap.faces.fit_plots import fit_figure, residual_figure
+    from vibrocap.plotting.fits import fit_figure, residual_figure
     from vibrocap.records.readers import read_records
 
     records = read_records(["wide.csv", "narrow.csv"])
@@ -213,9 +213,9 @@ def test_picture_shows_records_and_parameters(folder):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
-    from vibrocap.faces.fit_plots import MOST_POINTS, _stretch
-    from vibrocap.faces.long_lines import by_extremes
     from vibrocap.identification.result.fit_result import RecordResult
+    from vibrocap.plotting.fits import MOST_POINTS, _stretch
+    from vibrocap.plotting.long_lines import by_extremes
 
     time = np.linspace(0.0, 100.0, 20_001)
     velocity = np.sin(2 * np.pi * time) * np.where(np.abs(time - 70.0) < 1.0, 2.0, 1.0)

@@ -17,10 +17,10 @@ import xarray as xr
 import cheap_ensemble
 import interrupts
 from vibrocap.case import read_case
-from vibrocap.faces import cli
-from vibrocap.faces.cli import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, main
-from vibrocap.faces.sweep_request import read_cases
-from vibrocap.faces.time_left import TimeLeft, duration
+from vibrocap.cli import main as cli
+from vibrocap.cli.main import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, main
+from vibrocap.cli.sweep_request import read_cases
+from vibrocap.cli.time_left import TimeLeft, duration
 from vibrocap.measures.during_run import measure_table
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep
@@ -316,7 +316,7 @@ def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(importlib.import_module("vibrocap.studies.export"), "write_study", full)
+    monkeypatch.setattr(importlib.import_module("vibrocap.io.study_file"), "write_study", full)
     message = refused(capsys, "sweep", case, "--over", MASS, "--out", "map", "--export", "m.csv", code=INCOMPLETE)
     assert "m.csv: No space left on device. The results are whole in map" in message
 

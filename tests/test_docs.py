@@ -22,7 +22,7 @@ import pytest
 import vibrocap as vc
 from vibrocap import catalogue
 from vibrocap.case import Case, CaseError, case_from_text, case_text
-from vibrocap.faces import cli
+from vibrocap.cli import main as cli
 from vibrocap.parameters import parameter_table
 
 ROOT = Path(__file__).resolve().parents[1]

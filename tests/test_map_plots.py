@@ -10,9 +10,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import PathPatch
 
 from vibrocap.case import case_text, read_case
-from vibrocap.faces.cells import Cell, categories, cells, limits
-from vibrocap.faces.map_plots import LOOKS, PRINT, UNSETTLED, plot_study, study_figure
-from vibrocap.faces.study_view import ViewError, study_view
+from vibrocap.plotting.cells import Cell, categories, cells, limits
+from vibrocap.plotting.maps import LOOKS, PRINT, UNSETTLED, plot_study, study_figure
+from vibrocap.plotting.study_view import ViewError, study_view
 from vibrocap.trajectory import Status
 
 xarray = pytest.importorskip("xarray")

@@ -11,12 +11,12 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from vibrocap.catalogue import law as named
 from vibrocap.catalogue import laws
-from vibrocap.faces import plots
-from vibrocap.faces.regularisation_plots import draw_errors, draw_steps, plot_regularisation
 from vibrocap.friction.smoothed import smoothed
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
 from vibrocap.numerics.graph import Graph, evaluate
+from vibrocap.plotting import style as plots
+from vibrocap.plotting.regularisation import draw_errors, draw_steps, plot_regularisation
 from vibrocap.trajectory import Status
 
 START = {"angle": math.pi / 3}

@@ -11,9 +11,9 @@ import xarray as xr
 import cheap_ensemble
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case import case_from_text
-from vibrocap.studies import export
+from vibrocap.io import study_file as export
+from vibrocap.io.study_file import write_study
 from vibrocap.studies.designs import Design
-from vibrocap.studies.export import write_study
 from vibrocap.studies.sweep import sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())

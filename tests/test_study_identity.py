@@ -87,7 +87,7 @@ def test_edited_code_is_another_study(tmp_path):
         "numerics/loop.py": "a = 1\n",
         "system.py": "b = 1\n",
         "ensemble.py": "",
-        "faces/cli.py": "",
+        "cli/main.py": "",
         "studies/s.py": "",
     }
     for name, text in sources.items():
@@ -97,7 +97,7 @@ def test_edited_code_is_another_study(tmp_path):
     for name in sources:
         source_fingerprint.cache_clear()
         (tmp_path / name).write_text(sources[name] + "c = 2\n")
-        assert (source_fingerprint(tmp_path) == first) == name.startswith(("faces", "studies")), name
+        assert (source_fingerprint(tmp_path) == first) == name.startswith(("cli", "studies")), name
         (tmp_path / name).write_text(sources[name])
     source_fingerprint.cache_clear()
     assert source_fingerprint(tmp_path) == first

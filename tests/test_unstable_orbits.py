@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.faces import cli
+from vibrocap.cli import main as cli
 from vibrocap.orbits.closing import orbit as orbits
 from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.simulate import period_marks

@@ -15,7 +15,7 @@ from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.faces import plots
+from vibrocap.plotting import style as plots
 from vibrocap.trajectory import BACK, FORWARD, STUCK
 
 PERIODS = 40

@@ -31,6 +31,7 @@ from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.spring_fit import spring_fit
 from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.result.fit_result import Fit
+from vibrocap.io.study_file import write_study
 from vibrocap.laboratory.break_away import BreakAway, break_away
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
 from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
@@ -94,7 +95,6 @@ from vibrocap.studies.adaptive import adaptive_map, border
 from vibrocap.studies.branch_datasets import branch_dataset
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.designs import Design
-from vibrocap.studies.export import write_study
 from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
 from vibrocap.studies.sweep import sweep
 from vibrocap.system import System

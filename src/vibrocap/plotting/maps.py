@@ -1,0 +1,240 @@
+"""Pictures of studies: maps over two axes, lines over one, dots for runs that do not lie on a grid.
+
+What a run is drawn as never depends on colour alone: failed, unsettled and missing runs are hatched, and the legend
+says how many there are. Figures are as wide as a column of print, or a page where there are several panels.
+"""
+
+import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path as Outline
+
+from vibrocap.plotting.cells import (
+    Categories,
+    Cell,
+    categories,
+    cell_words,
+    cells,
+    limits,
+    unsettled,
+    unsettled_words,
+)
+from vibrocap.plotting.lines import dot_handles, draw_dots, draw_lines
+from vibrocap.plotting.study_frame import PRINT, blank_study_figure, put_words
+from vibrocap.plotting.study_view import Panel, View, ViewError, study_view
+from vibrocap.plotting.style import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION, YELLOW
+
+OTHERS = "#D9D9D9"
+# Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
+DISTINCT = (BLUE, ORANGE, GREEN, SKY, VERMILION, YELLOW, "#5B3A8C")
+DIVERGING, SEQUENTIAL = "RdBu_r", "viridis"
+# (face, hatch, colour of the hatch) of runs without a value; none of the faces occurs in the scales above
+LOOKS: dict[Cell, tuple[str, str, str]] = {
+    Cell.NO_TRAVEL: ("#8C8C8C", "", BLACK),
+    Cell.INFINITE: ("#8C8C8C", "", BLACK),
+    Cell.NO_VALUE: ("#FFFFFF", "....", "#777777"),
+    Cell.NOT_SETTLED: ("#FFFFFF", "", BLACK),  # hatched with all that did not settle
+    Cell.FAILED: ("#E78AC3", "xxxxx", BLACK),
+    Cell.NOT_RUN: ("#FFFFFF", "----", "#999999"),
+}
+UNSETTLED = "//////"
+HATCH_WIDTH, HALO = 0.45, 1.3  # of lines over colours: black with a white rim shows on any of them
+BORDER = 0.7
+
+
+def plot_study(
+    dataset: Any,
+    path: str | Path,
+    measure: str | None = None,
+    *,
+    at: Mapping[str, str] | None = None,
+    dead_band: float | None = None,
+    border: str | None = None,
+) -> Path:
+    """Draw a study into a file (.png, .svg or .pdf); the same study gives the same bytes.
+
+    measure, at, dead_band: as in `study_view`, which raises ViewError for what the study does not have
+    border: a discrete variable, the lines of whose changes are drawn over a map
+    """
+    return plot_view(study_view(dataset, measure, at, dead_band), path, border)
+
+
+def plot_view(view: View, path: str | Path, border: str | None = None) -> Path:
+    """Draw a view of a study into a file (.png, .svg or .pdf)."""
+    path = Path(path)
+    fig = study_figure(view, border)
+    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with matplotlib.rc_context(PRINT):
+        fig.savefig(path, metadata=dates.get(path.suffix.lower()))
+    return path
+
+
+def study_figure(view: View, border: str | None = None) -> Figure:
+    """The figure of a view of a study: a map, lines or dots, as its axes are."""
+    lines = [_border_lines(panel, view, border) for panel in view.panels] if border else []
+    with matplotlib.rc_context(PRINT):
+        if len(view.axes) == 1:
+            fig, axes = blank_study_figure(view, 1)
+            handles = draw_lines(axes[0], view)
+        else:
+            fig, axes = blank_study_figure(view, len(view.panels))
+            handles = _draw_maps(fig, axes, view)
+            for ax, segments in zip(axes, lines, strict=False):
+                for ink, width in (("white", 2 * BORDER), (BLACK, BORDER)):
+                    ax.add_collection(LineCollection(list(segments), colors=ink, linewidths=width, label="border"))
+            if border:
+                handles.append(
+                    Line2D([], [], color=BLACK, linewidth=BORDER, label=f"border of {border.replace('_', ' ')}")
+                )
+        put_words(fig, view, handles)
+    return fig
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+def look(cell: Cell, label: str) -> Patch:
+    """How runs without a value look in a legend."""
+    face, hatch, ink = LOOKS[cell]
+    return _hatched(Patch(facecolor=face, label=label), hatch, ink)
+
+
+def _hatched(patch: Any, hatch: str, ink: str, width: float = HATCH_WIDTH) -> Any:
+    """A patch with thin hatching."""
+    patch.set(hatch=hatch or None, edgecolor=ink, linewidth=0.0)
+    patch.set_hatch_linewidth(width)
+    return patch
+
+
+# --- maps -------------------------------------------------------------------------------------------------------------
+def _draw_maps(fig: Figure, axes: list[Axes], view: View) -> list[Any]:
+    """The maps of all panels in one scale of colours; returns the handles of the legend."""
+    groups = categories(view) if view.kind == "discrete" else None
+    paint = _categories_paint(groups) if groups else _scale_paint(view)
+    for ax, panel in zip(axes, view.panels, strict=True):
+        colours = groups.codes(view, panel) if groups else panel.values
+        _draw_map(ax, view, panel, np.ma.masked_where(cells(view, panel) != Cell.VALUE, colours), paint)
+        ax.set_title(panel.title)
+    for ax in axes:
+        place = ax.get_subplotspec()
+        assert place is not None
+        grid = place.get_gridspec()
+        below = axes.index(ax) + grid.ncols
+        if below >= len(axes):
+            ax.set_xlabel(textwrap.fill(view.axes[0].label, 44 if grid.ncols < 3 else 28))
+            ax.tick_params(labelbottom=True)
+        if place.is_first_col():
+            ax.set_ylabel(textwrap.fill(view.axes[1].label, 44 if grid.nrows < 2 or grid.ncols < 3 else 28))
+    handles: list[Any] = []
+    if groups:
+        handles += [
+            Patch(facecolor=paint["cmap"](code), label=text, edgecolor="none") for code, text in enumerate(groups.words)
+        ]
+    else:
+        _colour_bar(fig, axes, view, paint)
+    if view.points is not None:
+        return handles + dot_handles(view)
+    handles += [look(cell, text) for cell, text in cell_words(view).items()]
+    if text := unsettled_words(view):
+        handles.append(_hatched(Patch(facecolor="none", label=text), UNSETTLED, BLACK))
+    return handles
+
+
+def _draw_map(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str, Any]) -> None:
+    """The cells of one panel: values in colours, all else flat, with hatching over it."""
+    kinds, waiting = cells(view, panel), unsettled(view, panel)
+    if view.points is None:
+        x, y = view.axes[0].edges, view.axes[1].edges
+        flat = np.ma.masked_where(kinds == Cell.VALUE, kinds)
+        ax.pcolormesh(x, y, colours.T, rasterized=True, label="values", **paint)
+        ax.pcolormesh(x, y, flat.T, rasterized=True, label="no values", **_flat_paint())
+        for cell, (_, hatch, ink) in LOOKS.items():
+            _hatch(ax, x, y, kinds == cell, hatch, ink)
+        _hatch(ax, x, y, waiting, UNSETTLED, "white", HALO)
+        _hatch(ax, x, y, waiting, UNSETTLED, BLACK)
+        ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
+    else:
+        draw_dots(ax, view, panel, colours, paint)
+    for axis, scale in zip(view.axes, (ax.set_xscale, ax.set_yscale), strict=True):
+        if axis.logarithmic:
+            scale("log")
+
+
+def _hatch(
+    ax: Axes, x: np.ndarray, y: np.ndarray, where: np.ndarray, hatch: str, ink: str, width: float = HATCH_WIDTH
+) -> None:
+    """Hatching over all cells of a kind, as one outline, which a file of vectors can hold."""
+    if hatch and where.any():
+        patch = PathPatch(_outline(x, y, where), facecolor="none", label=hatch, zorder=2)
+        ax.add_patch(_hatched(patch, hatch, ink, width))
+
+
+def _outline(x: np.ndarray, y: np.ndarray, where: np.ndarray) -> Outline:
+    """Rectangles over cells [x, y], those that touch along x joined."""
+    steps = np.diff(np.pad(where.T.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    row, start = np.nonzero(steps == 1)
+    _, stop = np.nonzero(steps == -1)
+    left, right, low, high = x[start], x[stop], y[row], y[row + 1]
+    corners = np.stack([(left, low), (right, low), (right, high), (left, high), (left, low)])  # [5, 2, rectangles]
+    codes = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY]
+    return Outline(corners.transpose(2, 0, 1).reshape(-1, 2), codes * len(row))
+
+
+def _scale_paint(view: View) -> dict[str, Any]:
+    """Colours of a scale of numbers."""
+    low, high, _, _, logarithmic = limits(view)
+    cmap = matplotlib.colormaps[DIVERGING if view.kind == "signed" else SEQUENTIAL]
+    return {"cmap": cmap, "norm": LogNorm(low, high) if logarithmic else Normalize(low, high)}
+
+
+def _categories_paint(groups: Categories) -> dict[str, Any]:
+    """Colours of categories, those beyond the named ones in grey."""
+    colours = [*DISTINCT[: len(groups.values)], *([OTHERS] if len(groups.words) > len(groups.values) else [])]
+    cmap = ListedColormap(colours or [OTHERS])
+    return {"cmap": cmap, "norm": Normalize(-0.5, cmap.N - 0.5)}
+
+
+def _flat_paint() -> dict[str, Any]:
+    """Colours of cells without a value, by their number."""
+    cmap = ListedColormap([LOOKS[cell][0] for cell in LOOKS])
+    return {"cmap": cmap, "norm": Normalize(min(LOOKS) - 0.5, max(LOOKS) + 0.5)}
+
+
+def _colour_bar(fig: Figure, axes: list[Axes], view: View, paint: dict[str, Any]) -> None:
+    """The scale of colours beside the maps, pointed where values lie beyond it."""
+    _, _, below, above, _ = limits(view)
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    bar = fig.colorbar(
+        ScalarMappable(paint["norm"], paint["cmap"]),
+        ax=axes,
+        extend=extend[below, above],
+        aspect=28 if len(axes) == 1 else 22,
+        pad=0.02,
+        fraction=0.05,
+    )
+    bar.set_label(view.label)
+    bar.outline.set_linewidth(0.5)  # type: ignore[operator]
+
+
+def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
+    """Where a discrete variable changes over a panel: segments [edges, 2 ends, 2] in the units of the axes."""
+    from vibrocap.studies.adaptive import border
+
+    if view.points is not None or len(view.axes) < 2:
+        raise ViewError(["--border: needs a map over two axes"])
+    dataset = panel.dataset
+    if "computed" not in dataset:
+        dataset = dataset.assign(computed=dataset["status"] >= 0)
+    try:
+        return border(dataset.load(), name).segments
+    except ValueError as error:
+        raise ViewError([f"--border: {str(error).removeprefix('name: ')}"]) from None
