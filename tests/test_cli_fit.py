@@ -148,7 +148,7 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.friction.stribeck import Stribeck
     from vibrocap.identification.experiments.match import match
     from vibrocap.identification.experiments.motions import ramp
-    from vibrocap.plotting.match import match_figure, plot_match
+    from vibrocap.plotting.fits import match_figure, plot_match
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
         found = match("exponential", Stribeck(), starts=2, **over)
@@ -215,7 +215,7 @@ def test_picture_shows_records_and_parameters(folder):
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
     from vibrocap.identification.result.fit_result import RecordResult
     from vibrocap.plotting.fits import MOST_POINTS, _stretch
-    from vibrocap.plotting.long_lines import by_extremes
+    from vibrocap.plotting.style import by_extremes
 
     time = np.linspace(0.0, 100.0, 20_001)
     velocity = np.sin(2 * np.pi * time) * np.where(np.abs(time - 70.0) < 1.0, 2.0, 1.0)

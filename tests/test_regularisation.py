@@ -16,7 +16,7 @@ from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
 from vibrocap.numerics.graph import Graph, evaluate
 from vibrocap.plotting import style as plots
-from vibrocap.plotting.regularisation import draw_errors, draw_steps, plot_regularisation
+from vibrocap.plotting.laboratory import draw_errors, draw_steps, plot_regularisation
 from vibrocap.trajectory import Status
 
 START = {"angle": math.pi / 3}

@@ -155,7 +155,7 @@ def simulate(
         export.write_motion(motion, setup, out)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
-        from vibrocap.plotting.style import plot_motion
+        from vibrocap.plotting.motion import plot_motion
 
         plot_motion(motion, plot)
     if animate is not None and moved:

@@ -239,7 +239,7 @@ def _what_happened(error: OSError, request: "SweepRequest") -> str:
 def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | None) -> None:
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
     from vibrocap.cli.time_left import duration
-    from vibrocap.plotting.labels import status_word
+    from vibrocap.plotting.study_view import status_word
 
     statuses, settled = tally(dataset)
     sizes = ", ".join(f"{dim} {size:,}" for dim, size in dataset.sizes.items())

@@ -14,10 +14,18 @@ from matplotlib.patches import Patch
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.plotting.cells import Cell, share
-from vibrocap.plotting.labels import EQUALS, axis_label, setting_words, value_text
-from vibrocap.plotting.maps import HALO, LOOKS, OTHERS, UNSETTLED, _hatch, _hatched
-from vibrocap.plotting.study_frame import PRINT, blank_study_figure, put_words
-from vibrocap.plotting.study_view import ViewAxis
+from vibrocap.plotting.maps import (
+    HALO,
+    LOOKS,
+    OTHERS,
+    PRINT,
+    UNSETTLED,
+    _hatch,
+    _hatched,
+    blank_study_figure,
+    put_words,
+)
+from vibrocap.plotting.study_view import EQUALS, ViewAxis, axis_label, setting_words, value_text
 from vibrocap.plotting.style import BLACK, BLUE, GREEN, LABELS, ORANGE, SKY, VERMILION, YELLOW
 from vibrocap.studies.orbit_datasets import basin_dataset
 

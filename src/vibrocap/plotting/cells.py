@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.plotting.labels import NOT_RUN, meant, status_word, why_none
-from vibrocap.plotting.study_view import SIGNED, Panel, View
+from vibrocap.plotting.study_view import NOT_RUN, SIGNED, Panel, View, meant, status_word, why_none
 from vibrocap.trajectory import Status
 
 FINISHED = list(Status).index(Status.FINISHED)

@@ -1,4 +1,4 @@
-"""Pictures of fits: measured and fitted force, loops, residuals, intervals of parameters, and laws compared."""
+"""Pictures of fits: measured and fitted force, loops, residuals, intervals; laws compared, and laws matched."""
 
 import math
 from pathlib import Path
@@ -7,12 +7,13 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from vibrocap.identification.experiments.comparison import Comparison
+from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
-from vibrocap.plotting.long_lines import by_extremes
-from vibrocap.plotting.style import BLUE, GREEN, STYLE, VERMILION, blank_figure, footnote, save
+from vibrocap.plotting.style import BLUE, GREEN, STYLE, VERMILION, blank_figure, by_extremes, footnote, save, unit_of
 
 MOST_RECORDS = 6  # of one sheet
 HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops
@@ -23,7 +24,9 @@ DECADES = 1.0  # shown to either side of a parameter's value
 MEASURED = {"color": "#8C8C8C", "linewidth": 1.6, "label": "measured"}
 FITTED = {"color": BLUE, "linewidth": 1.0, "label": "fitted"}
 HELD_OUT = {"color": VERMILION, "linewidth": 1.0, "label": "predicted (held out)"}
-PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+TARGET = {"color": "#8C8C8C", "linewidth": 2.0}
+MATCHED = {"color": BLUE, "linewidth": 1.1}
+DIFFERENCE = {"color": VERMILION, "linewidth": 1.0}
 
 
 def plot_fit(fit: Fit, path: str | Path) -> Path:
@@ -79,10 +82,10 @@ def residual_figure(fit: Fit) -> Figure:
         rows = fig.subplots(len(shown), 3, squeeze=False, width_ratios=(2, 1, 1))
         for (left, middle, right), record in zip(rows, shown, strict=True):
             error = record.predicted - record.measured
-            scale, prefix = _scale(error)
+            scale, prefix = unit_of(error)
             error = error / scale
             colour = _style(record)["color"]
-            speed_scale, speed_prefix = _scale(record.velocity)
+            speed_scale, speed_prefix = unit_of(record.velocity)
             at = _even_choice(len(error), MOST_POINTS)
             time, envelope = by_extremes(record.time, error, MOST_POINTS)
             left.plot(time, envelope, color=colour, linewidth=0.6)
@@ -125,7 +128,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
 
 def _history(axes: np.ndarray, record: RecordResult) -> None:
     """Force over time, and over displacement and velocity in a shorter stretch, whose loops can be told apart."""
-    scale, prefix = _scale(record.measured)
+    scale, prefix = unit_of(record.measured)
     wide, narrow = _stretch(record, HISTORY), _stretch(record, LOOPS)
     steps = 0.5 * (record.velocity[1:] + record.velocity[:-1]) * np.diff(record.time)
     displacement = np.concatenate(([0.0], np.cumsum(steps)))
@@ -148,8 +151,8 @@ def _history(axes: np.ndarray, record: RecordResult) -> None:
 
 def _curve(ax: Axes, record: RecordResult) -> None:
     """Force over velocity, sample by sample."""
-    scale, prefix = _scale(record.measured)
-    speed_scale, speed_prefix = _scale(record.velocity)
+    scale, prefix = unit_of(record.measured)
+    speed_scale, speed_prefix = unit_of(record.velocity)
     order = np.argsort(record.velocity)
     at = order[_even_choice(len(order), MOST_POINTS)]
     v = record.velocity[at] / speed_scale
@@ -249,7 +252,7 @@ def _part(record: RecordResult, stretch: slice) -> str:
 
 def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
     """The factor of the unit that suits the values, and the label of their axis."""
-    factor, prefix = _scale(values)
+    factor, prefix = unit_of(values)
     return factor, f"{name} ({prefix}{unit})"
 
 
@@ -258,7 +261,43 @@ def _even_choice(count: int, most: int) -> np.ndarray:
     return np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(int)
 
 
-def _scale(values: np.ndarray) -> tuple[float, str]:
-    """The unit in which the largest of the values is between 1 and 1000, as a factor and a prefix."""
-    largest = float(np.max(np.abs(values)))
-    return next((each for each in PREFIXES if largest >= each[0]), PREFIXES[-1])
+def plot_match(match: Match, path: str | Path) -> Path:
+    """Draw a match into a file (.png, .svg or .pdf)."""
+    return save(match_figure(match), path)
+
+
+def match_figure(match: Match) -> Figure:
+    """Force over velocity, and over time where a motion was matched; below, matched less target."""
+    driven = len(match.time) > 0
+    columns = [(match.velocity, "velocity")]
+    if driven:
+        columns = [(match.time, "time"), *columns]
+    fig = blank_figure((9.5 if driven else 6.0, 4.6))
+    with matplotlib.rc_context(STYLE):
+        axes = fig.subplots(
+            2, len(columns), squeeze=False, sharex="col", height_ratios=(2, 1), width_ratios=(2, 1) if driven else None
+        )
+        for (upper, lower), (x, label) in zip(axes.T, columns, strict=True):
+            upper.plot(x, match.target, label=f"{match.to.name}, the target", **TARGET)
+            upper.plot(x, match.matched, label=f"{match.law.name}, matched", **MATCHED)
+            lower.plot(x, match.matched - match.target, **DIFFERENCE)
+            lower.axhline(0.0, color="#444444", linewidth=0.6)
+            upper.set_ylabel("force")
+            lower.set(xlabel=label, ylabel="matched less target")
+            if not driven and np.min(x) > 0 and np.max(x) > 30 * np.min(x):
+                lower.set_xscale("log")
+        fig.align_ylabels()
+        if driven:  # beside the title, for loops leave no room within
+            lines = axes[0, 0].get_lines()
+            fig.legend(handles=lines, loc="outside upper right", ncols=2, frameon=False, fontsize=8.5)
+        else:
+            axes[0, 0].legend(frameon=False, fontsize=8.5)
+        for ax in axes[1]:
+            if ax.get_xscale() == "linear":
+                ax.xaxis.set_major_locator(MaxNLocator(6 if ax is axes[1, 0] else 4))
+        fig.suptitle(
+            f"{match.law.name} for {match.to.name}: {match.relative_rmse:.1%} remain",
+            fontsize=10.5, x=0.01, ha="left", weight="bold",
+        )  # fmt: skip
+        footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")
+    return fig

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from vibrocap.plotting.cells import Cell, cell_words, cells, unsettled, unsettled_words
-from vibrocap.plotting.labels import meant
-from vibrocap.plotting.study_view import Panel, View
+from vibrocap.plotting.study_view import Panel, View, meant
 from vibrocap.plotting.style import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, BLACK)

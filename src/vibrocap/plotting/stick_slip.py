@@ -1,5 +1,6 @@
 """Pictures of stick-slip records: force with its phases and levels, periods, and the diagram of regimes."""
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrocap.plotting.long_lines import by_extremes
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,
@@ -19,9 +19,11 @@ from vibrocap.plotting.style import (
     STYLE,
     VERMILION,
     blank_figure,
+    by_extremes,
     footnote,
     legend,
     save,
+    unit_of,
 )
 from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP, RegimeDiagram
 from vibrocap.records.stick_slip import StickSlip
@@ -31,7 +33,6 @@ MOST_BINS = 40
 CROWD = 80  # slips; more have smaller marks
 MOST_POINTS = 4000  # of a line: longer records are drawn by the extremes of as many stretches
 MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREEN), SLOW: ("D", ORANGE)}
-SCALES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
 def plot_stick_slip(found: StickSlip, path: str | Path) -> Path:
@@ -62,7 +63,8 @@ def stick_slip_figure(found: StickSlip) -> Figure:
             left.align_ylabels()
         _periods(right.subplots(), found)
         fig.suptitle(f"{found.name}: {found.regime.name}", fontsize=10.5, x=0.01, ha="left", weight="bold")
-        footnote(fig, _wrapped(_capital(found.regime.reason) + ".", 150))
+        reason = found.regime.reason
+        footnote(fig, textwrap.fill(f"{reason[:1].upper()}{reason[1:]}.", 150))
     return fig
 
 
@@ -134,7 +136,7 @@ def _detail(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
 def _velocity(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
     assert found.velocity is not None
     kept = (found.time >= window[0]) & (found.time <= window[1])
-    scale, prefix = _scale(float(np.max(np.abs(found.velocity[kept]))))
+    scale, prefix = unit_of(found.velocity[kept])
     ax.plot(found.time[kept], found.velocity[kept] / scale, color=BLUE, linewidth=0.7)
     _shade(ax, found, window)
     assert found.pulling_speed is not None
@@ -199,18 +201,3 @@ def _minor(found: StickSlip) -> tuple[Any, ...]:
 
 def _force_label(found: StickSlip) -> str:
     return "force over normal force" if found.force_unit == "1" else "force (N)"
-
-
-def _scale(largest: float) -> tuple[float, str]:
-    """The unit that shows a number between 1 and 1000, as a factor and a prefix."""
-    return next((scale for scale in SCALES if largest >= scale[0]), SCALES[-1])
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _wrapped(text: str, width: int) -> str:
-    import textwrap
-
-    return "\n".join(textwrap.wrap(text, width))

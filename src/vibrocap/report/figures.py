@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
+from vibrocap.plotting import style as plots
 
 WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns
 NARROW = 3.3  # for three
@@ -23,8 +24,6 @@ LABELS = {
 
 def draw(figure: Figure, path: Path) -> Path:
     """Draw a figure into a file; its suffix chooses the format."""
-    from vibrocap.plotting import style as plots
-
     rows = -(-len(figure.panels) // figure.columns)
     width, height = {1: WIDE, 3: (NARROW, HEIGHT)}.get(figure.columns, (WIDTH, HEIGHT))
     fig, axes = plots.figure(rows, figure.columns, size=(width * figure.columns, height * rows + 0.4))
@@ -36,8 +35,6 @@ def draw(figure: Figure, path: Path) -> Path:
 
 
 def _panel(ax: Any, panel: Panel) -> None:
-    from vibrocap.plotting import style as plots
-
     labels = plots.LABELS | LABELS
     for curve in panel.curves:
         style = _style(curve)
@@ -59,8 +56,6 @@ def _panel(ax: Any, panel: Panel) -> None:
 
 def _legends(fig: Any, axes: Any, figure: Figure) -> None:
     """One legend above all panels where they share a few labels; else one in each panel whose labels are new."""
-    from vibrocap.plotting import style as plots
-
     handles = {label: h for ax in axes.flat for h, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     if len(handles) <= SHARED:
         fig.legend(
@@ -76,8 +71,6 @@ def _legends(fig: Any, axes: Any, figure: Figure) -> None:
 
 
 def _style(curve: Curve) -> dict[str, Any]:
-    from vibrocap.plotting import style as plots
-
     style = {
         "LM": plots.LM_STYLE,
         "EM": plots.EM_STYLE,

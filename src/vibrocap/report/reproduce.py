@@ -14,7 +14,7 @@ from vibrocap.paper.figures import FIGURES, KEYS, chosen_figures
 from vibrocap.paper.main_finding import main_finding
 from vibrocap.paper.runs import Runs
 from vibrocap.report.figures import draw
-from vibrocap.report.report import Result, write_report
+from vibrocap.report.page import Result, write_report
 
 __all__ = ["KEYS", "Reproduction", "reproduce"]
 
