@@ -1,9 +1,7 @@
 """A case: a system and how to run it, and the TOML file that says so in the same words as Python."""
 
 import dataclasses
-import difflib
 import json
-import re
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -12,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
 from vibrocap.catalogue import drives, laws, machines
 from vibrocap.parameters import parameter_table
 from vibrocap.simulate import check_run, initial_state, simulate
@@ -98,12 +97,15 @@ def case_from_text(text: str, source: str = "the case", **run: Any) -> Case:
 
 def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     """The case described by sections of keys, as a TOML parser returns them; CaseError with every complaint at once."""
-    complaints = [f"{name}: no such section; {_suggestion(name, SECTIONS)}" for name in data if name not in SECTIONS]
+    complaints = Complaints()
+    for name in data:
+        if name not in SECTIONS:
+            complaints.add(name, f"no such section; {suggestion(name, SECTIONS)}")
     sections: dict[str, Mapping[str, Any]] = {}
     for name in SECTIONS:
         given = data.get(name, {})
         if not isinstance(given, Mapping):
-            complaints.append(f"{name}: should be a section, [{name}] with its keys below it, got {_shown(given)}")
+            complaints.add(name, f"should be a section, [{name}] with its keys below it, got {shown(given)}")
         sections[name] = given if isinstance(given, Mapping) else {}
 
     classes = {
@@ -118,8 +120,8 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     if len(parts) == len(CHOICES) and None not in parts.values():
         try:
             system = System(**parts)
-        except ValueError as error:
-            complaints.append(re.sub(r"^(\w+\.\w+) ", r"\1: ", str(error)))
+        except ArgumentError as error:
+            complaints.append(error.complaint)
     if complaints or system is None:
         raise CaseError(complaints, source)
     return Case(system, {name: float(value) for name, value in sections["initial"].items()}, **sections["run"])
@@ -146,7 +148,7 @@ def _toml(value: Any) -> str:
     return repr(float(value))
 
 
-def _chosen(section: str, given: Mapping[str, Any], complaints: list[str]) -> Any:
+def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The class that a section asks for, or None with a complaint."""
     key, catalogue = CHOICES[section]
     known = catalogue()
@@ -154,15 +156,15 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: list[str]) -> An
     if isinstance(choice, str) and choice in known:
         return known[choice]
     if key not in given:
-        complaints.append(f"{section}.{key}: is missing; should be {_one_of(known)}")
+        complaints.add(f"{section}.{key}", f"is missing; should be {_one_of(known)}")
     elif isinstance(choice, str):
-        complaints.append(f"{section}.{key}: no {key} is called {choice!r}; {_suggestion(choice, known)}")
+        complaints.add(f"{section}.{key}", f"no {key} is called {choice!r}; {suggestion(choice, known)}")
     else:
-        complaints.append(f"{section}.{key}: should be {_one_of(known)}, got {_shown(choice)}")
+        complaints.add(f"{section}.{key}", f"should be {_one_of(known)}, got {shown(choice)}")
     return None
 
 
-def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: list[str]) -> Any:
+def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The part with its good values, so that checks between fields go on; complaints about the others."""
     key, catalogue = CHOICES[section]
     names = [info.name for info in parameter_table(cls)]
@@ -171,7 +173,7 @@ def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: list[str
         del values[name]
         owner = next((other for other, kin in catalogue().items() if _has(kin, name)), None)
         hint = f"it belongs to {key} = {owner!r}; here " if owner else ""
-        complaints.append(f"{section}.{name}: no such key for {key} = {cls.name!r}; {hint}{_suggestion(name, names)}")
+        complaints.add(f"{section}.{name}", f"no such key for {key} = {cls.name!r}; {hint}{suggestion(name, names)}")
     bad: set[str] = set()
     for _ in range(2):  # all values; then the good ones, for what is to be said between them
         try:
@@ -180,7 +182,7 @@ def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: list[str
             for problem in error.errors():
                 field, wanted = _said(problem)
                 if problem["loc"] or not any(name in f"{field} {wanted}" for name in bad):
-                    complaints.append(f"{section}.{field}: {wanted}")
+                    complaints.add(f"{section}.{field}", wanted)
                     bad.add(field)
             values = {name: value for name, value in values.items() if name not in bad}
     return cls()
@@ -208,43 +210,27 @@ def _said(problem: Any) -> tuple[str, str]:
             "finite_number": "should be a finite number",
             "float_type": "should be a number",
         }.get(problem["type"], problem["msg"].replace("Input should", "should"))
-    return place, f"{wanted}, got {_shown(problem['input'])}"
+    return place, f"{wanted}, got {shown(problem['input'])}"
 
 
-def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, complaints: list[str]) -> None:
+def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, complaints: Complaints) -> None:
     for name, value in given.items():
         if states is not None and name not in states:
-            complaints.append(f"initial.{name}: no such state; {_suggestion(name, states)}")
-        elif not (_is_number(value) and abs(value) <= sys.float_info.max):
-            complaints.append(f"initial.{name}: should be a finite number, got {_shown(value)}")
+            complaints.add(f"initial.{name}", f"no such state; {suggestion(name, states)}")
+        elif not (is_number(value) and abs(value) <= sys.float_info.max):
+            complaints.add(f"initial.{name}", f"should be a finite number, got {shown(value)}")
 
 
-def _check_run(given: Mapping[str, Any], complaints: list[str]) -> None:
+def _check_run(given: Mapping[str, Any], complaints: Complaints) -> None:
     for name, value in given.items():
         if name not in RUN_DEFAULTS:
-            complaints.append(f"run.{name}: no such key; {_suggestion(name, RUN_DEFAULTS)}")
+            complaints.add(f"run.{name}", f"no such key; {suggestion(name, RUN_DEFAULTS)}")
         else:
             try:
                 check_run(**(RUN_DEFAULTS | {name: value}))
-            except ValueError as error:
-                complaints.append(f"run.{name}: {str(error).removeprefix(name).strip()}")
-
-
-def _shown(value: Any) -> str:
-    """A value as it stands in a complaint, not longer than a line can hold."""
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:40]}...{text[-15:]}"
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+            except ArgumentError as error:
+                complaints.append(error.complaint.about(f"run.{name}"))
 
 
 def _one_of(names: Iterable[str]) -> str:
     return " or ".join(repr(name) for name in names)
-
-
-def _suggestion(name: str, known: Iterable[str]) -> str:
-    """The nearest known name, and all of them where none is near."""
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return f"did you mean {near[0]!r}?" if near else f"there is {', '.join(known)}"

@@ -1,15 +1,14 @@
 """ensemble(system, over, ...): one run per entry of equally long lists of parameters, a few numbers of each."""
 
 import copy
-import difflib
 import functools
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
+from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_number, suggestion
 from vibrocap.equations import equations, parameter_values
 from vibrocap.friction.law import Law
 from vibrocap.machines.machine import Machine
@@ -78,9 +77,9 @@ def ensemble(
     check_travel(needed, system)
     columns = _columns(system, over)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
-    _check_whole("periods", periods, 1, MOST_PERIODS)
-    _check_whole("window", window, 1, int(periods))
-    _check_whole("threads", 1 if threads is None else threads, 1, 2**16)
+    check_whole("periods", periods, 1, MOST_PERIODS)
+    check_whole("window", window, 1, int(periods))
+    check_whole("threads", 1 if threads is None else threads, 1, 2**16)
     if device not in DEVICES:
         raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
     if device == "cuda":
@@ -92,8 +91,7 @@ def ensemble(
         run_all: Callable = cuda_ensemble_run
     else:
         run_all = functools.partial(numerics.ensemble_run, threads=threads)
-    if settle is not None and not (isinstance(settle, (int, float, np.floating)) and 0.0 < settle < math.inf):
-        raise ValueError(f"settle should be None or a positive threshold such as 1e-6, got {settle!r}")
+    check_threshold("settle", settle)
     _check_values(system, columns)
     budget = numerics.Budget(
         periods=int(periods),
@@ -178,8 +176,8 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     columns: dict[str, np.ndarray] = {}
     for path, given in over.items():
         if path not in known:
-            near = difflib.get_close_matches(str(path), known, n=1, cutoff=0.0)[0]
-            raise ValueError(f"over: {path!r} is neither a parameter nor an initial state; did you mean {near!r}?")
+            near = suggestion(path, known, cutoff=0.0)
+            raise ArgumentError("over", f"{path!r} is neither a parameter nor an initial state; {near}")
         columns[path] = _column(path, given)
     lengths = {path: len(column) for path, column in columns.items()}
     if len(set(lengths.values())) > 1:
@@ -202,8 +200,7 @@ def _column(path: str, given: Any) -> np.ndarray:
         text = np.array([isinstance(value, str) for value in given], dtype=bool)
         may_be_text = not path.startswith(INITIAL)
         for run, value in enumerate(given):
-            number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-            if not (number or (may_be_text and isinstance(value, str))):
+            if not (is_number(value) or (may_be_text and isinstance(value, str))):
                 raise ValueError(f"{path}: should be numbers, got {value!r} for run {run}")
         if text.any():
             return np.array([str(v) if t else float(v) for v, t in zip(given, text, strict=True)], dtype=object)
@@ -292,8 +289,3 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
             object.__setattr__(getattr(varied, part), name, float(value))  # checked before
         mirrored[k] = varied.mirrored
     return mirrored[which.ravel()]
-
-
-def _check_whole(name: str, value: Any, least: int, most: int) -> None:
-    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not least <= value <= most:
-        raise ValueError(f"{name} should be a whole number from {least} to {most}, got {value!r}")

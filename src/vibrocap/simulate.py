@@ -1,12 +1,12 @@
 """simulate(system, ...) -> Trajectory: the bridge from physics to numerics."""
 
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.equations import equations, parameter_values
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.graph import evaluate
@@ -80,31 +80,29 @@ def period_marks(
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
-    """All initial states by name; ValueError for a state that does not exist or is not a finite number."""
+    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number."""
     start = dict.fromkeys(system.state_names, 0.0)
     for name, value in (initial or {}).items():
         if name not in start:
-            near = difflib.get_close_matches(name, start, n=1, cutoff=0.0)[0]
-            raise ValueError(f"initial.{name}: no such state; did you mean {near!r}? States: {', '.join(start)}")
+            near = suggestion(name, start, cutoff=0.0)
+            raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")
         if isinstance(value, (bool, str)) or not math.isfinite(value):
-            raise ValueError(f"initial.{name} should be a finite number, got {value!r}")
+            raise ArgumentError(f"initial.{name}", f"should be a finite number, got {value!r}")
         start[name] = float(value)
     return start
 
 
 def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:
-    """ValueError for run settings that make no sense, naming the field."""
+    """ArgumentError for run settings that make no sense."""
     for name, value, low, high in (
         ("periods", periods, 0.0, 1e9),
         ("tolerance", tolerance, 1e-14, 1e-2),
     ):
-        number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-        if not number or not (low <= value <= high) or value == 0:
+        if not is_number(value) or not (low <= value <= high) or value == 0:
             wanted = "a positive number" if name == "periods" else f"a number from {low:g} to {high:g}"
-            raise ValueError(f"{name} should be {wanted}, got {value!r}")
-    for name, value in (("max_events_per_period", max_events_per_period), ("max_steps", max_steps)):
-        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not 1 <= value < 2**62:
-            raise ValueError(f"{name} should be a whole number >= 1, got {value!r}")
+            raise ArgumentError(name, f"should be {wanted}, got {shown(value)}")
+    check_whole("max_events_per_period", max_events_per_period, 1, 2**62 - 1)
+    check_whole("max_steps", max_steps, 1, 2**62 - 1)
 
 
 def _run(system, start, periods, tolerance, max_events, max_steps, progress=None, keep_pieces=True) -> Recorded:

@@ -1,9 +1,9 @@
 """A system: a machine on a friction law, moved by a drive. The one place where their equations meet."""
 
 import dataclasses
-import difflib
 from typing import Any
 
+from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.drives.drive import Drive
 from vibrocap.friction.law import Law
 from vibrocap.machines.machine import Machine
@@ -51,7 +51,7 @@ class System:
             if not isinstance(given, contract):
                 raise TypeError(f"{part} should be a {contract.__name__.lower()}, got {given!r}")
         if self.friction.internal and self.machine.normal_load == 0:
-            raise ValueError(f"machine.normal_load should be > 0 with the {self.friction.name} law, got 0")
+            raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -143,7 +143,7 @@ class System:
 
     def _resolved(self, path: str) -> tuple[str, str]:
         if path not in self.parameter_paths:
-            near = difflib.get_close_matches(path, self.parameter_paths, n=1, cutoff=0.0)
-            raise KeyError(f"{path!r} is not a parameter of this system; did you mean {near[0]!r}?")
+            near = suggestion(path, self.parameter_paths, cutoff=0.0)
+            raise KeyError(f"{path!r} is not a parameter of this system; {near}")
         part, name = path.split(".", 1)
         return part, name

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import Complaint
 from vibrocap.case import CaseError
 from vibrocap.studies.axes import Axis, Grid
 from vibrocap.studies.cases import CaseList
@@ -53,7 +54,7 @@ def _case_complaints(system: System, plan: CaseList) -> list[str]:
         found = path_complaints(case, [kinds_chosen(system, case)])
         if not found and number < LIMIT:
             found = list(refusal(system, case))
-        complaints += [f"cases[{number}]: {complaint}" for complaint in found]
+        complaints += [Complaint(f"cases[{number}]", complaint) for complaint in found]
         if len(complaints) >= SHOWN:
             return [*complaints[:SHOWN], "and perhaps more"]
     return complaints
