@@ -1,6 +1,7 @@
 """The command line: exit codes, what it prints, the files it writes and runs again."""
 
 import csv
+import importlib.util
 import json
 import math
 import os
@@ -16,8 +17,8 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.case import read_case
-from vibrocap.cli import main as cli
-from vibrocap.cli.main import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT, main
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
 
 CASE = """\
@@ -152,7 +153,7 @@ def test_folder_that_cannot_be_written(option, case, capsys, monkeypatch):
 
 
 def test_missing_extras_and_ffmpeg_are_named(case, capsys, monkeypatch):
-    found = cli.needs.__globals__["importlib"].util.find_spec
+    found = importlib.util.find_spec
     absent = {"xarray", "h5netcdf", "matplotlib"}
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in absent else found(name))
     monkeypatch.setattr("shutil.which", lambda name: None)

@@ -12,8 +12,9 @@ from vibrocap.case import case_from_text
 from vibrocap.cli import main as cli
 from vibrocap.cli.fit import fit
 from vibrocap.cli.fit_request import by_option, is_refusal
-from vibrocap.cli.main import INCOMPLETE, OK, WRONG_INPUT, main
-from vibrocap.identification.fitting import steady_fit as steady_fits
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
+from vibrocap.identification.fitting.steady_fit import steady_fit as steady_fits
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import SearchStatus
 

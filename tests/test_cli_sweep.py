@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import importlib.util
 import os
 import re
 import signal
@@ -16,11 +17,10 @@ import xarray as xr
 
 import cheap_ensemble
 import interrupts
-from vibrocap.case import read_case
-from vibrocap.cli import main as cli
-from vibrocap.cli.main import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, main
-from vibrocap.cli.sweep_request import read_cases
-from vibrocap.cli.time_left import TimeLeft, duration
+from vibrocap.case import CaseError, read_case
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
+from vibrocap.io.case_table import read_cases
 from vibrocap.measures.during_run import measure_table
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep
@@ -169,7 +169,9 @@ def test_design_and_cases(case, cheap):
 
 
 def test_table_of_cases_that_is_not_there():
-    assert read_cases(Path("nowhere.csv")) == ([], [], ["--cases: nowhere.csv: No such file or directory"])
+    with pytest.raises(CaseError) as caught:
+        read_cases(Path("nowhere.csv"))
+    assert caught.value.complaints == ("--cases: nowhere.csv: No such file or directory",)
 
 
 # --- wrong input -----------------------------------------------------------------------------------------------------
@@ -286,7 +288,7 @@ def test_folder_that_cannot_be_written_is_refused(case, capsys, monkeypatch):
 
 @pytest.mark.parametrize("command_name", ["sweep", "plot"])
 def test_missing_extra_is_named(command_name, case, capsys, monkeypatch):
-    found = cli.needs.__globals__["importlib"].util.find_spec
+    found = importlib.util.find_spec
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "zarr" else found(name))
     assert "pip install 'vibrocap[sweep]'" in refused(capsys, command_name, case)
 

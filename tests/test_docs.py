@@ -23,6 +23,7 @@ import vibrocap as vc
 from vibrocap import catalogue
 from vibrocap.case import Case, CaseError, case_from_text, case_text
 from vibrocap.cli import main as cli
+from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.parameters import parameter_table
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -167,7 +168,7 @@ def test_the_readme_snippet_is_the_agreed_one_and_ends_where_it_says(workplace):
 def run_command(command: str) -> None:
     words = shlex.split(command)
     assert words[0] == "vibrocap", command
-    assert cli.main(words[1:]) == cli.OK, command
+    assert cli.main(words[1:]) == OK, command
 
 
 @pytest.mark.parametrize("fence", kept("sh"))
@@ -299,12 +300,12 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
     capsys.readouterr()
-    assert cli.main(["simulate", "case.toml", "--animate", "run.gif"]) == cli.WRONG_INPUT
+    assert cli.main(["simulate", "case.toml", "--animate", "run.gif"]) == WRONG_INPUT
     assert "--animate: draws the pendulum capsule only" in capsys.readouterr().err
-    assert cli.main(["limits", "case.toml"]) == cli.WRONG_INPUT
+    assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err
     Path("case.toml").write_text(fence.text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")
-    assert cli.main(["simulate", "case.toml"]) == cli.WRONG_INPUT
+    assert cli.main(["simulate", "case.toml"]) == WRONG_INPUT
     assert "did you mean 'hyperbolic'?" in capsys.readouterr().err
 
 

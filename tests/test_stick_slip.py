@@ -12,8 +12,8 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from vibrocap.cli.stick_slip import stick_slip as command
-from vibrocap.cli.terminal import Refusal
+from vibrocap.cli.options import Refusal
+from vibrocap.cli.records import stick_slip as command
 from vibrocap.records.checks import RecordError
 from vibrocap.records.pull_files import read_pulls
 from vibrocap.records.regimes import HALF_STICK_RATIO, HALF_STICK_X, regime_diagram

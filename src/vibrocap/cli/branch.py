@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from vibrocap.cli.crossing import range_of
-from vibrocap.cli.exits import INCOMPLETE, OK, complain
-from vibrocap.cli.terminal import Page, Refusal, progress, writable_picture
+from vibrocap.cli.options import range_of, refusing, writable_picture
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.io.json_text import json_text
+from vibrocap.io.motion_file import read_source
 
 
 def branch(
@@ -45,36 +46,31 @@ def branch(
     json
         print one JSON object in full precision instead of a table
     """
-    from vibrocap.io.motion_file import read_source
-    from vibrocap.io.record import json_text
     from vibrocap.orbits.continuation.branch_diagram import branches
 
     given = read_source(case)
     path, low, high = range_of(over)
     writable_picture("--plot", plot)
-    try:
-        with progress(f"Following steady motions over {path}"):
-            found = branches(
-                given.system,
-                path,
-                (low, high),
-                initial=given.initial,
-                depth=depth,
-                points=points,
-                settle_periods=settle_periods,
-            )
-    except ValueError as error:
-        raise Refusal(str(error)) from None
+    with progress(f"Following steady motions over {path}"), refusing():
+        found = branches(
+            given.system,
+            path,
+            (low, high),
+            initial=given.initial,
+            depth=depth,
+            points=points,
+            settle_periods=settle_periods,
+        )
     if json:
         print(json_text(_diagram_record(found)))
     else:
-        Page().print(str(found), soft_wrap=True, markup=False)
+        Page().say(str(found))
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
         from vibrocap.plotting.branches import plot_branches
 
         plot_branches(found, plot, _quantity(found))
         if not json:
-            Page().print(f"picture    {plot}", soft_wrap=True)
+            Page().say(f"picture    {plot}")
     if not any(len(each) for each in found.branches):
         complain("No steady motion closed at the start; simulate the case, or raise --settle-periods.")
         return INCOMPLETE
@@ -117,26 +113,21 @@ def basins(
     json
         print one JSON object in full precision instead of a table
     """
-    from vibrocap.io.motion_file import read_source
-    from vibrocap.io.record import json_text
     from vibrocap.orbits.attractors.basins import basins as basins_of
 
     given = read_source(case)
     axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
     writable_picture("--plot", plot)
-    try:
-        with progress("Running the starts of the plane") as report:
-            found = basins_of(
-                given.system,
-                axes,
-                resolution,
-                phase=phase,
-                initial=given.initial,
-                settle_periods=settle_periods,
-                progress=lambda share: report(share, None),
-            )
-    except ValueError as error:
-        raise Refusal(str(error)) from None
+    with progress("Running the starts of the plane") as report, refusing():
+        found = basins_of(
+            given.system,
+            axes,
+            resolution,
+            phase=phase,
+            initial=given.initial,
+            settle_periods=settle_periods,
+            progress=report,
+        )
     record = _basin_record(found)
     if json:
         print(json_text(record))
@@ -147,7 +138,7 @@ def basins(
 
         plot_basins(found, plot)
         if not json:
-            Page().print(f"picture    {plot}", soft_wrap=True)
+            Page().say(f"picture    {plot}")
     return OK
 
 
@@ -213,10 +204,10 @@ def _drift(found: Any, index: int) -> float | None:
 def _print_basins(record: dict[str, Any]) -> None:
     """The table of shares."""
     page = Page()
-    page.print(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
+    page.say(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
     for word, share in record["directions"].items():
         if share:
             page.print(f"  {word:<12}{share:.2%}")
     for each in record["attractors"]:
         drift = "none" if each["drift"] is None else f"{each['drift']:.10g} per drive period"
-        page.print(f"  attractor {each['index']}: {each['share']:.2%} of the starts, drift {drift}", soft_wrap=True)
+        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts, drift {drift}")

@@ -1,22 +1,24 @@
 """`vibrocap fit`: the parameters of a friction law from measured records, or several laws ranked on them."""
 
+import importlib.util
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.cli.exits import INCOMPLETE, OK, complain
+from vibrocap.arguments import Complaints
 from vibrocap.cli.fit_request import (
     by_option,
-    destinations,
     held_out,
     held_parameters,
     is_refusal,
     machine_stiffness,
     own_settings,
-    pieces,
     read,
     units_of_case,
 )
-from vibrocap.cli.terminal import Page, Refusal, progress
+from vibrocap.cli.options import Refusal, split, writable_folder, writable_picture
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.io.json_text import json_text
+from vibrocap.io.residuals import write_residuals
 
 if TYPE_CHECKING:
     from vibrocap.identification.experiments.comparison import Comparison
@@ -122,8 +124,8 @@ def fit(
     json
         print one JSON object in full precision
     """
-    complaints: list[str] = []
-    laws = pieces([law]) if law else pieces(compare)
+    complaints = Complaints()
+    laws = split([law]) if law else split(compare)
     held = held_parameters(laws, fixed, free, complaints)
     if bool(law) == bool(compare):
         complaints.append("--law: give one law, or several with --compare")
@@ -132,15 +134,19 @@ def fit(
     stiffness = machine_stiffness(spring, compare or steady, hold_out, data, complaints)
     if not data:
         complaints.append("DATA: give at least one file with force and motion")
-    destinations(out, plot, complaints)
+    with complaints.collected():
+        if out is not None:
+            writable_folder("--out", out)
+    with complaints.collected():
+        writable_picture("--plot", plot)
     found, doubts = read(data, columns, units, sampling_rate, load, cutoff, complaints)
     hidden = held_out(hold_out, found, complaints)
     scales = units_of_case(pendulum, out, found, complaints)
     if complaints:
-        raise Refusal("\n".join(complaints))
+        raise Refusal(*complaints)
     for doubt in doubts:
         complain(f"warning: {doubt}")
-    settings: dict[str, Any] = {"fixed": held, "free": pieces(free) or None, "held_out": hidden, "loss": loss}
+    settings: dict[str, Any] = {"fixed": held, "free": split(free) or None, "held_out": hidden, "loss": loss}
     settings |= {"starts": starts, "seed": seed} | ({} if intervals is None else {"intervals": intervals})
     if spring is not None:
         del settings["held_out"]
@@ -176,10 +182,10 @@ def _fitted(
 
     methods = {"driven": driven_fit, "steady": steady_fit, "spring": spring_fit}
     with progress(f"Fitting {law}") as report:
-        found = methods[method](records, law, progress=lambda share: report(share, None), **settings)
+        found = methods[method](records, law, progress=report, **settings)
     if not found.ok:
         if json:
-            _print_json(as_data(found))
+            print(json_text(as_data(found)))
         complain(f"No fit of {law}: {found.status}.")
         return INCOMPLETE
     written = _write(found, out, scales) if out is not None else []
@@ -189,10 +195,10 @@ def _fitted(
         plot.parent.mkdir(parents=True, exist_ok=True)
         written.append(plot_fit(found, plot))
     if json:
-        _print_json(as_data(found))
+        print(json_text(as_data(found)))
         return OK
     page = Page()
-    page.print(found.summary(), soft_wrap=True, markup=False)
+    page.say(found.summary())
     _print_written(page, written)
     return OK
 
@@ -204,12 +210,10 @@ def _compared(
 
     with progress(f"Fitting {len(laws)} laws") as report:
         own = {law: own_settings(law, settings) for law in laws}
-        found = compare(records, laws, options=own, progress=lambda share: report(share, None), **settings)
+        found = compare(records, laws, options=own, progress=report, **settings)
     good = [each.fit for each in found.laws if each.fit.ok]
     written = [path for each in good for path in _write(each, out / each.law_name, scales)] if out is not None else []
     if out is not None:
-        from vibrocap.io.record import json_text
-
         out.mkdir(parents=True, exist_ok=True)
         written.append(out / "comparison.json")
         written[-1].write_text(json_text(comparison_record(found)) + "\n", encoding="utf-8")
@@ -221,10 +225,10 @@ def _compared(
         picture.parent.mkdir(parents=True, exist_ok=True)
         written.append(plot_comparison(found, picture))
     if json:
-        _print_json(comparison_record(found))
+        print(json_text(comparison_record(found)))
     else:
         page = Page()
-        page.print(found.summary(), soft_wrap=True, markup=False)
+        page.say(found.summary())
         _print_written(page, written)
     if not good:
         complain(f"None of the laws could be fitted: {found.laws[0].fit.status}.")
@@ -256,31 +260,9 @@ def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:
 
 
 def _can_draw() -> bool:
-    import importlib.util
-
     return importlib.util.find_spec("matplotlib") is not None
-
-
-def write_residuals(found: "Fit", path: Path) -> Path:
-    """Every sample of every record as a line of CSV: motion, force and what the fit makes of it, in SI units."""
-    import csv
-
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(("record", "held_out", "time_s", "velocity_m_per_s", "measured_N", "fitted_N", "error_N"))
-        for each in found.records:
-            columns = (each.time, each.velocity, each.measured, each.predicted, each.predicted - each.measured)
-            for row in zip(*columns, strict=True):
-                table.writerow((each.name, int(each.held_out), *(f"{value:.9g}" for value in row)))
-    return path
-
-
-def _print_json(record: dict[str, Any]) -> None:
-    from vibrocap.io.record import json_text
-
-    print(json_text(record))
 
 
 def _print_written(page: Page, written: list[Path]) -> None:
     for path in written:
-        page.print(f"Written: {path}", soft_wrap=True)
+        page.say(f"Written: {path}")

@@ -5,7 +5,8 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.cli.terminal import Refusal, writable_folder, writable_picture
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.cli.options import pairs, split
 
 if TYPE_CHECKING:
     from vibrocap.records.record import Record
@@ -24,12 +25,12 @@ OPTIONS = {
     **{name: name for name in ("law", "free", "fixed", "loss", "starts", "weights", "start", "intervals", "seed")},
     **{name: name for name in ("columns", "units", "cutoff", "load")},
 }
-EXAMPLES = {"fixed": "stribeck_velocity=0.01", "units": "force=kN", "pendulum": "mass=0.5,length=0.3"}
+PENDULUM = "written as mass=0.5,length=0.3"
 
 
 def read(
     data: tuple[Path, ...], columns: Any, units: Any, rate: float | None, load: float | None, cutoff: float | None,
-    complaints: list[str],
+    complaints: Complaints,
 ) -> "tuple[list[Record], list[str]]":  # fmt: skip
     """The records ready for a fit, and what looks wrong with their units."""
     from vibrocap.records.checks import RecordError, RecordWarning
@@ -37,9 +38,9 @@ def read(
     from vibrocap.records.readers import read_records
 
     named: dict[str, str | int] = {}
-    for quantity, name in pairs("columns", columns, complaints).items():
+    for quantity, name in pairs("columns", split(columns), complaints, "written as force=F1").items():
         named[quantity] = int(name) if name.isdigit() else name
-    units = pairs("units", units, complaints)
+    units = pairs("units", split(units), complaints, "written as force=kN")
     found: list[Record] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RecordWarning)
@@ -57,9 +58,9 @@ def read(
     return found, [str(each.message) for each in caught if issubclass(each.category, RecordWarning)]
 
 
-def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: list[str]) -> dict[str, float]:
+def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: Complaints) -> dict[str, float]:
     """Parameters that are held, checked against the laws."""
-    from vibrocap.identification.problem.parametrisation import law_class, nearest
+    from vibrocap.identification.problem.parametrisation import law_class
     from vibrocap.parameters import parameter_table
 
     known: dict[str, Any] | None = {}  # names, in the order of the laws
@@ -71,15 +72,16 @@ def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: list[str
             complaints.append(by_option(str(error)))
             known = None
     held: dict[str, float] = {}
-    for name, text in pairs("fixed", fixed, complaints).items():
+    for name, text in pairs("fixed", split(fixed), complaints, "written as stribeck_velocity=0.01").items():
         try:
             held[name] = float(text)
         except ValueError:
             complaints.append(f"--fixed {name}={text}: should be a number")
-    for option, given in (("fixed", held), ("free", pieces(free))):
+    for option, given in (("fixed", held), ("free", split(free))):
         for name in given:
             if known and name not in known:
-                complaints.append(f"--{option}: {', '.join(laws)} has no parameter {name!r}; {nearest(name, known)}")
+                near = suggestion(name, known, there_is="there are")
+                complaints.append(f"--{option}: {', '.join(laws)} has no parameter {name!r}; {near}")
     return held
 
 
@@ -93,13 +95,13 @@ def own_settings(law: str, settings: dict[str, Any]) -> dict[str, Any]:
     return {"fixed": {k: v for k, v in settings["fixed"].items() if k in names}, "free": free or None}
 
 
-def held_out(patterns: Any, records: "list[Record]", complaints: list[str]) -> list[str]:
+def held_out(patterns: Any, records: "list[Record]", complaints: Complaints) -> list[str]:
     """Names of the records that are held out."""
     from fnmatch import fnmatchcase
 
     names = [record.name for record in records]
     hidden = []
-    for pattern in pieces(patterns):
+    for pattern in split(patterns):
         found = [name for name in names if fnmatchcase(name, pattern)]
         if not found and names:
             complaints.append(f"--hold-out: no record is called {pattern!r}; there is {', '.join(names)}")
@@ -109,21 +111,8 @@ def held_out(patterns: Any, records: "list[Record]", complaints: list[str]) -> l
     return hidden
 
 
-def destinations(out: Path | None, plot: Path | None, complaints: list[str]) -> None:
-    """What cannot be written, and why."""
-    if out is not None:
-        try:
-            writable_folder("--out", out)
-        except Refusal as refusal:
-            complaints.append(str(refusal))
-    try:
-        writable_picture("--plot", plot)
-    except Refusal as refusal:
-        complaints.append(str(refusal))
-
-
 def machine_stiffness(
-    text: str | None, other: Any, hold_out: Any, data: tuple[Path, ...], complaints: list[str]
+    text: str | None, other: Any, hold_out: Any, data: tuple[Path, ...], complaints: Complaints
 ) -> "float | str | None":
     """The stiffness of the machine's spring: N/m, "measured", or None where it is searched."""
     if text is None:
@@ -140,7 +129,7 @@ def machine_stiffness(
 
 
 def units_of_case(
-    texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: list[str]
+    texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: Complaints
 ) -> "Scales | None":
     """The units of the case that a law is written for, if it is to be in such."""
     from vibrocap.scales import Scales
@@ -152,34 +141,16 @@ def units_of_case(
     loose = [record.name for record in records if record.normal_force is None]
     if loose:
         complaints.append(f"--pendulum: needs the normal force of {', '.join(loose)}; give it by --load")
-    given = pairs("pendulum", texts, complaints)
+    given = pairs("pendulum", split(texts), complaints, PENDULUM)
     unknown = [name for name in given if name not in ("mass", "length")]
     if unknown or len(given) < 2:
-        complaints.append(f"--pendulum {','.join(texts)}: should be written as {EXAMPLES['pendulum']}")
+        complaints.append(f"--pendulum {','.join(texts)}: should be {PENDULUM}")
         return None
     try:
         return Scales(pendulum_mass_kg=float(given["mass"]), pendulum_length_m=float(given["length"]))
     except ValueError:
         complaints.append(f"--pendulum {','.join(texts)}: mass (kg) and length (m) should be numbers > 0")
         return None
-
-
-def pieces(texts: "list[str] | None") -> list[str]:
-    """Texts, each of which may be several with commas between."""
-    return [piece.strip() for text in texts or () for piece in text.split(",") if piece.strip()]
-
-
-def pairs(option: str, texts: "list[str] | None", complaints: list[str]) -> dict[str, str]:
-    """KEY=VALUE pairs."""
-    example = EXAMPLES.get(option, "force=F1")
-    pairs = {}
-    for text in pieces(texts):
-        key, equals, value = (part.strip() for part in text.partition("="))
-        if key and equals and value:
-            pairs[key] = value
-        else:
-            complaints.append(f"--{option} {text}: should be written as {example}")
-    return pairs
 
 
 def is_refusal(text: str) -> bool:

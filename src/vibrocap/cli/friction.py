@@ -1,17 +1,16 @@
 """`vibrocap friction`: which laws there are, what each is, what it does, and what it asks of a solver."""
 
-import contextlib
-import difflib
 import inspect
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
-from vibrocap.cli.exits import OK
-from vibrocap.cli.terminal import Page, Refusal, progress, writable_picture
+from vibrocap.arguments import suggestion
+from vibrocap.cli.options import Refusal, refusing, writable_picture
+from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.friction.law import Law
+from vibrocap.io.json_text import json_text
 
 friction = App(
     name="friction",
@@ -38,15 +37,11 @@ def list_laws() -> int:
     width = max(map(len, laws())) + 2
     for name, law in laws().items():
         creeps = "creeps" if law.creeps else "does not creep"
-        page.print(f"{name:<{width}}{_first_line(law)}", soft_wrap=True)
-        page.print(
-            f"{'':<{width}}{law.kind}; {creeps} under an oscillating force below break-away",
-            style="dim",
-            soft_wrap=True,
-        )
+        page.say(f"{name:<{width}}{inspect.cleandoc(law.__doc__ or '').splitlines()[0]}")
+        page.say(f"{'':<{width}}{law.kind}; {creeps} under an oscillating force below break-away", style="dim")
     words = " and ".join(f"{word}-" for word in wrappers())
-    page.print(f"\nBefore a name may stand {words}, as in backlash-anisotropic-lugre.", soft_wrap=True)
-    page.print("Next: vibrocap friction show lugre", soft_wrap=True)
+    page.say(f"\nBefore a name may stand {words}, as in backlash-anisotropic-lugre.")
+    page.say("Next: vibrocap friction show lugre")
     return OK
 
 
@@ -73,11 +68,10 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     from vibrocap.symbols import printed
 
     law = _law(name, set_)
-    if plot is not None:
-        writable_picture("--plot", plot)
+    writable_picture("--plot", plot)
     page = Page()
-    page.print(f"{name}: {KINDS[law.kind]}", style="bold", soft_wrap=True)
-    page.print("\n" + inspect.cleandoc(type(law).__doc__ or ""), soft_wrap=True, markup=False)
+    page.say(f"{name}: {KINDS[law.kind]}", style="bold")
+    page.say("\n" + inspect.cleandoc(type(law).__doc__ or ""))
     table = Table(box=None, pad_edge=False)
     for title in ("parameter", "symbol", "value", "meaning"):
         table.add_column(title, justify="right" if title == "value" else "left")
@@ -89,16 +83,16 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     with progress(f"Looking for cycles of {name} that create energy"):
         passive = passivity(law)
         scales = stiffness_report(law)
-    page.print(f"\nsource     {law.source}", soft_wrap=True, markup=False)
-    page.print(f"passivity  {passive.verdict}. {passive.condition}", soft_wrap=True, markup=False)
-    page.print(f"stiffness  {scales.method}", soft_wrap=True, markup=False)
+    page.say(f"\nsource     {law.source}")
+    page.say(f"passivity  {passive.verdict}. {passive.condition}")
+    page.say(f"stiffness  {scales.method}")
     creeps = "yes" if law.creeps else "no"
-    page.print(f"creeps     {creeps}, under an oscillating force below break-away", soft_wrap=True)
+    page.say(f"creeps     {creeps}, under an oscillating force below break-away")
     if plot is not None:
         from vibrocap.plotting.laboratory import plot_law_card
 
         with progress(f"Drawing {name}"):
-            page.print(f"picture    {plot_law_card(law, plot)}", soft_wrap=True)
+            page.say(f"picture    {plot_law_card(law, plot)}")
     return OK
 
 
@@ -143,9 +137,8 @@ def canonical_tests(
     from vibrocap.laboratory.test_sheet import test_sheet
 
     law = _law(name, set_)
-    if plot is not None:
-        writable_picture("--plot", plot)
-    with progress(f"Testing {name}") as report, _refusing():
+    writable_picture("--plot", plot)
+    with progress(f"Testing {name}") as report, refusing():
         sheet = test_sheet(
             law,
             load=load,
@@ -156,9 +149,7 @@ def canonical_tests(
         )
     page = Page()
     if json:
-        from vibrocap.io.record import json_text
-
-        page.print(json_text(sheet_record(sheet)), soft_wrap=True, markup=False)
+        page.say(json_text(sheet_record(sheet)))
     else:
         print_sheet(page, name, sheet)
     if plot is not None:
@@ -166,7 +157,7 @@ def canonical_tests(
 
         plot_sheet(sheet, plot)
         if not json:
-            page.print(f"  picture      {plot}", soft_wrap=True)
+            page.say(f"  picture      {plot}")
     return OK
 
 
@@ -202,7 +193,7 @@ def sheet_record(sheet: Any) -> dict[str, Any]:
 def print_sheet(page: Page, name: str, sheet: Any) -> None:
     """The summary of a test sheet."""
     slip, creep = sheet.stick_slip, sheet.creep
-    page.print(f"Canonical tests of {name}, load {sheet.load:g}, in the units of its parameters", style="bold")
+    page.say(f"Canonical tests of {name}, load {sheet.load:g}, in the units of its parameters", style="bold")
     for loop in sheet.presliding:
         page.print(f"  presliding   amplitude {loop.amplitude:.6g}: area {loop.area:.6g}, peak {loop.peak_force:.6g}")
     lag = sheet.lag  # width: accelerating less decelerating
@@ -213,9 +204,9 @@ def print_sheet(page: Page, name: str, sheet: Any) -> None:
         page.print(f"  break-away   rate {rate:.6g}: {force:.6g}{'' if peaked else ' (friction has no peak)'}")
     words = f"period {slip.period:.6g}, sticking {slip.stick_time:.6g}" if slip.regime == "stick-slip" else "no cycle"
     words = f"period {slip.period:.6g}" if slip.regime == "oscillation" else words
-    page.print(f"  stick-slip   {slip.regime}: {words}; friction up to {slip.static_force:.6g}", soft_wrap=True)
+    page.say(f"  stick-slip   {slip.regime}: {words}; friction up to {slip.static_force:.6g}")
     drift = f"{creep.drift_per_cycle:.3g} per cycle" if creep.creeps else "none"
-    page.print(f"  creep        {drift}, under {creep.bias:.4g} +- {creep.amplitude:.4g}", soft_wrap=True)
+    page.say(f"  creep        {drift}, under {creep.bias:.4g} +- {creep.amplitude:.4g}")
 
 
 def _law(name: str, settings: list[str]) -> Law:
@@ -231,8 +222,7 @@ def _law(name: str, settings: list[str]) -> Law:
         plain = name
         for word in wrappers():
             plain = plain.replace(f"{word}-", "")
-        near = difflib.get_close_matches(plain, laws(), n=1, cutoff=0.0)[0]
-        raise Refusal(f"no friction law is called {name!r}; did you mean {near!r}?") from None
+        raise Refusal(f"no friction law is called {name!r}; {suggestion(plain, laws(), cutoff=0.0)}") from None
     except ValueError as error:
         raise Refusal(str(error)) from None
     known = [info.name for info in parameter_table(kind)]
@@ -242,8 +232,8 @@ def _law(name: str, settings: list[str]) -> Law:
         if not equals:
             raise Refusal(f"--set should be NAME=VALUE, such as {known[0]}=1.0, got {setting!r}")
         if path not in known:
-            near = difflib.get_close_matches(path, known, n=1, cutoff=0.0)[0]
-            raise Refusal(f"--set {setting}: {name} has no parameter {path!r}; did you mean {near!r}?")
+            near = suggestion(path, known, cutoff=0.0)
+            raise Refusal(f"--set {setting}: {name} has no parameter {path!r}; {near}")
         try:
             values[path] = float(text)
         except ValueError:
@@ -253,17 +243,3 @@ def _law(name: str, settings: list[str]) -> Law:
     except ValidationError as error:
         faults = "; ".join(f"{'.'.join(map(str, each['loc'])) or name}: {each['msg']}" for each in error.errors())
         raise Refusal(f"--set: {faults}") from None
-
-
-@contextlib.contextmanager
-def _refusing() -> Iterator[None]:
-    """Bad numbers are refusals."""
-    try:
-        yield
-    except ValueError as error:
-        raise Refusal(str(error)) from None
-
-
-def _first_line(law: type[Law]) -> str:
-    """What a law is, in one line of its docstring."""
-    return inspect.cleandoc(law.__doc__ or "").splitlines()[0]

@@ -1,35 +1,32 @@
-"""The command line: `vibrocap reproduce`, `simulate`, `limits`, and `sweep`, `measures`, `plot` from their modules.
+"""The command line: its commands from their modules, their exit codes, and `main`, which runs one.
 
 Exit codes: 0 done; 2 wrong input, each bad field named on stderr before any work; 3 a run that could not be completed,
 with its status and what was computed until then; 130 interrupted.
 """
 
+import collections
 import io
 import os
-import re
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case import CaseError
 from vibrocap.cli.branch import basins, branch
-from vibrocap.cli.crossing import crossing
-from vibrocap.cli.datasets import datasets
-from vibrocap.cli.exits import BROKEN_PIPE, INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, complain
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
-from vibrocap.cli.orbit import orbit
-from vibrocap.cli.plot import plot
-from vibrocap.cli.stick_slip import stick_slip
-from vibrocap.cli.sweep import measures, sweep
-from vibrocap.cli.terminal import PICTURES, Refusal, needs, needs_film, progress, writable_file, writable_folder
+from vibrocap.cli.options import Refusal, needs, writable_folder
+from vibrocap.cli.orbit import crossing, orbit
+from vibrocap.cli.records import datasets, stick_slip
+from vibrocap.cli.simulate import limits, simulate
+from vibrocap.cli.sweep import measures, plot, sweep
+from vibrocap.cli.terminal import BROKEN_PIPE, INTERRUPTED, OK, WRONG_INPUT, Page, complain, progress, table
 
-EXPORTS = (".nc", ".csv")
-ANIMATIONS = (".mp4", ".gif")
-
+WIDE = 120  # columns of a terminal
 EXAMPLES = """Examples:
 
   vibrocap reproduce --only fig09
@@ -44,32 +41,7 @@ EXAMPLES = """Examples:
 `vibrocap COMMAND --help` explains a command. Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
 """
 
-app = App(
-    name="vibrocap",
-    help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
-    help_epilogue=EXAMPLES,
-    help_format="plaintext",
-    version=lambda: version("vibrocap"),
-    result_action="return_value",
-    default_parameter=Parameter(negative=()),
-    suppress_keyboard_interrupt=False,  # `main` says what was interrupted
-)
 
-
-app.command(sweep)
-app.command(measures)
-app.command(plot)
-app.command(orbit)
-app.command(branch)
-app.command(basins)
-app.command(crossing)
-app.command(friction)
-app.command(fit)
-app.command(stick_slip)
-app.command(datasets)
-
-
-@app.command
 def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
     """The paper: its figures from our own runs, its claims with their verdicts, one HTML report.
 
@@ -88,7 +60,6 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
         raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
     needs("reproduce", "plot", "matplotlib")
     writable_folder("--out", out)
-    from vibrocap.cli.summary import print_claims
     from vibrocap.report.reproduce import reproduce as reproduced
 
     with progress("The paper") as report:
@@ -97,136 +68,40 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
     return OK
 
 
-@app.command
-def simulate(
-    case: Path,
-    /,
-    *,
-    json: bool = False,
-    out: Path | None = None,
-    plot: Path | None = None,
-    animate: Path | None = None,
-    periods: float | None = None,
-    tolerance: float | None = None,
-) -> int:
-    """One motion: how it ends, how far it travels, its events, energy and certificate.
+def print_claims(result: Any) -> None:
+    """The summary of `vibrocap reproduce`: every claim with its verdict, and where the report lies.
 
-    Example: vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png --out run.nc
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv), which is run again
-    json
-        print one JSON object in full precision instead of tables
-    out
-        export the motion, with its case, to FILE.nc (NetCDF) or FILE.csv
-    plot
-        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
-    animate
-        film the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
-    periods
-        drive periods to run, instead of the case's
-    tolerance
-        error per step relative to the states' natural size, instead of the case's
+    The numbers found stand beside it where the terminal is wide enough; the report has them all.
     """
-    from vibrocap.cli.summary import print_motion
-    from vibrocap.io import motion_file as export
-    from vibrocap.io.record import json_text, motion_record
-
-    settings = {name: value for name, value in (("periods", periods), ("tolerance", tolerance)) if value is not None}
-    refused = _refused_destinations(out, plot, animate)
-    try:
-        setup = export.read_source(case, **settings)
-    except CaseError as error:
-        by_option = [re.sub(rf"^run\.({'|'.join(settings)}):", r"--\1:", text) for text in error.complaints]
-        raise CaseError([*(by_option if settings else error.complaints), *refused], error.source) from None
-    if animate is not None and "angle" not in setup.system.state_names:
-        refused.append(f"--animate: draws the pendulum capsule only, not the machine {setup.system.machine.name!r}")
-    if refused:
-        raise Refusal("\n".join(refused))
-    for path in (out, plot, animate):
-        if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
-    with progress("Simulating") as report:
-        motion = setup.simulate(lambda share: report(share, None))
-        record = motion_record(motion)
-    if out is not None:
-        export.write_motion(motion, setup, out)
-    moved = len(motion.piece_start) > 0
-    if plot is not None and moved:
-        from vibrocap.plotting.motion import plot_motion
-
-        plot_motion(motion, plot)
-    if animate is not None and moved:
-        from vibrocap.plotting.animation import animate_motion
-
-        with progress("Filming") as report:
-            animate_motion(motion, animate, progress=lambda share: report(share, None))
-    if json:
-        print(json_text(record))
-    else:
-        print_motion(motion, record, str(case))
-    if motion.status.ok:
-        return OK
-    complain(
-        f"The run could not be completed ({motion.status.value}): it stopped at time {motion.end:.10g} of "
-        f"{motion.periods * motion.period:.10g}.\n{motion.status.text}"
-        + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
-    )
-    return INCOMPLETE
+    page = Page()
+    wide = page.width >= WIDE
+    made = table("Claims of the paper", "claim", "where", "verdict", *(["found"] if wide else []))
+    made.columns[1].no_wrap = False
+    for verdict in result.claims:
+        found = ", ".join(f"{name} {value:.5g}" for name, value in verdict.finding.found.items())
+        made.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([found] if wide else []))
+    page.print(made)
+    counts = collections.Counter(verdict.finding.outcome.value for verdict in result.claims)
+    tally = ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common())
+    page.print(f"{len(result.claims)} claims in {result.seconds:.0f} s: {tally}.")
+    page.say(f"Report: {result.report}")
 
 
-@app.command
-def limits(case: Path, /, *, json: bool = False) -> int:
-    """Frictional limits of a case (the paper's eqs 10-15): exact, as printed, and why where they do not exist.
-
-    Example: vibrocap limits examples/bristles-lugre.toml
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    json
-        print one JSON object in full precision instead of tables
-    """
-    import dataclasses
-
-    from vibrocap.cli.summary import print_limits
-    from vibrocap.io.motion_file import read_source
-    from vibrocap.io.record import json_text
-    from vibrocap.measures.limits import frictional_limits
-
-    system = read_source(case).system
-    try:
-        found = frictional_limits(system.friction, float(system.machine.load()))
-    except (TypeError, ValueError) as error:
-        raise CaseError([f"friction: {error}"], str(case)) from None
-    if json:
-        print(json_text(dataclasses.asdict(found)))
-    else:
-        print_limits(found, system.friction)
-    return OK
-
-
-def _refused_destinations(out: Path | None, plot: Path | None, animate: Path | None) -> list[str]:
-    """What could not be written, and why; found before any work."""
-    refused = []
-    wanted = (("--out", out, EXPORTS), ("--plot", plot, PICTURES), ("--animate", animate, ANIMATIONS))
-    for option, path, kinds in wanted:
-        if path is None:
-            continue
-        try:
-            writable_file(option, path, kinds)
-            if option != "--out":
-                needs(option, "plot", "matplotlib")
-            elif path.suffix.lower() == ".nc":
-                needs(option, "export", "xarray", "h5netcdf")
-            if option == "--animate":
-                needs_film(option, path)
-        except Refusal as refusal:
-            refused.append(str(refusal))
-    return refused
+app = App(
+    name="vibrocap",
+    help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
+    help_epilogue=EXAMPLES,
+    help_format="plaintext",
+    version=lambda: version("vibrocap"),
+    result_action="return_value",
+    default_parameter=Parameter(negative=()),
+    suppress_keyboard_interrupt=False,  # `main` says what was interrupted
+)
+for command in (
+    reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit, stick_slip,
+    datasets,
+):  # fmt: skip
+    app.command(command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -236,9 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     try:
         return int(app(arguments, exit_on_error=False, print_error=False) or OK)
-    except CaseError as error:
-        complain(str(error))
-    except Refusal as error:
+    except (CaseError, Refusal) as error:
         complain(str(error))
     except CycloptsError as error:
         complain(f"{error}\nvibrocap --help shows the commands with an example each.")
@@ -249,7 +122,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain(str(interruption) or "Interrupted.")
         return INTERRUPTED
     return WRONG_INPUT
-
-
-if __name__ == "__main__":
-    sys.exit(main())

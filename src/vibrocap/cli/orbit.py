@@ -1,13 +1,16 @@
-"""`vibrocap orbit`: the steady motion of a case, its stability, and what an unstable one gives way to."""
+"""`vibrocap orbit` and `vibrocap crossing`: the steady motion of a case, and where a measure of it takes a value."""
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vibrocap.case import CaseError
-from vibrocap.cli.exits import INCOMPLETE, OK, complain
-from vibrocap.cli.terminal import Page, progress
+from vibrocap.cli.options import Refusal, range_of, refusing
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.io.json_text import json_text
+from vibrocap.io.motion_file import read_source
 
 LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
 
@@ -47,11 +50,9 @@ def orbit(
     json
         print one JSON object in full precision instead of a table
     """
-    from vibrocap.io.motion_file import read_source
-    from vibrocap.io.record import json_text
     from vibrocap.orbits.attractors.classification import classify
-    from vibrocap.orbits.closing.orbit import OrbitStatus
     from vibrocap.orbits.closing.orbit import orbit as steady_motion
+    from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
     given = read_source(case)
     try:
@@ -117,14 +118,14 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
     """The table of an orbit."""
     page = Page()
     closed = record["stable"] is not None
-    page.print(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold", soft_wrap=True)
+    page.say(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold")
     state = ", ".join(f"{name} {number:.12g}" for name, number in record["state"].items())
     if not closed:
         rows = [("status", f"{record['status']}; what was tried last does not close by {record['residual']:.2g}")]
         rows += [("last state", state)]
         if "class" in record:
             rows += [("class", f"{record['class']['kind']}: {record['class']['reason']}")]
-        _print_rows(page, rows)
+        page.rows(rows, 14)
         return
     periods = f" ({record['response_period']} of the drive)" if record["response_period"] else " (its own)"
     sizes = ", ".join(_multiplier(m) for m in record["multipliers"])
@@ -145,13 +146,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         rows.append(("mirror twin", f"drift {record['twin']['drift']:.12g}, state {start}"))
     if "unstable_orbit" in record:
         rows += _left_rows(record["unstable_orbit"], record["stable"])
-    _print_rows(page, rows)
-
-
-def _print_rows(page: Page, rows: list[tuple[str, str]]) -> None:
-    for name, text in rows:
-        if text:
-            page.print(f"  {name:<14}{text}", soft_wrap=True, markup=False)
+    page.rows(rows, 14)
 
 
 def _stability(found: Any) -> str:
@@ -185,3 +180,118 @@ def _multiplier(multiplier: dict[str, float]) -> str:
     if real == 0.0 and imaginary == 0.0:
         return "0 (forgotten while it sticks)"
     return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
+
+
+def crossing(
+    case: Path,
+    /,
+    *,
+    over: str,
+    measure: str = "drift",
+    value: float = 0.0,
+    against: str | None = None,
+    points: int = 200,
+    periods: int = 2000,
+    json: bool = False,
+) -> int:
+    """Where a steady measure takes a value, or agrees with that of another law, over a parameter.
+
+    Example: vibrocap crossing examples/buckled-pendulum-travels.toml --over machine.mass_ratio=0.2:8.1
+
+    Each place comes with a bracket and an error. Where the measure equals the value
+    over a whole range (the drift of symmetric motions is zero) or jumps over it
+    (from a motion to its mirror twin), that is said instead. Exit code 3 where
+    motions did not settle, so that places may be missing.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv)
+    over
+        PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1
+    measure
+        a measure that is a number, see `vibrocap measures`
+    value
+        that is looked for
+    against
+        friction.law=NAME or PATH=VALUE: look for where the measures of the case and of the case so changed differ by
+        the value (zero: agree). Another law takes over the parameters that both laws have
+    points
+        parameters of the scan that brackets the places
+    periods
+        drive periods in which a motion of the scan must settle
+    json
+        print one JSON object in full precision instead of a table
+    """
+    from vibrocap.orbits.crossings.crossing import crossing as crossings
+    from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+
+    given = read_source(case)
+    path, low, high = range_of(over)
+    other = None if against is None else _other(given.system, against)
+    with progress(f"Looking for {measure} = {value:g}") as report, refusing():
+        found = crossings(
+            given.system,
+            measure,
+            path,
+            (low, high),
+            value=value,
+            against=other,
+            initial=given.initial,
+            points=points,
+            periods=periods,
+            progress=report,
+        )
+    if json:
+        print(json_text(_crossings_record(found)))
+    else:
+        page = Page()
+        wanted = f"{found.measure} = {found.value:g}"
+        if against is not None:
+            wanted = f"{found.measure} less that with {against} = {found.value:g}"
+        page.say(f"{wanted} over {found.over}", style="bold")
+        for line in str(found).splitlines():
+            page.say(f"  {line}")
+    lost = [each for each in found.found if each.kind is CrossingKind.LOST]
+    if found.unsettled or lost:
+        many = f"{len(found.unsettled)} of {len(found.parameters)} motions of the scan did not settle"
+        what = many if found.unsettled else CrossingKind.LOST.advice
+        complain(f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic.")
+        return INCOMPLETE
+    return OK
+
+
+def _crossings_record(found: Any) -> dict[str, Any]:
+    """What was found and what the scan saw, by name; NaN where a motion did not settle is null."""
+    return {
+        "measure": found.measure,
+        "over": found.over,
+        "value": found.value,
+        "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
+        "equal": found.equal,
+        "unsettled": found.unsettled,
+        "parameters": found.parameters.tolist(),
+        "differences": found.differences.tolist(),
+    }
+
+
+def _other(system: Any, text: str) -> Any:
+    """The system with another friction law, which takes over the parameters that both have, or another parameter."""
+    from vibrocap.catalogue import law, laws
+    from vibrocap.parameters import given_parameters
+
+    path, _, wanted = text.partition("=")
+    if not path or not wanted:
+        raise Refusal(f"--against should be friction.law=NAME or PATH=VALUE, got {text!r}")
+    try:
+        if path != "friction.law":
+            return system.with_parameters({path: float(wanted)})
+        kind = law(wanted)
+        shared = {field.name for field in dataclasses.fields(kind)}
+        given = {name: each for name, each in given_parameters(system.friction).items() if name in shared}
+        return dataclasses.replace(system, friction=kind(**given))
+    except KeyError as error:
+        raise Refusal(f"--against {text}: {error.args[0]}") from None
+    except ValueError as error:
+        told = f"; there is {', '.join(laws())}" if path == "friction.law" else ""
+        raise Refusal(f"--against {text}: {error}{told}") from None

@@ -1,4 +1,4 @@
-"""The commands `vibrocap sweep` and `vibrocap measures`: many runs, measured on the way, stored as they go."""
+"""`vibrocap sweep`, `vibrocap measures` and `vibrocap plot`: many runs, measured on the way, and their pictures."""
 
 import math
 import time
@@ -6,9 +6,11 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibrocap.arguments import Complaints
 from vibrocap.case import CaseError
-from vibrocap.cli.exits import INCOMPLETE, OK, complain
-from vibrocap.cli.terminal import Page, Refusal, progress
+from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, progress, table
+from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
     from vibrocap.cli.sweep_request import SweepRequest
@@ -97,31 +99,15 @@ def sweep(
     yes
         run a study that is larger than ten million runs
     """
+    options = dict(locals())
     from vibrocap.cli.sweep_request import SweepRequest
+    from vibrocap.studies.sweep import MAX_RUNS, size_in_words
 
-    request = SweepRequest(
-        case=case,
-        over=tuple(over or ()),
-        measures=tuple(name.strip() for text in measure or ["mean_velocity"] for name in text.split(",")),
-        out=out,
-        export=export,
-        resume=resume,
-        cases=cases,
-        design=design,
-        runs=runs,
-        seed=seed,
-        adaptive=adaptive,
-        periods=periods,
-        window=window,
-        settle=settle,
-        tolerance=tolerance,
-        threads=threads,
-        workers=workers,
-        scheduler=scheduler,
-        device=device,
-    )
+    request = SweepRequest(**options)
     study = request.study()
-    _check_size(study, threads, yes)
+    if study.plan.count > MAX_RUNS and not yes:
+        size = size_in_words(study, threads)
+        raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
     begun = time.monotonic()
     try:
         dataset = _adaptive(study, request) if adaptive else _run(study, request)
@@ -147,36 +133,19 @@ def measures(case: Path | None = None, /) -> int:
     case
         list only what the machine and the law of this case file have; without it, those of all
     """
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    from vibrocap.io.motion_file import read_source
     from vibrocap.measures.during_run import measure_table
 
-    system = None if case is None else read_source(case).system
-
-    table = Table(box=SIMPLE_HEAD, header_style="dim")
-    table.add_column("measure", no_wrap=True)
-    table.add_column("meaning")
-    for name, each in measure_table(system).items():
-        table.add_row(name, each.meaning)
+    made = table(None, "measure", "meaning", no_wrap=1)
+    for name, each in measure_table(None if case is None else read_source(case).system).items():
+        made.add_row(name, each.meaning)
     page = Page()
-    page.print(table)
+    page.print(made)
     page.print("Of every run there are also status, settled, response_period, window_start and window_periods.")
     return OK
 
 
-def _check_size(study: "Study", threads: int | None, yes: bool) -> None:
-    from vibrocap.studies.sweep import MAX_RUNS, size_in_words
-
-    if study.plan.count > MAX_RUNS and not yes:
-        size = size_in_words(study, threads)
-        raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
-
-
 def _run(study: "Study", request: "SweepRequest") -> Any:
     """The results of a study that is stored as it runs, or kept in memory."""
-    from vibrocap.cli.time_left import TimeLeft
     from vibrocap.studies.sweep import Stopped, run_study
 
     left = TimeLeft()
@@ -196,7 +165,7 @@ def _run(study: "Study", request: "SweepRequest") -> Any:
     except CaseError as error:
         if request.out is None or error.source != str(request.out):
             raise
-        raise Refusal("\n".join(f"--out: {request.out} {complaint}" for complaint in error.complaints)) from None
+        raise Refusal(*(f"--out: {request.out} {complaint}" for complaint in error.complaints)) from None
     except Stopped as stopped:
         done = str(stopped).partition(";")[0]
         raise KeyboardInterrupt(f"{done}. The same command with --resume goes on.") from None
@@ -238,7 +207,6 @@ def _what_happened(error: OSError, request: "SweepRequest") -> str:
 
 def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | None) -> None:
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
-    from vibrocap.cli.time_left import duration
     from vibrocap.plotting.study_view import status_word
 
     statuses, settled = tally(dataset)
@@ -246,23 +214,23 @@ def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | N
     runs = sum(statuses.values())
     finished = statuses.pop(0, 0)
     page = Page()
-    page.print(f"{runs:,} runs ({sizes}) in {duration(seconds)}", soft_wrap=True)
+    page.say(f"{runs:,} runs ({sizes}) in {duration(seconds)}")
     if "runs_computed" in dataset.attrs:
         made = int(dataset.attrs["runs_computed"])
-        page.print(f"  made       {made:,} ({made / runs:.1%}); the others are filled in between", soft_wrap=True)
+        page.say(f"  made       {made:,} ({made / runs:.1%}); the others are filled in between")
     page.print(f"  finished   {finished:,}")
     for code, count in statuses.most_common():
-        page.print(f"  failed     {count:,}: {status_word(code)}", soft_wrap=True)
+        page.say(f"  failed     {count:,}: {status_word(code)}")
     if "settle" in dataset.attrs:
         unsettled = finished - settled
         more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
-        page.print(f"  settled    {settled / max(1, finished):.1%} of these{more}", soft_wrap=True)
+        page.say(f"  settled    {settled / max(1, finished):.1%} of these{more}")
     for place in (out, export):
         if place is not None:
-            page.print(f"  stored in  {place}", soft_wrap=True)
+            page.say(f"  stored in  {place}")
     drawn = out or (export if export is not None and export.suffix.lower() == ".nc" else None)
     if drawn is not None:
-        page.print(f"Next: vibrocap plot {drawn}", soft_wrap=True)
+        page.say(f"Next: vibrocap plot {drawn}")
 
 
 def tally(dataset: Any) -> tuple[Counter[int], int]:
@@ -278,3 +246,71 @@ def tally(dataset: Any) -> tuple[Counter[int], int]:
         statuses.update({code: int((status == code).sum()) for code in set(status.ravel().tolist())})
         settled += int((part["settled"].values.astype(bool) & (status == 0)).sum())
     return statuses, settled
+
+
+def plot(
+    source: Path,
+    /,
+    *,
+    measure: str | None = None,
+    out: Path | None = None,
+    at: list[str] | None = None,
+    border: str | None = None,
+    dead_band: float | None = None,
+) -> int:
+    """A picture of a study: a map over two axes, lines over one, panels for friction laws side by side.
+
+    Failed, unsettled and missing runs are hatched and counted in the legend; no travel has a colour of its own.
+
+    Example: vibrocap plot map --measure mean_velocity --border word --out map.png
+
+    Parameters
+    ----------
+    source
+        the folder of a study (`vibrocap sweep --out`), or FILE.nc with an exported one
+    measure
+        which of its measures, or status, settled, response_period [default: the first measure]
+    out
+        FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
+    at
+        where further axes are fixed: PATH=VALUE, once for each; the nearest value is taken
+    border
+        draw the lines where this changes over a map, such as word or response_period
+    dead_band
+        travel up to this size is none [default: 10 times the threshold to which the runs settled, or 1e-6]
+    """
+    needs("plot", "sweep", "xarray", "zarr")
+    needs("plot", "plot", "matplotlib")
+    from vibrocap.plotting.study_view import first_measure, study_view
+
+    complaints = Complaints()
+    fixed = pairs("at", at, complaints, "PATH=VALUE, such as drive.frequency=1.2")
+    if dead_band is not None and not 0.0 <= dead_band < float("inf"):
+        complaints.append(f"--dead-band: should be a number >= 0, got {dead_band:g}")
+    with complaints.collected():
+        writable_file("--out", out, PICTURES)
+    from vibrocap.studies.dataset import open_study
+
+    try:
+        dataset = open_study(source)
+    except CaseError as error:
+        raise Refusal(*complaints, *(f"{source}: {complaint}" for complaint in error.complaints)) from None
+    path = out or picture_path(source, measure or first_measure(dataset))
+    with complaints.collected():
+        view = study_view(dataset, measure, fixed, dead_band)
+        writable_file("--out", path, PICTURES)
+        if not complaints:
+            from vibrocap.plotting.maps import plot_view
+
+            path.parent.mkdir(parents=True, exist_ok=True)
+            plot_view(view, path, border)
+    if complaints:
+        raise Refusal(*dict.fromkeys(complaints))
+    Page().say(f"Picture: {path}")
+    return OK
+
+
+def picture_path(source: Path, measure: str) -> Path:
+    """Where the picture of a study goes that is given no place: beside it."""
+    place = source if source.name not in ("", "..") else source.resolve()
+    return place.with_name(f"{place.stem if place.is_file() else place.name}-{measure}.png")

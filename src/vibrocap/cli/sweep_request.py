@@ -1,20 +1,19 @@
 """What `vibrocap sweep` was asked for, as a study; or every complaint about it at once, named by option."""
 
-import csv
 import dataclasses
-import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibrocap.arguments import Complaint, Complaints, check_whole
 from vibrocap.case import Case, CaseError
-from vibrocap.cli.terminal import Refusal, needs, writable_file, writable_folder
+from vibrocap.cli.options import by_option, needs, split, writable_folder, writable_table
+from vibrocap.io.case_table import CaseTable, read_cases
+from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
     from vibrocap.studies.study import Study
 
 WINDOW = 10
-EXPORTS = (".nc", ".csv")
 DEVICES = ("cpu", "cuda")
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
 
@@ -24,8 +23,8 @@ class SweepRequest:
     """The options of `vibrocap sweep`, as they were given."""
 
     case: Path
-    over: tuple[str, ...]
-    measures: tuple[str, ...]
+    over: list[str] | None
+    measure: list[str] | None
     out: Path | None
     export: Path | None
     resume: bool
@@ -42,24 +41,30 @@ class SweepRequest:
     workers: int | None
     scheduler: str | None
     device: str
+    yes: bool
+
+    @property
+    def measures(self) -> list[str]:
+        """What is measured."""
+        return split(self.measure) or ["mean_velocity"]
 
     def study(self) -> "Study":
         """The study; CaseError with every complaint, before any work."""
-        from vibrocap.io.motion_file import read_source
         from vibrocap.studies.designs import Design
         from vibrocap.studies.planning import planned_study
 
         needs("sweep", "sweep", "xarray", "zarr")
-        complaints = self._places() + self._ways()
-        over, found = self._axes()
-        complaints += found
-        cases, lines, found = read_cases(self.cases) if self.cases else (None, [], [])
-        complaints += found
+        complaints = Complaints([*self._places(), *self._ways()])
+        over = self._axes(complaints)
+        cases, before = None, len(complaints)
+        with complaints.collected():
+            cases = read_cases(self.cases) if self.cases else None
+        unreadable = len(complaints) > before
         try:
             case = read_source(self.case)
         except CaseError as error:
             raise CaseError([*error.complaints, *complaints, *self._unknown_measures()], str(self.case)) from None
-        unusable = bool(found) or (not over and (self.over or cases is None))  # said already
+        unusable = unreadable or (not over and (self.over or cases is None))  # said already
         design = None
         if self.design is not None and not unusable:
             design = Design(self.design, 1 if self.runs is None else self.runs, self.seed or 0)
@@ -68,13 +73,13 @@ class SweepRequest:
                 case.system,
                 {"drive.amplitude": "1:2:2"} if unusable else over or None,
                 measures=self.measures,
-                cases=None if unusable else cases,
+                cases=None if unusable or cases is None else cases.rows,
                 design=design,
                 initial=case.initial,
                 settings=self._settings(case),
             )
         except CaseError as error:
-            complaints += [self._by_option(text, lines) for text in error.complaints]
+            complaints += self._by_option(error.complaints, cases)
         else:
             if self.adaptive and not complaints:
                 complaints += _map_complaints(study)
@@ -82,13 +87,12 @@ class SweepRequest:
                 return study
         raise CaseError(complaints, "the study")
 
-    def _axes(self) -> tuple[dict[str, str], list[str]]:
-        """Values by path, and what is wrong with how they are given."""
+    def _axes(self, complaints: Complaints) -> dict[str, str]:
+        """Values by path."""
         from vibrocap.studies.axes import parse_over
 
         found: dict[str, str] = {}
-        complaints = []
-        for text in self.over:
+        for text in self.over or ():
             try:
                 new = parse_over([text])
             except CaseError as error:
@@ -97,64 +101,50 @@ class SweepRequest:
             complaints += [f"--over {path}: is given twice" for path in new if path in found]
             found |= new
         if not self.over and self.cases is None:
-            complaints.append("--over: is missing; name what varies, such as --over machine.mass_ratio=0.1:8:40")
-        return found, complaints
+            complaints.add("--over", "is missing; name what varies, such as --over machine.mass_ratio=0.1:8:40")
+        return found
 
     def _places(self) -> list[str]:
         """What is wrong with where results go."""
-        found = []
+        found = Complaints()
         if self.adaptive and self.out is not None:
-            found.append("--out: an adaptive map is made in one go; leave it out, and give --export FILE.nc")
+            found.add("--out", "an adaptive map is made in one go; leave it out, and give --export FILE.nc")
         elif self.adaptive and self.export is None:
-            found.append("--export: is missing; an adaptive map needs a file for its results, such as --export map.nc")
+            found.add("--export", "is missing; an adaptive map needs a file for its results, such as --export map.nc")
         elif self.out is None and self.export is None:
-            found.append("--out: is missing; give a folder for the results, such as --out map")
-        try:
+            found.add("--out", "is missing; give a folder for the results, such as --out map")
+        with found.collected():
             if self.out is not None:
                 writable_folder("--out", self.out)
                 if (self.out / "study.json").exists() and not self.resume:
-                    found.append(
-                        f"--out: {self.out} holds a study already; go on with --resume, or name another folder"
-                    )
-        except Refusal as refusal:
-            found.append(str(refusal))
-        try:
-            if self.export is not None:
-                writable_file("--export", self.export, EXPORTS)
-                if self.export.suffix.lower() == ".nc":
-                    needs("--export", "export", "h5netcdf")
-        except Refusal as refusal:
-            found.append(str(refusal))
+                    found.add("--out", f"{self.out} holds a study already; go on with --resume, or name another folder")
+        with found.collected():
+            writable_table("--export", self.export, "h5netcdf")
         return found
 
     def _ways(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
-        given = {name: value for name, value in dataclasses.asdict(self).items() if value not in (None, False, ())}
-        found = []
-        alone = ("cases", "design", "resume", "workers", "scheduler")
-        if self.adaptive:
-            found += [
-                f"--{name}: does not go with --adaptive; leave one of them out" for name in alone if name in given
-            ]
-        if self.cases is not None:
-            found += [
-                f"--{name}: does not go with --cases; leave one out" for name in ("over", "design") if name in given
-            ]
-        if self.design is None:
-            found += [
-                f"--{name}: belongs to --design, such as --design sobol" for name in ("runs", "seed") if name in given
-            ]
-        elif self.runs is None:
-            found.append("--runs: is missing; a design needs to know how many runs, such as --runs 1000")
+        given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
+        found = Complaints()
+        for name in ("cases", "design", "resume", "workers", "scheduler"):
+            if self.adaptive and name in given:
+                found.add(f"--{name}", "does not go with --adaptive; leave one of them out")
+        for name in ("over", "design"):
+            if self.cases is not None and name in given:
+                found.add(f"--{name}", "does not go with --cases; leave one out")
+        for name in ("runs", "seed"):
+            if self.design is None and name in given:
+                found.add(f"--{name}", "belongs to --design, such as --design sobol")
+        if self.design is not None and self.runs is None:
+            found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
         for name in ("threads", "workers"):
-            value = getattr(self, name)
-            if value is not None and value < 1:
-                found.append(f"--{name}: should be a whole number >= 1, got {value}")
+            with found.collected():
+                check_whole(f"--{name}", 1 if getattr(self, name) is None else getattr(self, name), 1)
         if self.workers is not None and self.scheduler is not None:
-            found.append("--workers: are of a cluster on this machine; with --scheduler leave them out")
+            found.add("--workers", "are of a cluster on this machine; with --scheduler leave them out")
         for name in ("resume", "workers", "scheduler"):
             if name in given and self.out is None and not self.adaptive:
-                found.append(f"--{name}: needs a folder for the results, --out DIR")
+                found.add(f"--{name}", "needs a folder for the results, --out DIR")
         return found + self._device_complaints()
 
     def _device_complaints(self) -> list[str]:
@@ -188,28 +178,30 @@ class SweepRequest:
         """Complaints about measures where there is no system to plan with."""
         from vibrocap.measures.during_run import resolved
 
-        found = []
+        found = Complaints()
         for name in self.measures:
-            try:
+            with found.collected():
                 resolved(name)
-            except ValueError as error:
-                found.append(str(error).replace("measures:", "--measure:", 1))
-        return found
+        return by_option(found, {"measures": "--measure"})
 
-    def _by_option(self, complaint: str, lines: list[int]) -> str:
-        """A complaint of the study, with the option that it is about in front."""
-        field, _, rest = complaint.partition(":")
-        if field in ("periods", "tolerance", "window", "settle", *FROM_CASE):
-            if field in FROM_CASE and getattr(self, field, None) is None:
-                hint = f"; give --{field}" if field in ("periods", "tolerance") else ""
-                return f"run.{field} of {self.case}:{rest}{hint}"
-            return f"--{field}:{rest.replace('None or a positive', '0, for never, or a positive')}"
+    def _by_option(self, complaints: "tuple[str, ...]", cases: "CaseTable | None") -> list[str]:
+        """The complaints of the study, with the option that each is about in front."""
         options = {"measures": "--measure", "design.kind": "--design", "design.runs": "--runs", "design.seed": "--seed"}
-        if field in options:
-            return f"{options[field]}:{rest}"
-        if row := re.fullmatch(r"cases\[(\d+)\]", field):
-            return f"--cases {self.cases}, line {lines[int(row[1])]}:{rest}"
-        return f"--over {complaint}" if self.cases is None else f"--cases {complaint}"
+        for field in (*FROM_CASE, "window", "settle"):
+            of_case = field in FROM_CASE and getattr(self, field, None) is None
+            options[field] = f"run.{field} of {self.case}" if of_case else f"--{field}"
+        lines = {} if cases is None else {f"cases[{i}]": line for i, line in enumerate(cases.lines)}
+        options |= {field: f"--cases {self.cases}, line {line}" for field, line in lines.items()}
+        found = by_option(complaints, options)
+        for i, (new, old) in enumerate(zip(found, complaints, strict=True)):
+            field = old.field if isinstance(old, Complaint) else ""
+            if field not in options:
+                found[i] = f"--over {old}" if self.cases is None else f"--cases {old}"
+            elif field in ("periods", "tolerance") and options[field].startswith("run."):
+                found[i] += f"; give --{field}"
+            elif field == "settle":
+                found[i] = new.replace("None or a positive", "0, for never, or a positive")
+        return found
 
 
 def default_threshold(tolerance: float) -> float:
@@ -217,45 +209,6 @@ def default_threshold(tolerance: float) -> float:
     from vibrocap.measures.settling import THRESHOLD, TOLERANCES
 
     return max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD
-
-
-def read_cases(path: Path) -> tuple[list[Mapping[str, Any]], list[int], list[str]]:
-    """(cases, the line of each, complaints) of a table: paths in its first row, then a case in each; empty: as usual.
-
-    Lines that begin with # are passed over.
-    """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "is not a text file in UTF-8"
-        return [], [], [f"--cases: {path}: {reason}"]
-    rows = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
-    cells = [[cell.strip() for cell in row] for row in csv.reader(line for _, line in rows)]
-    if len(cells) < 2:
-        return (
-            [],
-            [],
-            [f"--cases: {path}: should hold a row of paths, such as machine.mass_ratio, and a row for each case"],
-        )
-    paths = cells[0]
-    complaints = [f"--cases: {path}: {name} heads two columns" for name in {n for n in paths if paths.count(n) > 1}]
-    cases, lines = [], []
-    for (number, _), row in zip(rows[1:], cells[1:], strict=True):
-        if len(row) != len(paths):
-            complaints.append(f"--cases: {path}, line {number}: has {len(row)} values under {len(paths)} paths")
-        elif not any(row):
-            complaints.append(f"--cases: {path}, line {number}: gives no value")
-        else:
-            cases.append({name: _number_or_word(cell) for name, cell in zip(paths, row, strict=True) if cell})
-            lines.append(number)
-    return cases, lines, complaints
-
-
-def _number_or_word(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _map_complaints(study: "Study") -> list[str]:

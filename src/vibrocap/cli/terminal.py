@@ -1,22 +1,24 @@
-"""What the command line shares: refusals, progress, and the check of what it is to write, before any work."""
+"""The terminal: exit codes, complaints on stderr, pages and tables for people, progress and the time left."""
 
 import contextlib
-import importlib.util
-import os
-import shutil
-import tempfile
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.table import Table
 
-PICTURES = (".png", ".svg", ".pdf")
+OK, WRONG_INPUT, INCOMPLETE, INTERRUPTED, BROKEN_PIPE = 0, 2, 3, 130, 141
 SHOWN_AFTER = 2.0  # seconds; what takes less needs no progress bar
+MINUTE, HOUR, DAY = 60.0, 3600.0, 86_400.0
+FIRST_ESTIMATE = 1.0  # seconds of work before an estimate of the time left is worth showing
 
 
-class Refusal(ValueError):
-    """Input that cannot be used; the message names the field and what would be right. The command ends with code 2."""
+def complain(message: str) -> None:
+    """Print a message to stderr."""
+    print(message, file=sys.stderr)
 
 
 class Page(Console):
@@ -29,9 +31,27 @@ class Page(Console):
         """Raise the error on, where rich would end the program."""
         raise BrokenPipeError
 
+    def say(self, text: str = "", style: str | None = None) -> None:
+        """A line as it is, however long."""
+        self.print(text, style=style, soft_wrap=True, markup=False)
+
+    def rows(self, rows: Iterable[tuple[str, str | None]], width: int) -> None:
+        """Names and what is to be said of them, below each other; a row without words is left out."""
+        for name, words in rows:
+            if words:
+                self.say(f"  {name:<{width}}{words}")
+
+
+def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
+    """An empty table; columns called "value" are set to the right, the first `no_wrap` are not broken."""
+    made = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)
+    for index, column in enumerate(columns):
+        made.add_column(column, justify="right" if column == "value" else "left", no_wrap=index < no_wrap)
+    return made
+
 
 @contextlib.contextmanager
-def progress(what: str) -> Iterator[Callable[[float, str | None], None]]:
+def progress(what: str) -> Iterator[Callable[..., None]]:
     """A bar on the terminal (stderr, and never in a pipe) for work that takes more than two seconds.
 
     Yields a function to be called now and then with the share done and, if it changes, what is being done.
@@ -42,13 +62,8 @@ def progress(what: str) -> Iterator[Callable[[float, str | None], None]]:
     if not console.is_terminal:
         yield lambda share, now=None: None
         return
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-    )
+    words = TextColumn("{task.description}")
+    columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     bar = Progress(*columns, console=console, transient=True)
     task = bar.add_task(what, total=None)  # until the first share is known the bar only shows that it lives
     begin = threading.Timer(SHOWN_AFTER, bar.start)
@@ -62,47 +77,29 @@ def progress(what: str) -> Iterator[Callable[[float, str | None], None]]:
         bar.stop()
 
 
-def writable_file(option: str, path: Path, kinds: Iterable[str]) -> Path:
-    """The path, if such a file can be written there, its folder being made when it comes to that. Refusal otherwise."""
-    if path.suffix.lower() not in kinds:
-        given = f"ends in {path.suffix!r}" if path.suffix else "has no ending"
-        raise Refusal(f"{option}: should end in {' or '.join(kinds)}, but {str(path)!r} {given}")
-    if path.is_dir():
-        raise Refusal(f"{option}: {str(path)!r} is a folder; give the name of a file in it")
-    writable_folder(option, path.parent)
-    if path.exists() and not os.access(path, os.W_OK):
-        raise Refusal(f"{option}: {str(path)!r} exists and cannot be overwritten; give another name")
-    return path
+class TimeLeft:
+    """The time that work still takes, from the first share reported on (above 0 for work that was resumed)."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic):
+        self._clock = clock
+        self._begun: tuple[float, float] | None = None  # (when, share done) of the first report
+
+    def words(self, share: float) -> str:
+        """Such as "about 3 min left"; empty while nothing can be said."""
+        now = self._clock()
+        if self._begun is None:
+            self._begun = (now, share)
+        start, before = self._begun
+        if share <= before or now - start < FIRST_ESTIMATE:
+            return ""
+        return f"about {duration((now - start) * (1.0 - share) / (share - before))} left"
 
 
-def writable_picture(option: str, path: Path | None) -> None:
-    """Refusal for a picture that cannot be drawn or written. None is no picture."""
-    if path is not None:
-        writable_file(option, path, PICTURES)
-        needs(option, "plot", "matplotlib")
-
-
-def writable_folder(option: str, folder: Path) -> Path:
-    """The folder, if it can be written into, or made. Refusal otherwise."""
-    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    if not there.is_dir():
-        raise Refusal(f"{option}: {str(there)!r} is a file; give a folder")
-    try:
-        with tempfile.TemporaryFile(dir=there):
-            return folder
-    except OSError as error:
-        reason = f"cannot write into {str(there)!r} ({error.strerror or error})"
-        raise Refusal(f"{option}: {reason}; give a folder that can be written") from None
-
-
-def needs(option: str, extra: str, *packages: str) -> None:
-    """Refusal if packages of an optional extra are not installed."""
-    missing = [package for package in packages if importlib.util.find_spec(package) is None]
-    if missing:
-        raise Refusal(f"{option}: needs {' and '.join(missing)}; install it with: pip install 'vibrocap[{extra}]'")
-
-
-def needs_film(option: str, path: Path) -> None:
-    """Refusal if a film of this kind cannot be made here."""
-    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-        raise Refusal(f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif")
+def duration(seconds: float) -> str:
+    """A time in the unit that suits it, to two digits or so."""
+    if seconds < 9.5:
+        return f"{seconds:.1f} s"
+    for limit, length, unit in ((99.5, 1.0, "s"), (99.5 * MINUTE, MINUTE, "min"), (47.5 * HOUR, HOUR, "h")):
+        if seconds < limit:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{seconds / DAY:.1f} days"

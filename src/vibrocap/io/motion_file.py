@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case import Case, CaseError, case_from_text, case_text, read_case
-from vibrocap.io.record import json_text
+from vibrocap.io.json_text import json_text
 from vibrocap.trajectory import Trajectory
 
 UNITS = "dimensionless"

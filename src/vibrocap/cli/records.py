@@ -1,15 +1,18 @@
-"""The command `vibrocap stick-slip`: phases, period, slips, levels and regime of pulled sliders."""
+"""`vibrocap stick-slip` and `vibrocap datasets`: measured records of pulled sliders, and the published measurements."""
 
 import dataclasses
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.cli.exits import OK
-from vibrocap.cli.terminal import Page, Refusal, writable_picture
+from cyclopts import App
+
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.cli.options import Refusal, needs, pairs, split, writable_folder, writable_picture
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
+from vibrocap.io.json_text import json_text
 
 if TYPE_CHECKING:
-    from vibrocap.records.regimes import RegimeDiagram
     from vibrocap.records.stick_slip import Spread, StickSlip
 
 ARRAYS = ("time", "force", "velocity")  # too long for a summary
@@ -73,13 +76,13 @@ def stick_slip(
     from vibrocap.records.pull_files import read_pulls
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
-    complaints: list[str] = []
-    wanted = _pairs("columns", columns, complaints)
-    units_given = {quantity: str(unit) for quantity, unit in _pairs("units", units, complaints).items()}
-    try:
+    complaints = Complaints()
+    pair = "QUANTITY=NAME, such as force=F1"
+    named = pairs("columns", split(columns), complaints, pair)
+    wanted = {quantity: int(name) if name.isdigit() else name for quantity, name in named.items()}
+    units_given = pairs("units", split(units), complaints, pair)
+    with complaints.collected():
         writable_picture("--plot", plot)
-    except Refusal as refusal:
-        complaints.append(str(refusal))
     given = {"stiffness": stiffness, "pulling_speed": speed, "mass": mass, "normal_force": normal_force}
     settings: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if coefficient:
@@ -88,7 +91,7 @@ def stick_slip(
     try:
         pulls = read_pulls(source, record, wanted, units_given, sampling_rate)
     except (RecordError, FileNotFoundError) as error:
-        raise Refusal("\n".join([*complaints, str(error)])) from None
+        raise Refusal(*complaints, str(error)) from None
     if coefficient and any("coefficient" not in each.settings for each in pulls):
         complaints.append(f"--coefficient: the reader of {source.name} has made newtons of its coefficients already")
     for each in pulls if not complaints else ():
@@ -98,46 +101,30 @@ def stick_slip(
         except RecordError as error:
             complaints.append(str(error).replace("pulling_speed:", "speed:"))
     if complaints:
-        raise Refusal("\n".join(complaints))
+        raise Refusal(*complaints)
     if plot is not None:
         _draw(found, plot)
     if json:
-        from vibrocap.io.record import json_text
-
         print(json_text(_plain(found[0]) if len(found) == 1 else [_plain(each) for each in found]))
     elif len(found) == 1:
-        print_stick_slip(found[0], plot)
+        print_stick_slip(found[0])
     else:
-        print_records(found, plot)
+        print_records(found)
+    if plot is not None and not json:
+        Page().say(f"Picture: {plot}")
     return OK
-
-
-def _pairs(option: str, texts: list[str] | None, complaints: list[str]) -> dict[str, str | int]:
-    """QUANTITY=NAME pairs, one a text or several with commas between; a name of digits is a place."""
-    pairs: dict[str, str | int] = {}
-    for text in (piece for each in texts or () for piece in each.split(",")):
-        quantity, equals, value = (piece.strip() for piece in text.partition("="))
-        if not (quantity and equals and value):
-            complaints.append(f"--{option} {text}: should be QUANTITY=NAME, such as force=F1")
-        pairs[quantity] = int(value) if option == "columns" and value.isdigit() else value
-    return pairs
 
 
 def _draw(found: "list[StickSlip]", path: Path) -> None:
     from vibrocap.plotting.stick_slip import plot_regimes, plot_stick_slip
+    from vibrocap.records.regimes import regime_diagram
 
     path.parent.mkdir(parents=True, exist_ok=True)
     if len(found) == 1:
         plot_stick_slip(found[0], path)
         return
-    plot_regimes(_diagram(found), path)
-
-
-def _diagram(found: "list[StickSlip]") -> "RegimeDiagram":
-    from vibrocap.records.regimes import regime_diagram
-
     try:
-        return regime_diagram(found)
+        plot_regimes(regime_diagram(found), path)
     except ValueError as error:
         raise Refusal(f"--plot: {error}; or draw one with --record") from None
 
@@ -154,11 +141,11 @@ def _plain(found: "StickSlip") -> dict[str, Any]:
     return record | {"phases": [dataclasses.asdict(phase) for phase in found.phases]}
 
 
-def print_stick_slip(found: "StickSlip", plot: Path | None = None) -> None:
+def print_stick_slip(found: "StickSlip") -> None:
     """The summary of a record."""
     page = Page()
-    page.print(f"{found.name}: {found.regime.name}", style="bold")
-    page.print(f"  {found.regime.reason}", soft_wrap=True)
+    page.say(f"{found.name}: {found.regime.name}", style="bold")
+    page.say(f"  {found.regime.reason}")
     unit = "" if found.force_unit == "1" else " N"
     rows: list[tuple[str, str | None]] = [
         ("slips", _counted(found)),
@@ -177,13 +164,9 @@ def print_stick_slip(found: "StickSlip", plot: Path | None = None) -> None:
         ("fastest", None if found.velocity is None else f"{found.velocity.max():.4g} m/s"),
         ("noise", f"{found.noise:.3g}{unit}, {found.spikes:,} spikes taken out"),
     ]
-    for name, text in rows:
-        if text is not None:
-            page.print(f"  {name:<18} {text}", soft_wrap=True)
+    page.rows(rows, 19)
     for note in found.notes:
-        page.print(f"  note: {note}", soft_wrap=True)
-    if plot is not None:
-        page.print(f"Picture: {plot}", soft_wrap=True)
+        page.say(f"  note: {note}")
 
 
 def _counted(found: "StickSlip") -> str | None:
@@ -212,14 +195,9 @@ def _told(
     return f"{scale * value.mean:.5g}{unit} (median {scale * value.median:.5g}{deviation}, {value.number}){more}"
 
 
-def print_records(found: "list[StickSlip]", plot: Path | None = None) -> None:
+def print_records(found: "list[StickSlip]") -> None:
     """A table of several records."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, header_style="dim")
-    for heading in ("record", "regime", "slips", "period s", "inertial s", "slip um", "at rest"):
-        table.add_column(heading, no_wrap=True)
+    made = table(None, "record", "regime", "slips", "period s", "inertial s", "slip um", "at rest", no_wrap=7)
     for each in found:
         numbers = (
             each.period.mean if each.period else math.nan,
@@ -228,9 +206,85 @@ def print_records(found: "list[StickSlip]", plot: Path | None = None) -> None:
         )
         shown = ["" if math.isnan(number) else f"{number:.4g}" for number in numbers]
         rest = "" if each.stick_fraction is None else f"{each.stick_fraction:.0%}"
-        table.add_row(each.name, each.regime.name, str(len(each.main_slips)), *shown, rest)
+        made.add_row(each.name, each.regime.name, str(len(each.main_slips)), *shown, rest)
     page = Page()
-    page.print(table)
+    page.print(made)
     page.print("inertial: 2 pi sqrt(m/k). Of one record more is told with --record NAME.")
-    if plot is not None:
-        page.print(f"Picture: {plot}", soft_wrap=True)
+
+
+# --- published measurements -------------------------------------------------------------------------------------------
+datasets = App(
+    name="datasets",
+    help="Published measurements of friction: which there are, and fetching their originals.",
+    help_epilogue="Example: vibrocap datasets fetch basalt-velocity-step",
+)
+
+
+@datasets.command(name="list")
+def list_data_sets() -> int:
+    """The data sets that can be fetched: what was measured, by whom, the licence, and whether it is here.
+
+    Example: vibrocap datasets list
+    """
+    from vibrocap.records.fetching import DATA_SETS
+    from vibrocap.records.published import FOLDERS, data_root
+
+    page = Page()
+    for each in DATA_SETS.values():
+        folder = data_root() / FOLDERS[each.name]
+        count = len(each.originals)
+        here = f"here, in {folder}" if folder.is_dir() else f"not here; {count} file{'s' * (count != 1)}"
+        page.say(f"{each.name}", style="bold")
+        for line in (each.title, f"{each.authors}; {each.licence}", each.page, here):
+            page.say(f"  {line}")
+    return OK
+
+
+@datasets.command
+def fetch(name: str, /, *, to: Path | None = None) -> int:
+    """Fetch the published originals of a data set, checked; what is there already is not fetched again.
+
+    Where the checksum of an original is known, the file must have it. Where it is
+    not, the checksum of the first fetch is kept in SHA256SUMS, and must be the
+    same when it is fetched again.
+
+    Example: vibrocap datasets fetch rotary-damper --to data
+
+    Exit codes: 0 done; 2 wrong input; 3 the files could not be had (no network) or
+    are not what they should be.
+
+    Parameters
+    ----------
+    name
+        a data set, as `vibrocap datasets list` shows them
+    to
+        folder for data sets [default: VIBROCAP_DATA, else a folder in the user's cache]
+    """
+    from vibrocap.records.fetching import DATA_SETS, FetchError
+    from vibrocap.records.fetching import fetch as fetched
+    from vibrocap.records.published import data_root
+
+    if name not in DATA_SETS:
+        begun = next((each for each in DATA_SETS if name and each.startswith(name)), name)
+        raise Refusal(f"no data set is called {name!r}; {suggestion(begun, DATA_SETS)}")
+    needs("datasets fetch", "fit", "pooch")
+    writable_folder("--to", to if to is not None else data_root())
+    try:
+        with progress(f"Fetching {name}") as report:
+            came = fetched(DATA_SETS[name], to, lambda share: report(share, None))
+    except FetchError as error:
+        complain(str(error))
+        return INCOMPLETE
+    page = Page()
+    samples = sum(map(len, came.records))
+    page.say(f"{name}: {len(came.records)} records, {samples:,} samples, in {came.folder}")
+    if came.known:
+        page.print(f"  checked    {came.known} against the published checksum")
+    if came.recorded:
+        page.print(f"  checked    {came.recorded} against the checksum of the first fetch")
+    if came.first:
+        page.say(f"  trusted    {came.first} on first use; checksums in SHA256SUMS there")
+    page.say(f"  by         {DATA_SETS[name].authors}; {DATA_SETS[name].licence}")
+    if to is not None:
+        page.say(f"To use it: VIBROCAP_DATA={to}")
+    return OK
