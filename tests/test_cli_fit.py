@@ -216,7 +216,7 @@ def test_picture_shows_records_and_parameters(folder):
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
     from vibrocap.identification.result.fit_result import RecordResult
     from vibrocap.plotting.fits import MOST_POINTS, _stretch
-    from vibrocap.plotting.style import by_extremes
+    from vibrocap.plotting.style import decimated
 
     time = np.linspace(0.0, 100.0, 20_001)
     velocity = np.sin(2 * np.pi * time) * np.where(np.abs(time - 70.0) < 1.0, 2.0, 1.0)
@@ -228,7 +228,7 @@ def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
     assert _stretch(record, 100) == slice(0, len(time))
     force = np.zeros(20_001)
     force[7_777] = 1.0
-    drawn = by_extremes(time, force, MOST_POINTS)[1]
+    drawn = decimated(time, force, MOST_POINTS)[1]
     assert drawn.max() == 1.0
     assert len(drawn) <= MOST_POINTS < len(force)
 

@@ -17,8 +17,10 @@ import xarray as xr
 
 import cheap_ensemble
 import interrupts
+from vibrocap.arguments import Complaints
 from vibrocap.case import CaseError, read_case
 from vibrocap.cli.main import main
+from vibrocap.cli.options import pairs
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
 from vibrocap.io.case_table import read_cases
 from vibrocap.measures.during_run import measure_table
@@ -166,6 +168,18 @@ def test_design_and_cases(case, cheap):
     found = open_study("cases")
     np.testing.assert_array_equal(found["machine.mass_ratio"], [1.0, 2.5])
     assert found["friction.law"].values.tolist() == ["lugre", "exponential"]
+
+
+def test_pairs_of_an_option():
+    complaints = Complaints()
+    texts = ["machine.mass_ratio=1:2:3", "friction.law = exponential,lugre"]
+    expected = {"machine.mass_ratio": "1:2:3", "friction.law": "exponential,lugre"}
+    assert pairs("over", texts, complaints, "PATH=VALUES") == expected
+    pairs("over", ["a=1", "a=2", "b", "c=", "=1"], complaints, "PATH=VALUES")
+    assert [str(each) for each in complaints] == [
+        "--over a: is given twice",
+        *(f"--over {text}: should be PATH=VALUES" for text in ("b", "c=", "=1")),
+    ]
 
 
 def test_table_of_cases_that_is_not_there():
@@ -379,7 +393,7 @@ def test_plot_names_what_it_cannot_draw(case, cheap, capsys):
     for text in (
         "--measure: the study has no 'drft'",
         "--at drive.amplitude: should be PATH=VALUE",
-        "--at x: is no axis of the study; it has machine.mass_ratio, drive.amplitude",
+        "--at x: is no axis of the study; there is machine.mass_ratio, drive.amplitude",
         "--out: should end in .png or .svg or .pdf",
         "--dead-band: should be a number >= 0",
     ):

@@ -51,6 +51,13 @@ def given_parameters(record: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
+def described(record: Any, digits: int = 6) -> str:
+    """A record in a line: its name, and the values of its parameters to so many digits."""
+    values = given_parameters(record).items()
+    words = (f"{name} {value if isinstance(value, str) else f'{value:.{digits}g}'}" for name, value in values)
+    return f"{record.name}: {', '.join(words)}"
+
+
 @functools.cache
 def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     assert is_pydantic_dataclass(cls)

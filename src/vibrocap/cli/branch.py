@@ -68,7 +68,7 @@ def branch(
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
         from vibrocap.plotting.branches import plot_branches
 
-        plot_branches(found, plot, _quantity(found))
+        plot_branches(found, plot, "mean_velocity" if found.system.machine.cyclic is not None else "period")
         if not json:
             Page().say(f"picture    {plot}")
     if not any(len(each) for each in found.branches):
@@ -150,34 +150,18 @@ def _axis(text: str) -> tuple[str, tuple[float, float] | None]:
     return name, (low, high)
 
 
-def _quantity(found: Any) -> str:
-    """What a picture shows: the mean velocity, or of a machine that does not travel the period."""
-    return "mean_velocity" if found.system.machine.cyclic is not None else "period"
-
-
 def _diagram_record(found: Any) -> dict[str, Any]:
     """Branches with their points and special points, by name."""
-    return {
-        "over": found.over,
-        "between": found.between,
-        "branches": [
-            {
-                "response_period": each.response_period,
-                "symmetric": each.symmetric,
-                "parameter": each.parameter.tolist(),
-                "period": each.period.tolist(),
-                "drift": each.drift.tolist(),
-                "mean_velocity": each.mean_velocity.tolist(),
-                "stable": each.stable.tolist(),
-                "word": each.word.tolist(),
-                "special_points": each.table(),
-                "ends": [end.value for end in each.ends],
-                "advice": [end.advice for end in each.ends],
-            }
-            for each in found.branches
-        ],
-        "joins": [{"parent": join.parent, "special": join.special, "child": join.child} for join in found.joins],
-    }
+    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "word")
+    branches = [
+        {"response_period": each.response_period, "symmetric": each.symmetric}
+        | {name: getattr(each, name).tolist() for name in columns}
+        | {"special_points": each.table()}
+        | {"ends": [end.value for end in each.ends], "advice": [end.advice for end in each.ends]}
+        for each in found.branches
+    ]
+    joins = [{"parent": join.parent, "special": join.special, "child": join.child} for join in found.joins]
+    return {"over": found.over, "between": found.between, "branches": branches, "joins": joins}
 
 
 def _basin_record(found: Any) -> dict[str, Any]:

@@ -165,28 +165,21 @@ def sheet_record(sheet: Any) -> dict[str, Any]:
     """The numbers of a test sheet by name."""
     from vibrocap.parameters import parameter_table
 
-    law = sheet.law
-    arrays = {
-        "lag": {name: getattr(sheet.lag, name).tolist() for name in ("frequency", "width", "at", "area")},
-        "break_away": {
-            name: getattr(sheet.break_away, name).tolist() for name in ("rate", "force", "applied", "peaked")
-        },
-    }
-    cycle = ("regime", "period", "stick_time", "slip_time", "amplitude", "largest_pull", "least_pull", "static_force")
+    def chosen(found: Any, names: str) -> dict[str, Any]:
+        values = {name: getattr(found, name) for name in names.split()}
+        return {name: value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
+
+    cycle = "regime period stick_time slip_time amplitude largest_pull least_pull static_force kinetic_force settled"
+    parameters = {info.name: getattr(sheet.law, info.name) for info in parameter_table(sheet.law)}
     return {
-        "law": law.name,
-        "parameters": {info.name: getattr(law, info.name) for info in parameter_table(law)},
-        "load": sheet.load,
-        "mass": sheet.mass,
-        "stiffness": sheet.stiffness,
-        "speed": sheet.speed,
-        "presliding": [
-            {name: getattr(loop, name) for name in ("amplitude", "area", "peak_force", "deflection", "closure")}
-            for loop in sheet.presliding
-        ],
-        **arrays,
-        "stick_slip": {name: getattr(sheet.stick_slip, name) for name in (*cycle, "kinetic_force", "settled")},
-        "creep": {name: getattr(sheet.creep, name) for name in ("bias", "amplitude", "drift_per_cycle", "creeps")},
+        "law": sheet.law.name,
+        "parameters": parameters,
+        **chosen(sheet, "load mass stiffness speed"),
+        "presliding": [chosen(loop, "amplitude area peak_force deflection closure") for loop in sheet.presliding],
+        "lag": chosen(sheet.lag, "frequency width at area"),
+        "break_away": chosen(sheet.break_away, "rate force applied peaked"),
+        "stick_slip": chosen(sheet.stick_slip, cycle),
+        "creep": chosen(sheet.creep, "bias amplitude drift_per_cycle creeps"),
     }
 
 

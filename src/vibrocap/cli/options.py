@@ -50,9 +50,9 @@ def pairs(option: str, texts: "list[str] | None", complaints: Complaints, wanted
     for text in texts or ():
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (key and equals and value):
-            complaints.append(f"--{option} {text}: should be {wanted}")
+            complaints.add(f"--{option} {text}", f"should be {wanted}")
         elif key in found:
-            complaints.append(f"--{option} {key}: is given twice")
+            complaints.add(f"--{option} {key}", "is given twice")
         else:
             found[key] = value
     return found

@@ -145,7 +145,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         start = ", ".join(f"{name} {number:.12g}" for name, number in record["twin"]["state"].items())
         rows.append(("mirror twin", f"drift {record['twin']['drift']:.12g}, state {start}"))
     if "unstable_orbit" in record:
-        rows += _left_rows(record["unstable_orbit"], record["stable"])
+        rows += _unstable_rows(record["unstable_orbit"], record["stable"])
     page.rows(rows, 14)
 
 
@@ -156,7 +156,7 @@ def _stability(found: Any) -> str:
     return "no" if found.unstable else "neither: a multiplier is 1, as where a whole range of motions is steady"
 
 
-def _left_rows(left: dict[str, Any], kept: bool | None) -> list[tuple[str, str]]:
+def _unstable_rows(left: dict[str, Any], kept: bool | None) -> list[tuple[str, str]]:
     """What is to be said of an unstable orbit: that no simulation keeps it, and what it gives way to."""
     growth = f"pushes grow {left['largest_multiplier']:.4g} times per response"
     rows = [("unstable", f"no motion stays on this orbit: {growth}")]

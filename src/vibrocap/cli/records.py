@@ -148,19 +148,19 @@ def print_stick_slip(found: "StickSlip") -> None:
     page.say(f"  {found.regime.reason}")
     unit = "" if found.force_unit == "1" else " N"
     rows: list[tuple[str, str | None]] = [
-        ("slips", _counted(found)),
-        ("period", _told(found.period, " s")),
-        ("spectrum", _told(found.recurrence.spectral_period, " s")),
-        ("correlation", _told(found.recurrence.correlation_period, " s")),
-        ("slip", _told(found.slip, " um", scale=1e6)),
-        ("release of spring", _told(found.release, " um", scale=1e6)),
-        ("stick phases", _told(found.stick_duration, " s")),
-        ("slip phases", _told(found.slip_duration, " s")),
+        ("slips", _slip_count(found)),
+        ("period", _spread_text(found.period, " s")),
+        ("spectrum", _spread_text(found.recurrence.spectral_period, " s")),
+        ("correlation", _spread_text(found.recurrence.correlation_period, " s")),
+        ("slip", _spread_text(found.slip, " um", scale=1e6)),
+        ("release of spring", _spread_text(found.release, " um", scale=1e6)),
+        ("stick phases", _spread_text(found.stick_duration, " s")),
+        ("slip phases", _spread_text(found.slip_duration, " s")),
         ("at rest", None if found.stick_fraction is None else f"{found.stick_fraction:.1%} of the time"),
-        ("static level", _told(found.static_level, unit, found.static_coefficient)),
-        ("kinetic level", _told(found.kinetic_level, unit, found.kinetic_coefficient, found.kinetic_from)),
-        ("level at slip end", _told(found.slip_end_level, unit)),
-        ("rate over k V", _told(found.loading_ratio, "")),
+        ("static level", _spread_text(found.static_level, unit, found.static_coefficient)),
+        ("kinetic level", _spread_text(found.kinetic_level, unit, found.kinetic_coefficient, found.kinetic_from)),
+        ("level at slip end", _spread_text(found.slip_end_level, unit)),
+        ("rate over k V", _spread_text(found.loading_ratio, "")),
         ("fastest", None if found.velocity is None else f"{found.velocity.max():.4g} m/s"),
         ("noise", f"{found.noise:.3g}{unit}, {found.spikes:,} spikes taken out"),
     ]
@@ -169,7 +169,7 @@ def print_stick_slip(found: "StickSlip") -> None:
         page.say(f"  note: {note}")
 
 
-def _counted(found: "StickSlip") -> str | None:
+def _slip_count(found: "StickSlip") -> str | None:
     """How many slips there are, and what the minor ones change."""
     main, every = len(found.main_slips), [slip.start for slip in found.slips]
     if len(every) == main:
@@ -178,7 +178,7 @@ def _counted(found: "StickSlip") -> str | None:
     return f"{main}, and {len(every) - main} minor; were these counted, the period would be {period:.4g} s"
 
 
-def _told(
+def _spread_text(
     value: "Spread | float | None",
     unit: str,
     coefficient: float | None = None,

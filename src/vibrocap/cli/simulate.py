@@ -13,7 +13,7 @@ from vibrocap.cli.options import Refusal, by_option, writable_film, writable_pic
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
-from vibrocap.parameters import given_parameters
+from vibrocap.parameters import described
 from vibrocap.trajectory import Trajectory
 
 VELOCITY_PERIODS = 10  # the mean velocity is taken over the last so many whole periods, or all where there are fewer
@@ -153,8 +153,8 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     """The summary of `vibrocap simulate`."""
     page = Page()
     page.say(title, style="bold")
-    for line in system_lines(motion.system):
-        page.say("  " + line, style="dim")
+    for part in CHOICES:
+        page.say(f"  {described(getattr(motion.system, part))}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
         page.print(_energy_table(record["energy"]))
@@ -164,20 +164,6 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     if motion.system.machine.cyclic is None:
         units = "All quantities are in the units of the parameters."
     page.say(units, style="dim")
-
-
-def system_lines(system: Any) -> list[str]:
-    """The parts of a system with their parameters, a line each."""
-    lines = []
-    for section in CHOICES:
-        part = getattr(system, section)
-        values = ", ".join(f"{name} {_short(value)}" for name, value in given_parameters(part).items())
-        lines.append(f"{part.name}: {values}")
-    return lines
-
-
-def _short(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:.6g}"
 
 
 def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:

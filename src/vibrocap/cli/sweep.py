@@ -113,11 +113,14 @@ def sweep(
         dataset = _adaptive(study, request) if adaptive else _run(study, request)
         seconds = time.monotonic() - begun
         if export is not None:
-            _export(dataset if out is None else out, export)
+            from vibrocap.io.study_file import write_study
+
+            export.parent.mkdir(parents=True, exist_ok=True)
+            write_study(dataset if out is None else out, export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
-        complain(_what_happened(error, request))
+        complain(_disk_failure(error, request))
         return INCOMPLETE
     print_study(dataset, seconds, out, export)
     return OK
@@ -187,14 +190,7 @@ def _adaptive(study: "Study", request: "SweepRequest") -> Any:
         )
 
 
-def _export(source: Any, path: Path) -> None:
-    from vibrocap.io.study_file import write_study
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_study(source, path)
-
-
-def _what_happened(error: OSError, request: "SweepRequest") -> str:
+def _disk_failure(error: OSError, request: "SweepRequest") -> str:
     """One paragraph about a disk that did not take the results."""
     from vibrocap.studies.writing import StoreError
 
@@ -207,9 +203,9 @@ def _what_happened(error: OSError, request: "SweepRequest") -> str:
 
 def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | None) -> None:
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
-    from vibrocap.plotting.study_view import status_word
+    from vibrocap.plotting.study_view import status_label
 
-    statuses, settled = tally(dataset)
+    statuses, settled = status_counts(dataset)
     sizes = ", ".join(f"{dim} {size:,}" for dim, size in dataset.sizes.items())
     runs = sum(statuses.values())
     finished = statuses.pop(0, 0)
@@ -220,7 +216,7 @@ def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | N
         page.say(f"  made       {made:,} ({made / runs:.1%}); the others are filled in between")
     page.print(f"  finished   {finished:,}")
     for code, count in statuses.most_common():
-        page.say(f"  failed     {count:,}: {status_word(code)}")
+        page.say(f"  failed     {count:,}: {status_label(code)}")
     if "settle" in dataset.attrs:
         unsettled = finished - settled
         more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
@@ -233,7 +229,7 @@ def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | N
         page.say(f"Next: vibrocap plot {drawn}")
 
 
-def tally(dataset: Any) -> tuple[Counter[int], int]:
+def status_counts(dataset: Any) -> tuple[Counter[int], int]:
     """(runs by status, how many of the finished ones settled), in memory that does not grow with the study."""
     dims = [str(dim) for dim in dataset["status"].dims]
     rest = math.prod(dataset.sizes[dim] for dim in dims[1:])

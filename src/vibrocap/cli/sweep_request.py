@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaint, Complaints, check_whole
 from vibrocap.case import Case, CaseError
-from vibrocap.cli.options import by_option, needs, split, writable_folder, writable_table
+from vibrocap.cli.options import by_option, needs, pairs, split, writable_folder, writable_table
 from vibrocap.io.case_table import CaseTable, read_cases
 from vibrocap.io.motion_file import read_source
 
@@ -54,8 +54,10 @@ class SweepRequest:
         from vibrocap.studies.planning import planned_study
 
         needs("sweep", "sweep", "xarray", "zarr")
-        complaints = Complaints([*self._places(), *self._ways()])
-        over = self._axes(complaints)
+        complaints = Complaints([*self._destination_complaints(), *self._execution_complaints()])
+        over = pairs("over", self.over, complaints, "PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
+        if not self.over and self.cases is None:
+            complaints.add("--over", "is missing; name what varies, such as --over machine.mass_ratio=0.1:8:40")
         cases, before = None, len(complaints)
         with complaints.collected():
             cases = read_cases(self.cases) if self.cases else None
@@ -87,24 +89,7 @@ class SweepRequest:
                 return study
         raise CaseError(complaints, "the study")
 
-    def _axes(self, complaints: Complaints) -> dict[str, str]:
-        """Values by path."""
-        from vibrocap.studies.axes import parse_over
-
-        found: dict[str, str] = {}
-        for text in self.over or ():
-            try:
-                new = parse_over([text])
-            except CaseError as error:
-                complaints += [f"--over {complaint}" for complaint in error.complaints]
-                continue
-            complaints += [f"--over {path}: is given twice" for path in new if path in found]
-            found |= new
-        if not self.over and self.cases is None:
-            complaints.add("--over", "is missing; name what varies, such as --over machine.mass_ratio=0.1:8:40")
-        return found
-
-    def _places(self) -> list[str]:
+    def _destination_complaints(self) -> list[str]:
         """What is wrong with where results go."""
         found = Complaints()
         if self.adaptive and self.out is not None:
@@ -122,7 +107,7 @@ class SweepRequest:
             writable_table("--export", self.export, "h5netcdf")
         return found
 
-    def _ways(self) -> list[str]:
+    def _execution_complaints(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
         given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
         found = Complaints()
@@ -161,6 +146,8 @@ class SweepRequest:
 
     def _settings(self, case: Case) -> dict[str, Any]:
         """How the runs are made: as the options say, else as the case does; settling is on unless it is 0."""
+        from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+
         given: dict[str, Any] = {"periods": self.periods, "tolerance": self.tolerance}
         settings = {name: getattr(case, name) if given.get(name) is None else given[name] for name in FROM_CASE}
         periods = settings["periods"]
@@ -171,7 +158,8 @@ class SweepRequest:
             settings["window"] = int(min(WINDOW, max(1, periods))) if periods == periods else WINDOW
         settings["settle"] = self.settle or None
         if self.settle is None:
-            settings["settle"] = default_threshold(settings["tolerance"])
+            tolerance = settings["tolerance"]
+            settings["settle"] = max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD
         return settings
 
     def _unknown_measures(self) -> list[str]:
@@ -202,13 +190,6 @@ class SweepRequest:
             elif field == "settle":
                 found[i] = new.replace("None or a positive", "0, for never, or a positive")
         return found
-
-
-def default_threshold(tolerance: float) -> float:
-    """The threshold to which runs settle unless one is given, as `measures.settling` has it."""
-    from vibrocap.measures.settling import THRESHOLD, TOLERANCES
-
-    return max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD
 
 
 def _map_complaints(study: "Study") -> list[str]:

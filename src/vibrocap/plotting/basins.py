@@ -15,38 +15,33 @@ from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD,
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.plotting.cells import Cell, share
 from vibrocap.plotting.maps import (
+    CELL_STYLES,
     HALO,
-    LOOKS,
     OTHERS,
     PRINT,
     UNSETTLED,
     _hatch,
     _hatched,
-    blank_study_figure,
-    put_words,
+    add_title_and_legend,
+    study_axes,
 )
-from vibrocap.plotting.study_view import EQUALS, ViewAxis, axis_label, setting_words, value_text
-from vibrocap.plotting.style import BLACK, BLUE, GREEN, LABELS, ORANGE, SKY, VERMILION, YELLOW
+from vibrocap.plotting.study_view import EQUALS, ViewAxis, axis_label, case_label, value_text
+from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, LABELS, ORANGE, SKY, VERMILION, VIOLET, YELLOW, save
 from vibrocap.studies.orbit_datasets import basin_dataset
 
-WAYS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", "#8C8C8C")}
-ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, "#5B3A8C")  # none of the colours of the ways
+DIRECTIONS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", GREY)}
+ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, VIOLET)  # none of the colours of the ways
 # Those that have no value of their own: (words, face, hatch, colour of the hatch), as in maps of studies.
-WITHOUT = {
+UNVALUED_STYLES = {
     NOT_SETTLED: ("not settled", "#FFFFFF", UNSETTLED, BLACK),
-    FAILED: ("failed", *LOOKS[Cell.FAILED]),
-    NOT_TOLD: ("settled, not told apart", *LOOKS[Cell.NO_VALUE]),
+    FAILED: ("failed", *CELL_STYLES[Cell.FAILED]),
+    NOT_TOLD: ("settled, not told apart", *CELL_STYLES[Cell.NO_VALUE]),
 }
 
 
 def plot_basins(basins: Basins, path: str | Path) -> Path:
     """Draw basins into a file (.png, .svg or .pdf); the same basins give the same bytes."""
-    path = Path(path)
-    fig = basin_figure(basins)
-    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with matplotlib.rc_context(PRINT):
-        fig.savefig(path, metadata=dates.get(path.suffix.lower()))
-    return path
+    return save(basin_figure(basins), path, PRINT)
 
 
 def basin_figure(basins: Basins) -> Figure:
@@ -61,10 +56,14 @@ def basin_figure(basins: Basins) -> Figure:
         note=f"{basins.label.size:,} starts; all dimensionless",
     )
     with matplotlib.rc_context(PRINT):
-        fig, axes = blank_study_figure(words, 2 if several else 1)
-        handles = _draw(axes[0], basins, basins.direction, {code: colour for code, (_, colour) in WAYS.items()})
+        fig, axes = study_axes(words, 2 if several else 1)
+        handles = _draw(axes[0], basins, basins.direction, {code: colour for code, (_, colour) in DIRECTIONS.items()})
         _frame(axes[0], basins, first=True)
-        legend = [Patch(facecolor=colour, label=_way(basins, code)) for code, colour, _ in handles if code in WAYS]
+        legend = [
+            Patch(facecolor=colour, label=_direction_label(basins, code))
+            for code, colour, _ in handles
+            if code in DIRECTIONS
+        ]
         if several:
             colours = {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
             _draw(axes[1], basins, basins.label, colours)
@@ -76,25 +75,25 @@ def basin_figure(basins: Basins) -> Figure:
             if others := basins.attractors[len(ATTRACTORS) :]:
                 count = sum(each.starts for each in others)
                 legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
-        for code, (text, face, hatch, ink) in WITHOUT.items():
+        for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
             if count := int(np.sum(basins.label == code)):
                 patch = Patch(facecolor=face, label=f"{text}: {share(count, basins.label.size)}")
                 legend.append(_hatched(patch, hatch, ink))
-        put_words(fig, words, legend)
+        add_title_and_legend(fig, words, legend)
     return fig
 
 
 def _draw(ax: Axes, basins: Basins, codes: np.ndarray, colours: dict[int, str]) -> list[tuple[int, str, np.ndarray]]:
     """Cells in the colours of their codes, hatched where they have no value; (code, colour, where) of what is shown."""
     x, y = _edges(basins)
-    faces = colours | {code: face for code, (_, face, _, _) in WITHOUT.items()}
+    faces = colours | {code: face for code, (_, face, _, _) in UNVALUED_STYLES.items()}
     shown = [(code, colour, codes == code) for code, colour in faces.items() if np.any(codes == code)]
     number = np.zeros(codes.shape)
     for k, (_, _, where) in enumerate(shown):
         number[where] = k
     paint: dict[str, Any] = {"cmap": ListedColormap([colour for _, colour, _ in shown]), "vmin": -0.5}
     ax.pcolormesh(x, y, number.T, vmax=len(shown) - 0.5, rasterized=True, label="values", **paint)
-    for code, (_, _, hatch, ink) in WITHOUT.items():
+    for code, (_, _, hatch, ink) in UNVALUED_STYLES.items():
         _hatch(ax, x, y, basins.label == code, hatch, "white", HALO)
         _hatch(ax, x, y, basins.label == code, hatch, ink)
     return shown
@@ -121,16 +120,16 @@ def _frame(ax: Axes, basins: Basins, first: bool) -> None:
 def _setting(basins: Basins) -> str:
     """The case in brief, and where the starts are."""
     dataset = basin_dataset(basins)
-    words = setting_words(dataset, {})
+    words = case_label(dataset, {})
     if PHASE not in basins.axes and basins.phase:
         words += f", t₀/T{EQUALS}{value_text(basins.phase)}"
     return words
 
 
-def _way(basins: Basins, code: int) -> str:
+def _direction_label(basins: Basins, code: int) -> str:
     """A direction with its share of all starts, and with the drift where all that travel so drift alike."""
     where = basins.direction == code
-    words = f"{WAYS[code][0]}: {share(int(np.sum(where)), where.size)}"
+    words = f"{DIRECTIONS[code][0]}: {share(int(np.sum(where)), where.size)}"
     drifts = basins.drift[where]
     if code != NO_TRAVEL and len(drifts) and np.ptp(drifts) <= 1e-9:
         words += _drift(drifts[0])

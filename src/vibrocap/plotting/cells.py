@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.plotting.study_view import NOT_RUN, SIGNED, Panel, View, meant, status_word, why_none
+from vibrocap.plotting.study_view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
 from vibrocap.trajectory import Status
 
 FINISHED = list(Status).index(Status.FINISHED)
@@ -60,7 +60,7 @@ def unsettled(view: View, panel: Panel) -> np.ndarray:
     return ~panel.settled & (panel.status == FINISHED) & (view.measure != "settled")
 
 
-def cell_words(view: View) -> dict[Cell, str]:
+def cell_labels(view: View) -> dict[Cell, str]:
     """The legend of all cells that are no value and occur: what they are, how many, and of failed runs their status."""
     counts: Counter[int] = Counter()
     statuses: Counter[int] = Counter()
@@ -72,8 +72,8 @@ def cell_words(view: View) -> dict[Cell, str]:
     words = {
         Cell.NO_TRAVEL: f"no travel, {symbol} ≤ {view.dead_band:g}",
         Cell.INFINITE: "infinite: no travel" if view.measure == "cost_of_transport" else "infinite",
-        Cell.NO_VALUE: why_none(view.meaning),
-        Cell.FAILED: "failed: " + ", ".join(f"{status_word(code)} {n:,}" for code, n in statuses.most_common()),
+        Cell.NO_VALUE: missing_label(view.meaning),
+        Cell.FAILED: "failed: " + ", ".join(f"{status_label(code)} {n:,}" for code, n in statuses.most_common()),
         Cell.NOT_RUN: "not run yet",
     }
     runs = sum(counts.values())
@@ -81,10 +81,10 @@ def cell_words(view: View) -> dict[Cell, str]:
         cell: text if cell is Cell.FAILED else f"{text}: {share(counts[cell], runs)}"
         for cell, text in words.items()
         if counts[cell]
-    }  # those that did not settle have `unsettled_words`
+    }  # those that did not settle have `unsettled_label`
 
 
-def unsettled_words(view: View) -> str:
+def unsettled_label(view: View) -> str:
     """The legend of runs that did not settle; empty where there is none."""
     count = sum(int(unsettled(view, panel).sum()) for panel in view.panels)
     return f"not settled: {share(count, sum(panel.status.size for panel in view.panels))}" if count else ""
@@ -122,7 +122,7 @@ def categories(view: View, most: int = MOST_CATEGORIES) -> Categories:
     frequent = [value for value, _ in sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))][:most]
     if frequent and not isinstance(frequent[0], str):
         frequent.sort(key=float)
-    words = [f"{meant(view.measure, value)}: {share(counts[value], total)}" for value in frequent]
+    words = [f"{value_label(view.measure, value)}: {share(counts[value], total)}" for value in frequent]
     others = len(counts) - len(frequent)
     if others:
         rest = sum(counts.values()) - sum(counts[value] for value in frequent)

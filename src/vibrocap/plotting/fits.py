@@ -13,7 +13,18 @@ from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
-from vibrocap.plotting.style import BLUE, GREEN, STYLE, VERMILION, blank_figure, by_extremes, footnote, save, unit_of
+from vibrocap.plotting.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    STYLE,
+    VERMILION,
+    blank_figure,
+    decimated,
+    footnote,
+    save,
+    unit_of,
+)
 
 MOST_RECORDS = 6  # of one sheet
 HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops
@@ -21,10 +32,10 @@ MOST_POINTS = 6000  # of a line
 BINS = 60
 NEGLIGIBLE = 1e-4  # of the upper end: a value that is as good as zero has no place on a logarithmic scale
 DECADES = 1.0  # shown to either side of a parameter's value
-MEASURED = {"color": "#8C8C8C", "linewidth": 1.6, "label": "measured"}
+MEASURED = {"color": GREY, "linewidth": 1.6, "label": "measured"}
 FITTED = {"color": BLUE, "linewidth": 1.0, "label": "fitted"}
 HELD_OUT = {"color": VERMILION, "linewidth": 1.0, "label": "predicted (held out)"}
-TARGET = {"color": "#8C8C8C", "linewidth": 2.0}
+TARGET = {"color": GREY, "linewidth": 2.0}
 MATCHED = {"color": BLUE, "linewidth": 1.1}
 DIFFERENCE = {"color": VERMILION, "linewidth": 1.0}
 
@@ -87,7 +98,7 @@ def residual_figure(fit: Fit) -> Figure:
             colour = _style(record)["color"]
             speed_scale, speed_prefix = unit_of(record.velocity)
             at = _even_choice(len(error), MOST_POINTS)
-            time, envelope = by_extremes(record.time, error, MOST_POINTS)
+            time, envelope = decimated(record.time, error, MOST_POINTS)
             left.plot(time, envelope, color=colour, linewidth=0.6)
             left.axhline(0.0, color="#444444", linewidth=0.6)
             left.set(xlabel="time (s)", ylabel=f"error ({prefix}N)", title=_title(record))

@@ -14,7 +14,7 @@ from vibrocap.laboratory.contact_sizes import contact_sizes
 from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
-from vibrocap.parameters import given_parameters
+from vibrocap.parameters import described
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,
@@ -53,7 +53,7 @@ def plot_sheet(sheet: TestSheet, path: str | Path) -> Path:
         _draw_break_away(break_away, sheet)
         _draw_stick_slip(stick_slip, sheet)
         fig.suptitle(_title(sheet.law, sheet.load), fontsize=9.5, x=0.01, ha="left")
-    footnote(fig, f"{_creep_words(sheet)} {UNITS}")
+    footnote(fig, f"{_creep_label(sheet)} {UNITS}")
     return save(fig, path)
 
 
@@ -169,7 +169,7 @@ def _draw_stick_slip(ax: Axes, sheet: TestSheet) -> None:
     legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
 
 
-def _creep_words(sheet: TestSheet) -> str:
+def _creep_label(sheet: TestSheet) -> str:
     found = sheet.creep
     if not found.creeps:
         words = "no drift"
@@ -181,11 +181,7 @@ def _creep_words(sheet: TestSheet) -> str:
 
 
 def _title(law: Law, load: float) -> str:
-    values = given_parameters(law).items()
-    known = ", ".join(
-        f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}" for name, value in values
-    )
-    return textwrap.fill(f"{law.name}: {known}; load {load:g}", LINE)
+    return textwrap.fill(f"{described(law, 4)}; load {load:g}", LINE)
 
 
 def plot_regularisation(reports: Regularisation | Sequence[Regularisation], path: str | Path) -> Path:

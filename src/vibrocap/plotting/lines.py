@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from vibrocap.plotting.cells import Cell, cell_words, cells, unsettled, unsettled_words
-from vibrocap.plotting.study_view import Panel, View, meant
-from vibrocap.plotting.style import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
+from vibrocap.plotting.cells import Cell, cell_labels, cells, unsettled, unsettled_label
+from vibrocap.plotting.study_view import Panel, View, value_label
+from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, BLACK)
 DOT = 2.2
@@ -20,7 +20,7 @@ MARKS: dict[Cell, str] = {
     Cell.NOT_RUN: "_",
     Cell.NOT_SETTLED: "d",
 }
-INKS: dict[Cell, str] = dict.fromkeys(MARKS, "#8C8C8C") | {Cell.FAILED: "#C2187A"}
+INKS: dict[Cell, str] = dict.fromkeys(MARKS, GREY) | {Cell.FAILED: "#C2187A"}
 
 
 def draw_lines(ax: Axes, view: View) -> list[Any]:
@@ -53,16 +53,16 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
                 )  # fmt: skip
         if panel.title:
             handles.append(Line2D([], [], color=colour, linewidth=0.9, marker="o", markersize=DOT, label=panel.title))
-    for cell, text in cell_words(view).items():
+    for cell, text in cell_labels(view).items():
         if cell is not Cell.NO_TRAVEL:
             handles.append(Line2D([], [], linestyle="none", marker=MARKS[cell], color="#444444", label=text))
-    if text := unsettled_words(view):
+    if text := unsettled_label(view):
         mark = Line2D([], [], linestyle="none", marker="o", markersize=3, markerfacecolor="white", color="#444444")
         mark.set_label(text)
         handles.append(mark)
     if view.kind == "signed":
-        band = ax.axhspan(-view.dead_band, view.dead_band, color="#8C8C8C", linewidth=0.8, zorder=0)
-        band.set_label(cell_words(view).get(Cell.NO_TRAVEL, f"no travel: at most {view.dead_band:g}"))
+        band = ax.axhspan(-view.dead_band, view.dead_band, color=GREY, linewidth=0.8, zorder=0)
+        band.set_label(cell_labels(view).get(Cell.NO_TRAVEL, f"no travel: at most {view.dead_band:g}"))
         handles.append(band)
     if ticks:
         ax.set_yticks(range(len(ticks)), ticks)
@@ -86,7 +86,7 @@ def _heights(view: View) -> tuple[list[np.ndarray], list[str]]:
     heights = [
         np.array([places.get(value, np.nan) for value in panel.values.tolist()], dtype=float) for panel in view.panels
     ]
-    return heights, [meant(view.measure, value) for value in known]
+    return heights, [value_label(view.measure, value) for value in known]
 
 
 def draw_dots(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str, Any]) -> None:
@@ -97,7 +97,8 @@ def draw_dots(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str,
     size = float(np.clip(4000.0 / len(x), 1.0, 16.0))
     for cell, mark in MARKS.items():
         where = kinds == cell
-        ax.scatter(x[where], y[where], s=0.6 * size, label=cell.name.lower(), **_mark(cell, mark))
+        look: dict[str, Any] = {"marker": mark, "color": INKS[cell], "linewidths": 0.8 if mark in "x|_" else 0.0}
+        ax.scatter(x[where], y[where], s=0.6 * size, label=cell.name.lower(), **look)
     shown = kinds == Cell.VALUE
     rim: dict[str, Any] = {"linewidths": 0.2, "edgecolors": "#888888"}
     ax.scatter(x[shown], y[shown], c=np.asarray(colours)[shown], s=size, label="values", **rim, **paint)
@@ -109,14 +110,10 @@ def dot_handles(view: View) -> list[Any]:
     """The legend of runs that are drawn as marks."""
     handles = [
         Line2D([], [], linestyle="none", marker=MARKS[cell], markersize=4, color=INKS[cell], label=text)
-        for cell, text in cell_words(view).items()
+        for cell, text in cell_labels(view).items()
     ]
-    if text := unsettled_words(view):
+    if text := unsettled_label(view):
         ring = Line2D([], [], linestyle="none", marker="o", markersize=6, markerfacecolor="none", color=BLACK)
         ring.set(markeredgewidth=0.5, label=text)
         handles.append(ring)
     return handles
-
-
-def _mark(cell: Cell, mark: str) -> dict[str, Any]:
-    return {"marker": mark, "color": INKS[cell], "linewidths": 0.8 if mark in "x|_" else 0.0}

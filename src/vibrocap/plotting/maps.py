@@ -22,28 +22,29 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.plotting.cells import (
     Categories,
     Cell,
     categories,
-    cell_words,
+    cell_labels,
     cells,
     limits,
     unsettled,
-    unsettled_words,
+    unsettled_label,
 )
 from vibrocap.plotting.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.study_view import Panel, View, ViewError, study_view
-from vibrocap.plotting.style import BLACK, BLUE, GREEN, ORANGE, SKY, STYLE, VERMILION, YELLOW
+from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, STYLE, VERMILION, VIOLET, YELLOW, save
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
-DISTINCT = (BLUE, ORANGE, GREEN, SKY, VERMILION, YELLOW, "#5B3A8C")
+DISTINCT = (BLUE, ORANGE, GREEN, SKY, VERMILION, YELLOW, VIOLET)
 DIVERGING, SEQUENTIAL = "RdBu_r", "viridis"
 # (face, hatch, colour of the hatch) of runs without a value; none of the faces occurs in the scales above
-LOOKS: dict[Cell, tuple[str, str, str]] = {
-    Cell.NO_TRAVEL: ("#8C8C8C", "", BLACK),
-    Cell.INFINITE: ("#8C8C8C", "", BLACK),
+CELL_STYLES: dict[Cell, tuple[str, str, str]] = {
+    Cell.NO_TRAVEL: (GREY, "", BLACK),
+    Cell.INFINITE: (GREY, "", BLACK),
     Cell.NO_VALUE: ("#FFFFFF", "....", "#777777"),
     Cell.NOT_SETTLED: ("#FFFFFF", "", BLACK),  # hatched with all that did not settle
     Cell.FAILED: ("#E78AC3", "xxxxx", BLACK),
@@ -91,12 +92,7 @@ def plot_study(
 
 def plot_view(view: View, path: str | Path, border: str | None = None) -> Path:
     """Draw a view of a study into a file (.png, .svg or .pdf)."""
-    path = Path(path)
-    fig = study_figure(view, border)
-    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with matplotlib.rc_context(PRINT):
-        fig.savefig(path, metadata=dates.get(path.suffix.lower()))
-    return path
+    return save(study_figure(view, border), path, PRINT)
 
 
 def study_figure(view: View, border: str | None = None) -> Figure:
@@ -104,10 +100,10 @@ def study_figure(view: View, border: str | None = None) -> Figure:
     lines = [_border_lines(panel, view, border) for panel in view.panels] if border else []
     with matplotlib.rc_context(PRINT):
         if len(view.axes) == 1:
-            fig, axes = blank_study_figure(view, 1)
+            fig, axes = study_axes(view, 1)
             handles = draw_lines(axes[0], view)
         else:
-            fig, axes = blank_study_figure(view, len(view.panels))
+            fig, axes = study_axes(view, len(view.panels))
             handles = _draw_maps(fig, axes, view)
             for ax, segments in zip(axes, lines, strict=False):
                 for ink, width in (("white", 2 * BORDER), (BLACK, BORDER)):
@@ -116,12 +112,12 @@ def study_figure(view: View, border: str | None = None) -> Figure:
                 handles.append(
                     Line2D([], [], color=BLACK, linewidth=BORDER, label=f"border of {border.replace('_', ' ')}")
                 )
-        put_words(fig, view, handles)
+        add_title_and_legend(fig, view, handles)
     return fig
 
 
 # --- the frame: title above, legend below -----------------------------------------------------------------------------
-def blank_study_figure(view: View, panels: int) -> tuple[Figure, list[Axes]]:
+def study_axes(view: View, panels: int) -> tuple[Figure, list[Axes]]:
     """An empty figure in the project's style and its axes, in reading order."""
     columns = 1 if panels == 1 else 3 if panels in (3, 5, 6) else 2
     rows = math.ceil(panels / columns)
@@ -134,7 +130,7 @@ def blank_study_figure(view: View, panels: int) -> tuple[Figure, list[Axes]]:
     return fig, axes[:panels]
 
 
-def put_words(fig: Figure, view: View, handles: list[Any]) -> None:
+def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
     """Title above and legend below; the figure grows by them, so that the axes keep their size and nothing is cut."""
     width, height = fig.get_size_inches()
     title = textwrap.fill(view.title, round(12.5 * width))
@@ -176,7 +172,7 @@ def _legend(fig: Figure, handles: list[Any], columns: int) -> float:
 
 def look(cell: Cell, label: str) -> Patch:
     """How runs without a value look in a legend."""
-    face, hatch, ink = LOOKS[cell]
+    face, hatch, ink = CELL_STYLES[cell]
     return _hatched(Patch(facecolor=face, label=label), hatch, ink)
 
 
@@ -215,8 +211,8 @@ def _draw_maps(fig: Figure, axes: list[Axes], view: View) -> list[Any]:
         _colour_bar(fig, axes, view, paint)
     if view.points is not None:
         return handles + dot_handles(view)
-    handles += [look(cell, text) for cell, text in cell_words(view).items()]
-    if text := unsettled_words(view):
+    handles += [look(cell, text) for cell, text in cell_labels(view).items()]
+    if text := unsettled_label(view):
         handles.append(_hatched(Patch(facecolor="none", label=text), UNSETTLED, BLACK))
     return handles
 
@@ -227,9 +223,11 @@ def _draw_map(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str,
     if view.points is None:
         x, y = view.axes[0].edges, view.axes[1].edges
         flat = np.ma.masked_where(kinds == Cell.VALUE, kinds)
+        faces = ListedColormap([face for face, _, _ in CELL_STYLES.values()])
+        numbers = Normalize(min(CELL_STYLES) - 0.5, max(CELL_STYLES) + 0.5)
         ax.pcolormesh(x, y, colours.T, rasterized=True, label="values", **paint)
-        ax.pcolormesh(x, y, flat.T, rasterized=True, label="no values", **_flat_paint())
-        for cell, (_, hatch, ink) in LOOKS.items():
+        ax.pcolormesh(x, y, flat.T, rasterized=True, label="no values", cmap=faces, norm=numbers)
+        for cell, (_, hatch, ink) in CELL_STYLES.items():
             _hatch(ax, x, y, kinds == cell, hatch, ink)
         _hatch(ax, x, y, waiting, UNSETTLED, "white", HALO)
         _hatch(ax, x, y, waiting, UNSETTLED, BLACK)
@@ -275,12 +273,6 @@ def _categories_paint(groups: Categories) -> dict[str, Any]:
     return {"cmap": cmap, "norm": Normalize(-0.5, cmap.N - 0.5)}
 
 
-def _flat_paint() -> dict[str, Any]:
-    """Colours of cells without a value, by their number."""
-    cmap = ListedColormap([LOOKS[cell][0] for cell in LOOKS])
-    return {"cmap": cmap, "norm": Normalize(min(LOOKS) - 0.5, max(LOOKS) + 0.5)}
-
-
 def _colour_bar(fig: Figure, axes: list[Axes], view: View, paint: dict[str, Any]) -> None:
     """The scale of colours beside the maps, pointed where values lie beyond it."""
     _, _, below, above, _ = limits(view)
@@ -308,5 +300,5 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
     try:
         return border(dataset.load(), name).segments
-    except ValueError as error:
-        raise ViewError([f"--border: {str(error).removeprefix('name: ')}"]) from None
+    except ArgumentError as error:
+        raise ViewError([error.complaint.about("--border")]) from None

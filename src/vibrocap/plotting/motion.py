@@ -7,7 +7,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 
-from vibrocap.parameters import given_parameters
+from vibrocap.parameters import described
 from vibrocap.plotting.style import (
     ANY_UNITS,
     BLACK,
@@ -47,7 +47,8 @@ def plot_motion(motion: Trajectory, path: str | Path) -> Path:
         left.align_ylabels()
         _phase_planes(right.subplots(3, 1), motion)
         right.align_ylabels()
-        fig.suptitle(_title(motion.system), fontsize=9.5, x=0.01, ha="left")
+        parts = (motion.system.machine, motion.system.friction, motion.system.drive)
+        fig.suptitle("\n".join(map(described, parts)), fontsize=9.5, x=0.01, ha="left")
         footnote(fig, DIMENSIONLESS if motion.system.machine.cyclic else ANY_UNITS)
     return save(fig, path)
 
@@ -71,25 +72,14 @@ def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale:
     return bool(stuck)
 
 
-def _title(system: Any) -> str:
-    parts = (system.machine, system.friction, system.drive)
-    return "\n".join(
-        f"{part.name}:  " + ",  ".join(f"{name} {_short(value)}" for name, value in given_parameters(part).items())
-        for part in parts
-    )
-
-
-def _short(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:.6g}"
-
-
 def _time_histories(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then angle, velocity and friction over the last periods."""
     period, end = motion.period, motion.end
     start = max(0.0, end - DETAIL_PERIODS * period)
     whole = sample_times(motion, 0.0, end)
     axes[0].plot(whole / period, motion.at(whole, "position"), **LAST)
-    axes[0].set(title=_travel_name(motion), ylabel=_place_label(motion), xlabel=LABELS["periods"])
+    what = "Place" if motion.system.machine.cyclic is None else "Travel"
+    axes[0].set(title=f"{what} over the whole run", ylabel=_place_label(motion), xlabel=LABELS["periods"])
     if start > 0.0:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
         _legend_above(axes[0])
@@ -158,10 +148,6 @@ def _phase_planes(axes: Any, motion: Trajectory) -> None:
 def _body_name(motion: Trajectory) -> str:
     """What slides."""
     return "Block" if motion.system.machine.cyclic is None else "Capsule"
-
-
-def _travel_name(motion: Trajectory) -> str:
-    return ("Place" if motion.system.machine.cyclic is None else "Travel") + " over the whole run"
 
 
 def _place_label(motion: Trajectory) -> str:

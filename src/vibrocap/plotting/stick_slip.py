@@ -19,7 +19,7 @@ from vibrocap.plotting.style import (
     STYLE,
     VERMILION,
     blank_figure,
-    by_extremes,
+    decimated,
     footnote,
     legend,
     save,
@@ -100,10 +100,11 @@ def regime_figure(diagram: RegimeDiagram) -> Figure:
 
 
 def _whole(ax: Axes, found: StickSlip) -> None:
-    x, y = by_extremes(found.time, found.force, MOST_POINTS)
+    x, y = decimated(found.time, found.force, MOST_POINTS)
     ax.plot(x, y, color="#5A5A5A", linewidth=0.5)
+    minor = tuple(slip for slip in found.slips if slip.minor)
     size = 0.8 if len(found.slips) <= CROWD else 0.4
-    for slips, face, name in ((found.main_slips, VERMILION, "slip"), (_minor(found), "white", "minor slip")):
+    for slips, face, name in ((found.main_slips, VERMILION, "slip"), (minor, "white", "minor slip")):
         if slips:
             where = [slip.start for slip in slips]
             ax.plot(
@@ -193,10 +194,6 @@ def _detail_window(found: StickSlip) -> tuple[float, float]:
     half = min(0.5 * DETAIL_PERIODS * period, 0.5 * (end - begin))
     middle = 0.5 * (begin + end)
     return middle - half, middle + half
-
-
-def _minor(found: StickSlip) -> tuple[Any, ...]:
-    return tuple(slip for slip in found.slips if slip.minor)
 
 
 def _force_label(found: StickSlip) -> str:

@@ -4,13 +4,13 @@ More dimensions than two are fixed at a value, or become panels side by side (fr
 """
 
 import dataclasses
-import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case import CHOICES, CaseError, case_from_text
 from vibrocap.parameters import parameter_table
 from vibrocap.symbols import STATES, printed
@@ -37,7 +37,7 @@ SYMBOLS = {
     "displacement_loop_area": "∮R dX",
     "cost_of_transport": "W/|ΔX|",
 }
-MEANS = {
+VALUE_LABELS = {
     "symmetric": {0.0: "not its own mirror image", 1.0: "its own mirror image"},
     "travel": {-1.0: "back", 0.0: "none", 1.0: "forward"},
     "response_period": {0.0: "not settled"},
@@ -149,11 +149,11 @@ def study_view(
     dead_band: sizes of travel up to this are none; by default 10 times the threshold to which the runs settled
     Raises ViewError for a measure or a path that the study does not have, and where dimensions are left over.
     """
-    complaints = []
+    complaints = Complaints()
     names = [str(name) for name in dataset.data_vars]
     asked = measure or first_measure(dataset)
     if asked not in names:
-        complaints.append(f"--measure: the study has no {asked!r}; {_suggestion(asked, names)}")
+        complaints.add("--measure", f"the study has no {asked!r}; {suggestion(asked, names)}")
     chosen, fixed, found = _fixed(dataset, at or {})
     complaints += found
     if complaints:
@@ -162,7 +162,9 @@ def study_view(
     gridded = all(dim in dataset.coords for dim in chosen["status"].dims)
     if gridded:
         facets, dims = _facets(chosen)
-        axes = tuple(_axis(chosen, dim) for dim in dims)
+        axes = tuple(
+            ViewAxis(dim, np.sort(chosen[dim].values.astype(float)), axis_label(dim, chosen[dim].attrs)) for dim in dims
+        )
         points = None
     else:
         facets, dims = [], tuple(chosen["status"].dims)
@@ -179,8 +181,8 @@ def study_view(
         axes,
         panels,
         points,
-        setting_words(chosen, fixed),
-        note_words(chosen),
+        case_label(chosen, fixed),
+        runs_label(chosen),
     )
 
 
@@ -194,17 +196,17 @@ def _fixed(dataset: Any, at: Mapping[str, str]) -> tuple[Any, dict[str, str], li
     dims = [str(dim) for dim in dataset["status"].dims]
     gridded = [dim for dim in dims if dim in dataset.coords]
     places: dict[str, int] = {}
-    complaints = []
+    complaints = Complaints()
     for path, text in at.items():
         if path not in gridded:
-            complaints.append(f"--at {path}: is no axis of the study; {_suggestion(path, gridded)}")
+            complaints.add(f"--at {path}", f"is no axis of the study; {suggestion(path, gridded)}")
             continue
         values = np.array(dataset[path].values.tolist())
         if values.dtype.kind == "U":
             if text in values:
                 places[path] = values.tolist().index(text)
             else:
-                complaints.append(f"--at {path}: has no {text!r}; {_suggestion(text, values.tolist())}")
+                complaints.add(f"--at {path}", f"has no {text!r}; {suggestion(text, values.tolist())}")
             continue
         try:
             wanted = float(text)
@@ -213,9 +215,8 @@ def _fixed(dataset: Any, at: Mapping[str, str]) -> tuple[Any, dict[str, str], li
         if values.min() <= wanted <= values.max():
             places[path] = int(np.abs(values - wanted).argmin())
         else:
-            complaints.append(
-                f"--at {path}: should be a number from {values.min():g} to {values.max():g}, got {text!r}"
-            )
+            limits = f"from {values.min():g} to {values.max():g}"
+            complaints.add(f"--at {path}", f"should be a number {limits}, got {text!r}")
     places |= {dim: 0 for dim in gridded if dataset.sizes[dim] == 1 and dim not in at}
     chosen = dataset.isel(places)
     fixed = {str(path): value_text(chosen[path].values.item()) for path in chosen.coords if not chosen[path].dims}
@@ -244,7 +245,7 @@ def _parts(dataset: Any, facets: Sequence[str]) -> Iterator[tuple[str, Any]]:
     """(title, runs) of each panel."""
     for place in np.ndindex(*(dataset.sizes[dim] for dim in facets)):
         part = dataset.isel(dict(zip(facets, place, strict=True)))
-        yield ", ".join(facet_words(dim, part[dim].values.item()) for dim in facets), part
+        yield ", ".join(panel_title(dim, part[dim].values.item()) for dim in facets), part
 
 
 def _panel(part: Any, measure: str, axes: Sequence[ViewAxis], title: str) -> Panel:
@@ -265,10 +266,6 @@ def _panel(part: Any, measure: str, axes: Sequence[ViewAxis], title: str) -> Pan
     )
 
 
-def _axis(dataset: Any, path: str) -> ViewAxis:
-    return ViewAxis(path, np.sort(dataset[path].values.astype(float)), axis_label(path, dataset[path].attrs))
-
-
 def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ...]]:
     """The first two quantities that vary from run to run as axes; of a list of cases without numbers, its order."""
     runs = dataset["status"].dims[0]
@@ -287,7 +284,7 @@ def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ..
 def _kind(measure: str, arrays: Sequence[np.ndarray]) -> str:
     if measure in SIGNED:
         return "signed"
-    if arrays[0].dtype.kind == "U" or measure in WHOLE or measure in MEANS or measure == "status":
+    if arrays[0].dtype.kind == "U" or measure in WHOLE or measure in VALUE_LABELS or measure == "status":
         return "discrete"
     return "plain"
 
@@ -302,13 +299,8 @@ def _span(values: Any) -> str:
     return f"{values.size} values from {float(values.min()):g} to {float(values.max()):g}"
 
 
-def _suggestion(name: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    return f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known) or 'none'}"
-
-
 # --- words ------------------------------------------------------------------------------------------------------------
-def status_word(code: int) -> str:
+def status_label(code: int) -> str:
     """A status in words."""
     return "not run yet" if code == NOT_RUN else list(Status)[code].value
 
@@ -324,7 +316,7 @@ def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
     return "  ".join(word for word in (*words, "" if unit == "1" else f"[{unit}]") if word)
 
 
-def setting_words(dataset: Any, fixed: Mapping[str, str]) -> str:
+def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
     """The case in brief: the kinds of its parts, and the parameters that the study left as they are."""
     try:
         case = case_from_text(str(dataset.attrs["case"]))
@@ -350,7 +342,7 @@ def setting_words(dataset: Any, fixed: Mapping[str, str]) -> str:
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
-def note_words(dataset: Any) -> str:
+def runs_label(dataset: Any) -> str:
     """How the runs were made."""
     runs, periods, settle = dataset["status"].size, dataset.attrs.get("periods"), dataset.attrs.get("settle")
     words = [f"{runs:,} runs"]
@@ -368,21 +360,21 @@ def value_text(value: Any) -> str:
     return value if isinstance(value, str) else f"{float(value):.4g}"
 
 
-def facet_words(path: str, value: float | str) -> str:
+def panel_title(path: str, value: float | str) -> str:
     """The title of a panel that shows one value of a quantity."""
     return value if isinstance(value, str) else f"{path.partition('.')[2].replace('_', ' ')} {value_text(value)}"
 
 
-def meant(measure: str, value: float | str) -> str:
+def value_label(measure: str, value: float | str) -> str:
     """A discrete value of a measure in words."""
     if isinstance(value, str):
         return value or "(no word)"
     if measure == "status":
-        return status_word(int(value))
-    return MEANS.get(measure, {}).get(float(value)) or f"{value:g}"
+        return status_label(int(value))
+    return VALUE_LABELS.get(measure, {}).get(float(value)) or f"{value:g}"
 
 
-def why_none(meaning: str) -> str:
+def missing_label(meaning: str) -> str:
     """Why a run may have no value, as the meaning of its measure says."""
     found = NOTHING.search(meaning)
     return f"no value ({found[1]})" if found else "no value"

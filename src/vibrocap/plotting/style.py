@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+VIOLET, GREY = "#5B3A8C", "#8C8C8C"
 
 # The paper's arrangement: LuGre red and solid, exponential blue and dashed.
 LM_STYLE: dict[str, Any] = {"color": "#C8102E", "linestyle": "-", "linewidth": 1.4}
@@ -99,16 +100,16 @@ def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
     fig.supxlabel(text, fontsize=7.5, color="#555555", x=0.01, ha="left")
 
 
-def save(fig: Figure, path: str | Path) -> Path:
+def save(fig: Figure, path: str | Path, style: dict[Any, Any] = STYLE) -> Path:
     """Write a figure to a file (.png, .svg or .pdf); the same figure gives the same bytes."""
     path = Path(path)
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(style):
         fig.savefig(path, metadata=dates.get(path.suffix.lower()))
     return path
 
 
-def by_extremes(x: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+def decimated(x: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
     """A line of at most `most` points through the least and the largest y of as many stretches as that takes."""
     block = -(-2 * len(x) // most)
     if block <= 2:

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaint, Complaints, shown, suggestion
-from vibrocap.case import CaseError
+from vibrocap.arguments import Complaint, shown, suggestion
 from vibrocap.studies.runs import Block, Runs, values_array
 from vibrocap.studies.variation import KINDS
 
@@ -75,26 +74,6 @@ class Grid(Runs):
     def from_record(cls, record: Mapping[str, Any]) -> "Grid":
         """The grid of a record."""
         return cls(tuple(Axis(axis["path"], tuple(axis["values"])) for axis in record["axes"]))
-
-
-def parse_over(texts: Iterable[str]) -> dict[str, str]:
-    """What the command line's `--over PATH=VALUES` say, by path; CaseError with every one that says nothing.
-
-    The values stay text, which `sweep` understands: LOW:HIGH:COUNT, log:LOW:HIGH:COUNT, or a list such as 1,2,3.
-    """
-    found: dict[str, str] = {}
-    complaints = Complaints()
-    for text in texts:
-        path, equals, values = (piece.strip() for piece in text.partition("="))
-        if not equals or not path or not values:
-            complaints.add(text, "should be PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
-        elif path in found:
-            complaints.add(path, "is given twice")
-        else:
-            found[path] = values
-    if complaints:
-        raise CaseError(complaints, "the study")
-    return found
 
 
 def axis_of(path: str, given: Any) -> tuple[Axis, list[str]]:
