@@ -25,7 +25,8 @@ from vibrocap.plotting.style import (
     save,
     unit_of,
 )
-from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP, RegimeDiagram
+from vibrocap.records.regime_diagram import RegimeDiagram
+from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
 
 DETAIL_PERIODS = 5  # in the detail beside the whole record
