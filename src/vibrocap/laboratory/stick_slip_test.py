@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.drives.loading import Loading
 from vibrocap.friction.law import Law
-from vibrocap.laboratory.checks import check_motion, check_numbers, check_whole
+from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import contact_sizes
 from vibrocap.machines.oscillator import Oscillator
 from vibrocap.measures.stretch import stretches
@@ -92,7 +93,7 @@ def stick_slip_test(
     Raises ValueError for what is not a positive number, and RuntimeError where the motion cannot be completed.
     """
     check_numbers(stiffness=stiffness, speed=speed, mass=mass, load=load)
-    check_whole(cycles=cycles)
+    check_whole("cycles", cycles, 1)
     sizes = contact_sizes(law, load)
     unit = sizes.force / (stiffness * speed) + 2.0 * math.pi * math.sqrt(mass / stiffness)
     machine = Oscillator.pulled(speed, mass=mass, stiffness=stiffness, normal_load=load)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import suggestion
 from vibrocap.friction.law import Law
 from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid
 from vibrocap.identification.inference.identifiability import LOOSE
 from vibrocap.identification.problem.parameter_roles import role
-from vibrocap.identification.problem.parametrisation import nearest
 from vibrocap.identification.problem.prediction import Prediction, is_nuisance
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.laboratory.driven import driven_forces
@@ -159,7 +159,7 @@ def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tu
     chosen = tuple(parameters)
     for name in chosen:
         if name not in numbers:
-            raise ValueError(f"parameters: {law.name} has no parameter {name!r} above 0; {nearest(name, numbers)}")
+            raise ValueError(f"parameters: {law.name} has no parameter {name!r} above 0; {suggestion(name, numbers)}")
     if not chosen:
         raise ValueError("parameters: there is none")
     return chosen

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import suggestion
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parametrisation import nearest, parametrisation
+from vibrocap.identification.problem.parametrisation import parametrisation
 from vibrocap.identification.problem.prediction import Prediction, nuisances
 from vibrocap.identification.problem.samples import Samples, drafts, samples
 from vibrocap.identification.result.fit_result import Fit
@@ -113,7 +114,7 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
     for item in held_out if isinstance(held_out, (list, tuple)) else [held_out]:
         if isinstance(item, str):
             if item not in names:
-                raise ValueError(f"held_out: no record is called {item!r}; {nearest(item, names)}")
+                raise ValueError(f"held_out: no record is called {item!r}; {suggestion(item, names)}")
             unseen.append(all_samples[names.index(item)])
         else:
             unseen.append(samples(item, load))

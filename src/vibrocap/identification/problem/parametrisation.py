@@ -1,7 +1,6 @@
 """The choice of what a fit searches: free parameters, their bounds and a start that the data suggest."""
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap import catalogue
+from vibrocap.arguments import suggestion
 from vibrocap.friction.law import Law
 from vibrocap.identification.problem.coordinates import COARSE_STEP, Coordinate, Space
 from vibrocap.identification.problem.data_scales import DataScales
@@ -47,18 +47,11 @@ def law_class(law: Any) -> type[Law]:
         try:
             return catalogue.law(law)
         except KeyError:
-            raise ValueError(f"law: no law is called {law!r}; {nearest(law, catalogue.laws())}") from None
+            raise ValueError(f"law: no law is called {law!r}; {suggestion(law, catalogue.laws())}") from None
     cls = law if isinstance(law, type) else type(law)
     if not issubclass(cls, Law):
         raise ValueError(f"law: should be a friction law, its class or its name, got {law!r}")
     return cls
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """What may have been meant."""
-    known = list(known)
-    close = difflib.get_close_matches(name, known, n=1)
-    return f"did you mean {close[0]!r}?" if close else "there are " + ", ".join(known)
 
 
 def parametrisation(
@@ -147,7 +140,7 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
     for what, given in (("free", free or ()), ("fixed", fixed), ("bounds", bounds)):
         for name in given:
             if name not in names:
-                raise ValueError(f"{what}: {template.name} has no parameter {name!r}; {nearest(name, names)}")
+                raise ValueError(f"{what}: {template.name} has no parameter {name!r}; {suggestion(name, names)}")
     for name, value in fixed.items():
         if not (_is_number(value) and math.isfinite(value)):
             raise ValueError(f"fixed: {name} should be a finite number, got {value!r}")

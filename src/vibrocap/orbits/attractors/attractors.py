@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from vibrocap.orbits.arguments import checked_whole
+from vibrocap.arguments import check_whole
 from vibrocap.orbits.attractors.classification import (
     CLOUD,
     MotionClass,
@@ -101,14 +101,14 @@ def attractors(
     Raises ValueError naming the argument; so it does for a system that nothing drives in time.
     """
     start = np.array(list(initial_state(system, initial).values()))
-    count = checked_whole("starts", starts, 1, 10_000_000)
+    check_whole("starts", starts, 1, 10_000_000)
     given = None if ranges is None else checked_ranges("ranges", system, ranges)
-    checked_whole("settle_periods", settle_periods, 10, 10**7)
+    check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = driven_map(system, tolerance, threads)
     ranges = visited_ranges(map_, start) if given is None else given
-    states = spread_starts(map_, start, ranges, count)
-    runs = settling_runs(map_, states, np.tile(map_.parameters(), (count, 1)), settle_periods, progress=progress)
+    states = spread_starts(map_, start, ranges, starts)
+    runs = settling_runs(map_, states, np.tile(map_.parameters(), (starts, 1)), settle_periods, progress=progress)
     found, label, _ = attractors_of(map_, runs, settle_periods)
     return Attractors(system, found, states, label, ranges, settle_periods)
 

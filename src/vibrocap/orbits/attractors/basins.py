@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.numerics import lanes as memory
-from vibrocap.orbits.arguments import checked_pair, checked_whole
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, visited_ranges
 from vibrocap.orbits.maps.drive_phase import at_next_section
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
@@ -81,7 +82,7 @@ def basins(
     counts = _checked_resolution(resolution)
     if isinstance(phase, (bool, str)) or not math.isfinite(phase):
         raise ValueError(f"phase should be a finite share of the drive's period, got {phase!r}")
-    checked_whole("settle_periods", settle_periods, 10, 10**7)
+    check_whole("settle_periods", settle_periods, 10, 10**7)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = driven_map(system, tolerance, threads)
     visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from vibrocap.orbits.arguments import checked_range, checked_whole, system_at
+from vibrocap.arguments import check_whole
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
 from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.simulate import initial_state
 from vibrocap.system import System
 
@@ -73,12 +74,12 @@ def bifurcation_diagram(
     """
     start = np.array(list(initial_state(system, initial).values()))
     low, high = checked_range(system, over, between)
-    checked_whole("points", points, 2, 1_000_000)
+    check_whole("points", points, 2, 1_000_000)
     driven_map(system, ROUGH)
     values = np.linspace(low, high, points)
-    checked_whole("starts", starts, 1, 100_000)
-    checked_whole("settle_periods", settle_periods, 10, 10**7)
-    checked_whole("kept", kept, 16, 10**6)
+    check_whole("starts", starts, 1, 100_000)
+    check_whole("settle_periods", settle_periods, 10, 10**7)
+    check_whole("kept", kept, 16, 10**6)
     if not directions or any(each not in DIRECTIONS for each in directions) or len({*directions}) < len(directions):
         raise ValueError(f"directions should be {' or '.join(map(repr, DIRECTIONS))} or both, got {directions!r}")
     systems = [system_at(system, over, value) for value in values]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibrocap.orbits.arguments import checked_whole
+from vibrocap.arguments import check_whole
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
@@ -85,8 +85,8 @@ def classify(
     Raises ValueError naming the argument; so it does for a system that nothing drives in time.
     """
     start = np.array(list(initial_state(system, initial).values()))
-    checked_whole("settle_periods", settle_periods, 10, 10**7)
-    checked_whole("periods", periods, 200, 10**6)
+    check_whole("settle_periods", settle_periods, 10, 10**7)
+    check_whole("periods", periods, 200, 10**6)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = driven_map(system, tolerance, threads)
     parameters = map_.parameters()

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.numerics.ensemble import Budget
-from vibrocap.orbits.arguments import checked_whole
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
 from vibrocap.orbits.maps.settling_runs import iterates
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, driven_map
@@ -65,8 +65,8 @@ def lyapunov_exponent(
     time.
     """
     start = np.array(list(initial_state(system, initial).values()))
-    checked_whole("periods", periods, 20, 10**7)
-    checked_whole("transient", transient, 0, 10**9)
+    check_whole("periods", periods, 20, 10**7)
+    check_whole("transient", transient, 0, 10**9)
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = driven_map(system, tolerance, threads)
     parameters = map_.parameters()

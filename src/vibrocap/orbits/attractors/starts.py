@@ -7,9 +7,9 @@ import numpy as np
 
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.ensemble import Budget
-from vibrocap.orbits.arguments import checked_pair
 from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
+from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.system import System
 
 PROBES, PROBE_PERIODS = 16, 20  # runs that look for what motions visit

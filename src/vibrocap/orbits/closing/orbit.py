@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.measures.sticking import spelled
-from vibrocap.orbits.arguments import checked_whole
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, state_vector
@@ -197,7 +197,7 @@ def _kept(map_: StroboscopicMap, found: Orbit, state: np.ndarray, periods: int, 
 
 def _check_response(system: System, response_period: int, half: bool) -> None:
     """Refuse a period or a half-period search that the system has not."""
-    checked_whole("response_period", response_period, 1)
+    check_whole("response_period", response_period, 1)
     if half and not system.mirrored:
         raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
     if half and response_period % 2 == 0:

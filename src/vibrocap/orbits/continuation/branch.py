@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.orbits.arguments import checked_range, checked_whole
+from vibrocap.arguments import check_whole
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
@@ -20,6 +20,7 @@ from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoin
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.system import System
 
 TOWARDS = ("both", "up", "down")
@@ -300,7 +301,7 @@ def _drifts_back(point: BranchPoint) -> bool:
 def _check_options(towards: str, points: int, step: float) -> None:
     if towards not in TOWARDS:
         raise ValueError(f"towards should be one of {', '.join(TOWARDS)}, got {towards!r}")
-    checked_whole("points", points, 2)
+    check_whole("points", points, 2)
     if not 1e-6 <= step <= 0.5:
         raise ValueError(f"step should be a share of the range, from 1e-6 to 0.5, got {step!r}")
 

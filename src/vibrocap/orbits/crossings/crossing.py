@@ -1,17 +1,17 @@
 """Where a measure of the steady motion takes a value: control points, and points where two laws agree."""
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import ArgumentError, check_whole, suggestion
 from vibrocap.measures.during_run import check_travel, measure_table, resolved
-from vibrocap.orbits.arguments import checked_range, checked_whole
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System
 
@@ -159,10 +159,8 @@ def checked_measure(systems: tuple[System, ...], measure: str) -> None:
     """Refuse what is no measure of these systems, or no number."""
     table = measure_table()
     if measure not in table or measure == "word":
-        near = difflib.get_close_matches(str(measure), [name for name in table if name != "word"], n=1, cutoff=0.0)[0]
-        raise ValueError(
-            f"measure should be a number of the table of measures, got {measure!r}; did you mean {near!r}?"
-        )
+        near = suggestion(measure, [name for name in table if name != "word"], cutoff=0.0)
+        raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
     for each in systems:
         check_travel(resolved(measure)[1], each)
 
@@ -173,7 +171,7 @@ def _checked(
     """The range, or ValueError for what cannot be looked for."""
     checked_measure(systems, measure)
     (low, high), *_ = [checked_range(each, over, between) for each in systems]
-    checked_whole("points", points, 2)
+    check_whole("points", points, 2)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise ValueError(f"value should be a finite number, got {value!r}")
     for each in systems:

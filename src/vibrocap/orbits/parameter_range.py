@@ -1,20 +1,9 @@
-"""Checks of arguments; each raises ValueError naming the argument and what would be right."""
+"""Ranges of a parameter: two numbers in order, both of which the system can have; ValueError naming what is wrong."""
 
 import math
 from typing import Any
 
-import numpy as np
-
 from vibrocap.system import System
-
-
-def checked_whole(name: str, value: object, least: int, most: int | None = None) -> int:
-    """A whole number within bounds."""
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not whole or value < least or (most is not None and value > most):  # type: ignore[operator]
-        bounds = f">= {least}" if most is None else f"from {least} to {most}"
-        raise ValueError(f"{name} should be a whole number {bounds}, got {value!r}")
-    return int(value)  # type: ignore[call-overload]
 
 
 def checked_pair(name: str, pair: Any) -> tuple[float, float]:
