@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.friction.elasto_plastic import ElastoPlastic
+from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import bifurcation_diagram as diagrams
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, attractors
 from vibrocap.orbits.attractors.bifurcation_diagram import bifurcation_diagram
@@ -16,7 +16,7 @@ from vibrocap.orbits.closing import attractor_matching
 from vibrocap.orbits.closing.attractor_matching import distinct_orbits
 from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.simulate import period_marks
+from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
 
 START = {"angle": math.pi / 3}
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}

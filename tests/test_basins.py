@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.graph import evaluate
 from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
@@ -16,7 +17,6 @@ from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.maps import settling_runs
 from vibrocap.orbits.maps.drive_phase import at_next_section, shifted_equations
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.simulate import period_marks
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 

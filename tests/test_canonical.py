@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.catalogue import laws
-from vibrocap.friction.coulomb import Coulomb
-from vibrocap.friction.dahl import Dahl
 from vibrocap.laboratory.break_away import break_away
 from vibrocap.laboratory.contact_sizes import contact_sizes
 from vibrocap.laboratory.frictional_lag import frictional_lag
 from vibrocap.laboratory.presliding import creep, presliding_loop
 from vibrocap.laboratory.stick_slip_test import stick_slip_test
 from vibrocap.laboratory.test_sheet import test_sheet as canonical_sheet
+from vibrocap.physics.catalogue import laws
+from vibrocap.physics.friction.coulomb import Coulomb
+from vibrocap.physics.friction.dahl import Dahl
 from vibrocap.plotting import laboratory as laboratory_plots
 
 COULOMB = Coulomb(1.0, 1.5)

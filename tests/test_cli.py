@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.case import read_case
+from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source

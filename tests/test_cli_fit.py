@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import erfinv
 
-from vibrocap.case import case_from_text
+from vibrocap.case.case import case_from_text
 from vibrocap.cli import main as cli
 from vibrocap.cli.fit import fit
 from vibrocap.cli.fit_request import by_option, is_refusal
@@ -117,9 +117,9 @@ def test_files_of_a_fit(folder, capsys):
 
 
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
-    from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
     from vibrocap.identification.problem.spring_prediction import _pulled
     from vibrocap.identification.problem.velocity_step import Step
+    from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
 
     law = RateAndStateAgeing(
         reference_coefficient=0.6, direct_effect=0.008, evolution_effect=0.009, critical_distance=8e-6,
@@ -145,10 +145,10 @@ def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
-    from vibrocap.friction.exponential import Exponential
-    from vibrocap.friction.stribeck import Stribeck
     from vibrocap.identification.experiments.match import match
     from vibrocap.identification.experiments.motions import ramp
+    from vibrocap.physics.friction.exponential import Exponential
+    from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.plotting.fits import match_figure, plot_match
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):

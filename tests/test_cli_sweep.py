@@ -18,7 +18,7 @@ import xarray as xr
 import cheap_ensemble
 import interrupts
 from vibrocap.arguments import Complaints
-from vibrocap.case import CaseError, read_case
+from vibrocap.case.case import CaseError, read_case
 from vibrocap.cli.main import main
 from vibrocap.cli.options import pairs
 from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
@@ -55,7 +55,7 @@ def case(tmp_path, monkeypatch):
 @pytest.fixture
 def cheap(monkeypatch):
     """A cheap ensemble in place of the engine: numbers of no meaning, some failed, some unsettled."""
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
     monkeypatch.setattr(os, "fsync", lambda handle: None)
 
 
@@ -223,7 +223,9 @@ WRONG = {
 
 @pytest.mark.parametrize(("options", "expected"), WRONG.items())
 def test_wrong_options_are_refused_before_any_work(options, expected, case, capsys, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", lambda *_, **__: pytest.fail("ran"))
+    monkeypatch.setattr(
+        importlib.import_module("vibrocap.measures.ensemble"), "ensemble", lambda *_, **__: pytest.fail("ran")
+    )
     assert expected in refused(capsys, "sweep", case, *options.split(), "--out", "map")
     assert list(case.parent.iterdir()) == [case]
 

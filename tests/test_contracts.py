@@ -15,11 +15,11 @@ import pytest
 
 import vibrocap as vc
 from law_instances import draws, instances, random_internal, varied
-from vibrocap.catalogue import drives, laws, machines
-from vibrocap.catalogue import law as law_of
-from vibrocap.friction.law import Law
 from vibrocap.numerics.graph import Graph, derivative, evaluate
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]

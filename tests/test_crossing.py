@@ -9,9 +9,9 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.cli import main as cli
+from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.crossings import crossing_bracket
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
-from vibrocap.simulate import period_marks
 
 START = {"angle": math.pi / 3}
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}

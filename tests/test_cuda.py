@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics import cuda as on_card
 from vibrocap.numerics.ensemble import Budget, ensemble_run
 from vibrocap.numerics.lanes import DONE, RESULT_HEAD, TOO_MANY_STEPS

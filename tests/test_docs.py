@@ -20,11 +20,11 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
-from vibrocap import catalogue
-from vibrocap.case import Case, CaseError, case_from_text, case_text
+from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.cli import main as cli
 from vibrocap.cli.terminal import OK, WRONG_INPUT
-from vibrocap.parameters import parameter_table
+from vibrocap.physics import catalogue
+from vibrocap.physics.parameters import parameter_table
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -263,7 +263,7 @@ def write_new_files(folder: Path) -> None:
 def new_parts(tmp_path):
     """The package as if the new files stood in it."""
     write_new_files(tmp_path)
-    packages = [importlib.import_module(f"vibrocap.{folder}") for folder in ("friction", "machines", "drives")]
+    packages = [importlib.import_module(f"vibrocap.physics.{folder}") for folder in ("friction", "machines", "drives")]
     before = set(sys.modules)
     finders = (catalogue.laws, catalogue.machines, catalogue.drives)
     for package in packages:
@@ -316,7 +316,9 @@ def test_new_parts_keep_their_contracts(tmp_path):
     plugin = ["import importlib"]
     for fence in NEW_FILES:
         folder = Path(fence.words[1]).parent.name
-        plugin.append(f"importlib.import_module('vibrocap.{folder}').__path__.append({str(tmp_path / folder)!r})")
+        plugin.append(
+            f"importlib.import_module('vibrocap.physics.{folder}').__path__.append({str(tmp_path / folder)!r})"
+        )
         names += re.findall(r'^    name: ClassVar\[str\] = "(.+)"$', fence.text, re.MULTILINE)
     (tmp_path / "new_files.py").write_text("\n".join(plugin) + "\n", encoding="utf-8")
     assert len(names) == 3

@@ -6,9 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from vibrocap.catalogue import law as law_of
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.lugre import LuGre
 from vibrocap.identification.experiments.motions import joined, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.solution import away_from_jumps
@@ -19,6 +16,9 @@ from vibrocap.identification.problem.samples import samples
 from vibrocap.identification.search.descent import LONGEST, descent, step, warm_descent
 from vibrocap.identification.search.loss import Loss, SearchStatus
 from vibrocap.laboratory.driven import driven_force
+from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.lugre import LuGre
 
 
 def prediction_of(law, motion, noise=0.02):

@@ -5,10 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.lugre import LuGre
-from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
-from vibrocap.friction.stribeck import Stribeck
 from vibrocap.identification.experiments.bootstrap import bootstrap
 from vibrocap.identification.experiments.comparison import compare
 from vibrocap.identification.experiments.experiment_design import candidate_motions, experiment_design
@@ -20,6 +16,10 @@ from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.problem.coordinates import Coordinate, Space
 from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.problem.velocity_step import Step, found_step, measured_stiffness
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+from vibrocap.physics.friction.stribeck import Stribeck
 from vibrocap.records.record import Record
 
 LAW = LuGre(viscous_damping=0.05, bristle_damping=1.0)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.attractors import classification, lyapunov, zero_one
 from vibrocap.orbits.attractors.classification import MotionClass, classify
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.orbits.maps import stroboscopic_map
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.simulate import period_marks
 
 START = {"angle": math.pi / 3}
 FRICTIONLESS = vc.Exponential(coulomb_coefficient=0.0, static_coefficient=0.0)

@@ -9,11 +9,11 @@ from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.patches import PathPatch
 
-from vibrocap.case import case_text, read_case
+from vibrocap.case.case import case_text, read_case
+from vibrocap.motion.trajectory import Status
 from vibrocap.plotting.cells import Cell, categories, cells, limits
 from vibrocap.plotting.maps import CELL_STYLES, PRINT, UNSETTLED, plot_study, study_figure
 from vibrocap.plotting.study_view import ViewError, study_view
-from vibrocap.trajectory import Status
 
 xarray = pytest.importorskip("xarray")
 

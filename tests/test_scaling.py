@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import vibrocap as vc
-from vibrocap import scaling
-from vibrocap.catalogue import drives, laws, machines
-from vibrocap.scales import Scales
+from vibrocap.physics import scaling
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.scales import Scales
 
 EPSILON = 2.0**-52
 CAPSULE = scaling.PendulumCapsuleInSI(

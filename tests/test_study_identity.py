@@ -6,7 +6,7 @@ import json
 import pytest
 
 from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.studies.code_version import code_version, source_fingerprint
 from vibrocap.studies.designs import Design
 from vibrocap.studies.differences import differences

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 from vibrocap import Exponential, Harmonic, LuGre, PendulumCapsule, System
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.studies.axes import Grid, axis_of
 from vibrocap.studies.cases import case_list
 from vibrocap.studies.checks import LIMIT, check_runs, plan_complaints

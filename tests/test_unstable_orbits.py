@@ -11,9 +11,9 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.cli import main as cli
+from vibrocap.motion.simulate import period_marks
 from vibrocap.orbits.closing import orbit as orbits
 from vibrocap.orbits.closing.periodic_solution import state_vector
-from vibrocap.simulate import period_marks
 
 pytestmark = pytest.mark.slow
 START = {"angle": math.pi / 3}

@@ -15,9 +15,9 @@ from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
+from vibrocap.motion.trajectory import BACK, FORWARD, STUCK
 from vibrocap.plotting import style as plots
 from vibrocap.plotting.motion import sample_times
-from vibrocap.trajectory import BACK, FORWARD, STUCK
 
 PERIODS = 40
 FRAMES = (0.0, 0.14, 0.235, 0.43, 0.55, 0.75, 1.0)  # instants of the last period, in periods

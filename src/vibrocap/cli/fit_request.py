@@ -9,8 +9,8 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.options import pairs, split
 
 if TYPE_CHECKING:
+    from vibrocap.physics.scales import Scales
     from vibrocap.records.record import Record
-    from vibrocap.scales import Scales
 
 # a field that a fit or a reader complains of: the option that sets it
 OPTIONS = {
@@ -61,7 +61,7 @@ def read(
 def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: Complaints) -> dict[str, float]:
     """Parameters that are held, checked against the laws."""
     from vibrocap.identification.problem.parametrisation import law_class
-    from vibrocap.parameters import parameter_table
+    from vibrocap.physics.parameters import parameter_table
 
     known: dict[str, Any] | None = {}  # names, in the order of the laws
     for law in laws:
@@ -88,7 +88,7 @@ def held_parameters(laws: list[str], fixed: Any, free: Any, complaints: Complain
 def own_settings(law: str, settings: dict[str, Any]) -> dict[str, Any]:
     """The parameters held and searched that a law has, where several laws are asked for with the same."""
     from vibrocap.identification.problem.parametrisation import law_class
-    from vibrocap.parameters import parameter_table
+    from vibrocap.physics.parameters import parameter_table
 
     names = [info.name for info in parameter_table(law_class(law))]
     free = [name for name in settings["free"] or () if name in names]
@@ -132,7 +132,7 @@ def units_of_case(
     texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: Complaints
 ) -> "Scales | None":
     """The units of the case that a law is written for, if it is to be in such."""
-    from vibrocap.scales import Scales
+    from vibrocap.physics.scales import Scales
 
     if not texts:
         return None

@@ -9,8 +9,8 @@ from cyclopts import App, Parameter
 from vibrocap.arguments import suggestion
 from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.terminal import OK, Page, progress
-from vibrocap.friction.law import Law
 from vibrocap.io.json_text import json_text
+from vibrocap.physics.friction.law import Law
 
 friction = App(
     name="friction",
@@ -31,7 +31,7 @@ def list_laws() -> int:
 
     Example: vibrocap friction list
     """
-    from vibrocap.catalogue import laws, wrappers
+    from vibrocap.physics.catalogue import laws, wrappers
 
     page = Page()
     width = max(map(len, laws())) + 2
@@ -64,8 +64,8 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
 
     from vibrocap.laboratory.passivity import passivity
     from vibrocap.laboratory.stiffness import stiffness_report
-    from vibrocap.parameters import parameter_table
-    from vibrocap.symbols import printed
+    from vibrocap.physics.parameters import parameter_table
+    from vibrocap.physics.symbols import printed
 
     law = _law(name, set_)
     writable_picture("--plot", plot)
@@ -163,7 +163,7 @@ def canonical_tests(
 
 def sheet_record(sheet: Any) -> dict[str, Any]:
     """The numbers of a test sheet by name."""
-    from vibrocap.parameters import parameter_table
+    from vibrocap.physics.parameters import parameter_table
 
     def chosen(found: Any, names: str) -> dict[str, Any]:
         values = {name: getattr(found, name) for name in names.split()}
@@ -206,8 +206,8 @@ def _law(name: str, settings: list[str]) -> Law:
     """The law of that name with the parameters set; refused with the nearest name and every bad value."""
     from pydantic import ValidationError
 
-    from vibrocap.catalogue import law, laws, wrappers
-    from vibrocap.parameters import parameter_table
+    from vibrocap.physics.catalogue import law, laws, wrappers
+    from vibrocap.physics.parameters import parameter_table
 
     try:
         kind = law(name)

@@ -15,7 +15,7 @@ from typing import Any
 
 from cyclopts import App, CycloptsError, Parameter
 
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.cli.branch import basins, branch
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.cli.options import Refusal, range_of, refusing
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.json_text import json_text
@@ -277,8 +277,8 @@ def _crossings_record(found: Any) -> dict[str, Any]:
 
 def _other(system: Any, text: str) -> Any:
     """The system with another friction law, which takes over the parameters that both have, or another parameter."""
-    from vibrocap.catalogue import law, laws
-    from vibrocap.parameters import given_parameters
+    from vibrocap.physics.catalogue import law, laws
+    from vibrocap.physics.parameters import given_parameters
 
     path, _, wanted = text.partition("=")
     if not path or not wanted:

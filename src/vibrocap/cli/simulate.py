@@ -8,13 +8,13 @@ from typing import Any
 from rich.table import Table
 
 from vibrocap.arguments import Complaints
-from vibrocap.case import CHOICES, CaseError
+from vibrocap.case.case import CHOICES, CaseError
 from vibrocap.cli.options import Refusal, by_option, writable_film, writable_picture, writable_table
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
-from vibrocap.parameters import described
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.parameters import described
 
 VELOCITY_PERIODS = 10  # the mean velocity is taken over the last so many whole periods, or all where there are fewer
 # kind of event: what the contact does

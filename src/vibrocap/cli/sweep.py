@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaints
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, progress, table
 from vibrocap.io.motion_file import read_source

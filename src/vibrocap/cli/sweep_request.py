@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaint, Complaints, check_whole
-from vibrocap.case import Case, CaseError
+from vibrocap.case.case import Case, CaseError
 from vibrocap.cli.options import by_option, needs, pairs, split, writable_folder, writable_table
 from vibrocap.io.case_table import CaseTable, read_cases
 from vibrocap.io.motion_file import read_source

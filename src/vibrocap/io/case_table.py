@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import Complaints
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 
 
 @dataclasses.dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case import Case, CaseError, case_from_text, case_text, read_case
+from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
 from vibrocap.io.json_text import json_text
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
 
 UNITS = "dimensionless"
 SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, is_number
-from vibrocap.friction.law import Law
-from vibrocap.trajectory import Status
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.friction.law import Law
 
 
 def check_numbers(**given: Any) -> None:

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, suggestion
-from vibrocap.friction.law import Law
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 
 def _numbers(name: str, values: Any) -> np.ndarray:

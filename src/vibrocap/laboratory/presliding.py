@@ -6,15 +6,15 @@ import math
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.drives.loading import Loading
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import SLOW, contact_sizes
 from vibrocap.laboratory.driven import driven_force
-from vibrocap.machines.oscillator import Oscillator
-from vibrocap.simulate import period_marks
-from vibrocap.system import System
-from vibrocap.trajectory import Status
+from vibrocap.motion.simulate import period_marks
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.system import System
 
 SAMPLES = 1024  # per cycle of displacement
 LOOP_TOLERANCE = 1e-11

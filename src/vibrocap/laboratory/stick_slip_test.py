@@ -7,15 +7,15 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.drives.loading import Loading
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import contact_sizes
-from vibrocap.machines.oscillator import Oscillator
 from vibrocap.measures.stretch import stretches
-from vibrocap.simulate import simulate
-from vibrocap.system import System
-from vibrocap.trajectory import STUCK, Trajectory
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import STUCK, Trajectory
+from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.system import System
 
 STILL = 0.1  # of the pulling speed: a block that is slower sticks, with a law that never holds it quite at rest
 REPEATS = 1e-4  # relative difference of the last two cycles below which the motion has settled

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, suggestion
-from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
 from vibrocap.measures.standard import TRAVEL, standard_measures
 from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import whole_periods
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.lanes import ASK_INTEGRALS, ASK_PEAK
 from vibrocap.numerics.replay import replayed
-from vibrocap.system import System
-from vibrocap.trajectory import Trajectory
+from vibrocap.physics.system import System
 
 
 def measure_table(system: System | None = None) -> dict[str, Measure]:

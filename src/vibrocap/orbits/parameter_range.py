@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 
 def checked_pair(name: str, pair: Any) -> tuple[float, float]:

@@ -12,8 +12,8 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
 
+from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.plotting.style import BLUE, GREEN, ORANGE, STYLE, VERMILION, blank_figure
-from vibrocap.trajectory import BACK, FORWARD, STUCK, Trajectory
 
 PERIODS = 5  # the last ones are filmed
 FRAMES_PER_SECOND = 25

@@ -14,7 +14,7 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.parameters import parameter_table
 from vibrocap.plotting.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION, figure, save
 
 QUANTITIES = {

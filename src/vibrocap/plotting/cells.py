@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibrocap.motion.trajectory import Status
 from vibrocap.plotting.study_view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
-from vibrocap.trajectory import Status
 
 FINISHED = list(Status).index(Status.FINISHED)
 MOST_CATEGORIES = 7

@@ -9,12 +9,12 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.contact_sizes import contact_sizes
 from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
-from vibrocap.parameters import described
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import described
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,

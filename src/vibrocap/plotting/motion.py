@@ -7,7 +7,8 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 
-from vibrocap.parameters import described
+from vibrocap.motion.trajectory import STUCK, Trajectory
+from vibrocap.physics.parameters import described
 from vibrocap.plotting.style import (
     ANY_UNITS,
     BLACK,
@@ -22,7 +23,6 @@ from vibrocap.plotting.style import (
     footnote,
     save,
 )  # fmt: skip
-from vibrocap.trajectory import STUCK, Trajectory
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaints, suggestion
-from vibrocap.case import CHOICES, CaseError, case_from_text
-from vibrocap.parameters import parameter_table
-from vibrocap.symbols import STATES, printed
-from vibrocap.trajectory import Status
+from vibrocap.case.case import CHOICES, CaseError, case_from_text
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.symbols import STATES, printed
 
 MOST_PANELS = 6
 EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm

@@ -16,7 +16,7 @@ from vibrocap.paper.figure_data import Figure
 from vibrocap.paper.main_finding import MainFinding
 from vibrocap.paper.presets import START_ANGLE, START_BRISTLE, figures_5_to_8, figures_9_to_11
 from vibrocap.paper.runs import LAST, SETTLING_PERIODS, SWEEP_PERIODS, TOLERANCE
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.parameters import parameter_table
 
 PARTS = ("vibrocap", "numpy", "scipy", "numba", "matplotlib")
 BADGES = {Outcome.HOLDS: "holds", Outcome.ONLY_FOR: "only", Outcome.FAILS: "fails", Outcome.UNDECIDED: "open"}

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
-from vibrocap.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.settling import THRESHOLD, TOLERANCES
 from vibrocap.studies.axes import Axis, Grid, axis_of
 from vibrocap.studies.checks import plan_complaints
@@ -260,8 +260,8 @@ def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled:
 
 def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measures: Sequence[str], settings: Any):
     """The ensemble as an evaluator of points, what the dataset says of it, and of each variable, as `sweep` says it."""
-    from vibrocap.ensemble import ALWAYS, ensemble
     from vibrocap.measures.during_run import resolved
+    from vibrocap.measures.ensemble import ALWAYS, ensemble
     from vibrocap.studies.variables import study_attributes, variables
 
     defaults = {each.name: each.default for each in inspect.signature(ensemble).parameters.values()}

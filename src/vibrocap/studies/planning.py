@@ -4,10 +4,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
-from vibrocap.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.during_run import measure_table, resolved
 from vibrocap.measures.measure import Measure
-from vibrocap.simulate import check_run, initial_state
+from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.physics.system import System
 from vibrocap.studies.axes import Grid, axis_of
 from vibrocap.studies.cases import case_list
 from vibrocap.studies.checks import kind_choices, plan_complaints
@@ -15,7 +16,6 @@ from vibrocap.studies.designs import Design, Drawn, range_from
 from vibrocap.studies.runs import Runs
 from vibrocap.studies.study import Study
 from vibrocap.studies.variation import kinds_chosen, path_complaints
-from vibrocap.system import System
 
 
 def planned_study(

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaints, check_whole
-from vibrocap.case import CaseError
-from vibrocap.ensemble import CARD_CHUNK, DEVICES
+from vibrocap.case.case import CaseError
+from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
+from vibrocap.physics.system import System
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
@@ -19,7 +20,6 @@ from vibrocap.studies.store import Store, opened_for_writing
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import variables
-from vibrocap.system import System
 
 if TYPE_CHECKING:
     import xarray

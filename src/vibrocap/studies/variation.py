@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.arguments import Complaints, suggestion
-from vibrocap.case import CHOICES, CaseError, case_from_dict
-from vibrocap.parameters import parameter_table
-from vibrocap.system import System
+from vibrocap.case.case import CHOICES, CaseError, case_from_dict
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import System
 
 INITIAL = "initial."
 # path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)

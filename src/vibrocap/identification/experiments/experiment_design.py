@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import suggestion
-from vibrocap.friction.law import Law
 from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid
 from vibrocap.identification.inference.identifiability import LOOSE
 from vibrocap.identification.problem.parameter_roles import role
 from vibrocap.identification.problem.prediction import Prediction, is_nuisance
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.laboratory.driven import driven_forces
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 CRITERIA = ("D", "A")
 STEP = 1e-4  # of a logarithm, for differences

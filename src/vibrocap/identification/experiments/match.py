@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.identification.experiments.motions import Motion, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.result.fit_result import Fit
+from vibrocap.physics.friction.law import Law
 
 CURVE = 400  # points of a matched steady curve
 AT_REST = 1e-9  # of the largest speed: rounding

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
+from vibrocap.physics.friction.law import Law
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.identification.experiments.motions import (
     Motion,
     joined,
@@ -19,7 +18,8 @@ from vibrocap.identification.experiments.motions import (
 )
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.problem.parameter_roles import role
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 
 @dataclasses.dataclass(frozen=True)

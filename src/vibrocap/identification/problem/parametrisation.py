@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap import catalogue
 from vibrocap.arguments import suggestion
-from vibrocap.friction.law import Law
 from vibrocap.identification.problem.coordinates import COARSE_STEP, Coordinate, Space
 from vibrocap.identification.problem.data_scales import DataScales
 from vibrocap.identification.problem.parameter_roles import Role, is_gap, role
-from vibrocap.parameters import parameter_table
+from vibrocap.physics import catalogue
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
 

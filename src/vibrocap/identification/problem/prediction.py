@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.identification.problem.coordinates import Coordinate, Space
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.laboratory.driven import driven_forces
+from vibrocap.physics.friction.law import Law
 
 TOLERANCE = 1e-8  # of the driven law, over the natural size of its states
 SMALL = 20_000  # samples, over all rows, below which starting threads takes longer than the work they share

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.identification.problem.prediction import Prediction, unchecked
+from vibrocap.physics.friction.law import Law
 
 
 class Column(np.ndarray):

@@ -3,11 +3,11 @@
 import json
 from typing import Any
 
-from vibrocap.friction.law import Law
 from vibrocap.identification.problem.parameter_roles import role
 from vibrocap.identification.problem.parametrisation import with_values
-from vibrocap.parameters import parameter_table
-from vibrocap.scales import Scales
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.scales import Scales
 
 IN_SI = """\
 # In the units of the records, which are SI: N, m, s. A case counts forces in the weight m g of the pendulum, lengths in

@@ -17,7 +17,7 @@ from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
 from vibrocap.identification.search.loss import Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.parameters import parameter_table
 
 
 def finished_fit(

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.identification.inference.identifiability import Identifiability, Verdict
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
 from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
-from vibrocap.scales import Scales
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.scales import Scales
 
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.attractors.classification import (
     CLOUD,
     MotionClass,
@@ -25,8 +26,7 @@ from vibrocap.orbits.closing.attractor_matching import (
 )
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
-from vibrocap.simulate import check_run, initial_state
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 # What a start leads to, where that is none of the attractors.
 NOT_SETTLED, FAILED, NOT_TOLD = -2, -3, -4

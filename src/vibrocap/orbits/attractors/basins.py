@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics import lanes as memory
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, visited_ranges
@@ -15,8 +16,7 @@ from vibrocap.orbits.maps.drive_phase import at_next_section
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.orbits.parameter_range import checked_pair
-from vibrocap.simulate import check_run, initial_state
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 PHASE = "phase"
 STILL = 1e-6  # drift per drive period below which a settled motion that was not shot does not travel

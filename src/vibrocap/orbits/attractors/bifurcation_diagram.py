@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import initial_state
 from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
 from vibrocap.orbits.closing.attractor_matching import NEAR
 from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.orbits.parameter_range import checked_range, system_at
-from vibrocap.simulate import initial_state
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
@@ -21,8 +22,7 @@ from vibrocap.orbits.closing.periodic_solution import (
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
-from vibrocap.simulate import check_run, initial_state
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 SURE = 3.0  # errors by which an exponent differs from zero
 REGULAR, CHAOTIC = 0.2, 0.8  # results of the 0-1 test below and above which it has decided

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.ensemble import Budget
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
 from vibrocap.orbits.maps.settling_runs import iterates
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, driven_map
-from vibrocap.simulate import check_run, initial_state
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 ALIGNING = 0.1  # share of the periods in which directions turn towards those that grow most; not averaged
 BATCHES = 16  # of the periods, from whose means the error is estimated

@@ -10,7 +10,7 @@ from vibrocap.numerics.ensemble import Budget
 from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 from vibrocap.orbits.parameter_range import checked_pair
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 PROBES, PROBE_PERIODS = 16, 20  # runs that look for what motions visit
 PROBED = 2.0  # natural sizes from zero at which probes start

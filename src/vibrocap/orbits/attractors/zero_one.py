@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.measures.settling import stroboscopic_states
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
 
 FREQUENCIES = 100
 LOWEST, HIGHEST = math.pi / 5, 4 * math.pi / 5  # of c: farther out resonances are frequent

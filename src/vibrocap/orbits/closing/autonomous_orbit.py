@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,
@@ -10,9 +12,7 @@ from vibrocap.orbits.closing.periodic_solution import (
 )
 from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.simulate import simulate
-from vibrocap.system import System
-from vibrocap.trajectory import Trajectory
+from vibrocap.physics.system import System
 
 SIMULATED = 1e-10  # tolerance of the run that looks for a cycle
 CYCLES = 3  # turns of the contact that a run must show before the last is taken as a guess

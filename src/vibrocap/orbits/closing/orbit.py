@@ -8,15 +8,15 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.measures.sticking import spelled
+from vibrocap.motion.simulate import initial_state, simulate
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, state_vector
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
 from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven
-from vibrocap.simulate import initial_state, simulate
-from vibrocap.system import System
-from vibrocap.trajectory import Trajectory
+from vibrocap.physics.system import System
 
 PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
 

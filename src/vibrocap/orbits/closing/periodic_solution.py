@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 CLOSE_TO_CIRCLE = 1e-8  # a multiplier whose size is this close to 1 is neither stable nor unstable
 FORGOTTEN = 1e-13  # size of a multiplier below which, with a law that sticks, it is zero

@@ -21,7 +21,7 @@ from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 TOWARDS = ("both", "up", "down")
 

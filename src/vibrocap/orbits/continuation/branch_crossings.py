@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.measures.during_run import measured
+from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import named_states
@@ -16,7 +17,6 @@ from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
 from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
-from vibrocap.simulate import simulate
 
 MEASURE_ERROR = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value
 BESIDE = 1e-3  # share of a segment over which the slope is taken

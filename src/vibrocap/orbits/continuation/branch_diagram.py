@@ -12,7 +12,7 @@ from vibrocap.orbits.continuation.branch import Branch, branch, leaving, mirrore
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
 AT_PARENT = (BranchEnd.PITCHFORK, BranchEnd.FLIP)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
 from vibrocap.orbits.maps.cycle_map import CycleMap
-from vibrocap.simulate import simulate
 
 STRETCH = 30  # points after which the section is looked at
 AMID = 0.25  # share of its phase that the section keeps from both ends

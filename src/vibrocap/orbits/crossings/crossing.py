@@ -9,11 +9,11 @@ import numpy as np
 
 from vibrocap.arguments import ArgumentError, check_whole, suggestion
 from vibrocap.measures.during_run import check_travel, measure_table, resolved
+from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
-from vibrocap.simulate import check_run, initial_state
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 __all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from vibrocap.orbits.crossings.settled_motion import SettledMotion, settled_motion
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 NARROW = 1e-13  # of the bracket at first: it is not cut further
 JUMP = 0.1  # of the difference across the bracket at first: a difference that stays above it is no crossing

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.measures.during_run import measured
+from vibrocap.motion.simulate import period_marks, simulate
 from vibrocap.numerics.stroboscope import Stroboscope
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, named_states, state_vector
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
-from vibrocap.simulate import period_marks, simulate
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 ARRIVED = 20.0  # tolerances of the run within which a motion stands still: what is left is error of the integration
 FIRST_LOOK = 24  # drive periods after which it is first asked; then after twice as many, and so on

@@ -5,14 +5,14 @@ from typing import Protocol
 
 import numpy as np
 
-from vibrocap.equations import equations
 from vibrocap.measures.gathered import Gathered
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.ensemble import Budget
 from vibrocap.numerics.lanes import ASK_WORD
 from vibrocap.orbits.maps.itinerary import closed_word
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, Ends, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 NUDGE = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 

@@ -10,7 +10,7 @@ from vibrocap.numerics.lanes import ASK_WORD
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 NUDGE = 1e-7  # share of the parameter's range for the derivative by it: cycles end where a nudge may lead beyond
 PUSHED = 1e-9  # velocity over its natural size up to which a contact that sticks in a neighbour counts as at rest

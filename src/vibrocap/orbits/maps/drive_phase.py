@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.equations import Equations
+from vibrocap.motion.equations import Equations
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.ensemble import Budget
 from vibrocap.numerics.graph import Expression, Graph

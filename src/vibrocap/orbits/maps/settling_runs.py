@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.ensemble import CHUNK
+from vibrocap.measures.ensemble import CHUNK
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.ensemble import Budget
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap

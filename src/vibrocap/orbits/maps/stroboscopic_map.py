@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.equations import Equations, equations, parameter_values
+from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.ensemble import Budget, ensemble_run
 from vibrocap.numerics.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 MOST_EVENTS = 100_000  # in one period
 MOST_STEPS = 2_000_000

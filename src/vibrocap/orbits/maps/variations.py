@@ -4,7 +4,7 @@ import dataclasses
 import functools
 from collections.abc import Sequence
 
-from vibrocap.equations import Equations
+from vibrocap.motion.equations import Equations
 from vibrocap.numerics.graph import Expression, Graph, derivative
 
 # Natural size of a tangent that starts with the natural size of a state: derivatives may err by so many tolerances.
