@@ -56,7 +56,7 @@ def random_state(names, draw):
 @pytest.mark.parametrize("folder", ["friction", "machines", "drives"])
 def test_every_file_but_the_contract_holds_one_part(folder):
     found = {"friction": laws, "machines": machines, "drives": drives}[folder]()
-    package = import_module(f"vibrocap.{folder}")
+    package = import_module(f"vibrocap.physics.{folder}")
     modules = {module.name for module in pkgutil.iter_modules(package.__path__)} - NO_PARTS
     assert {part.__module__.rsplit(".", 1)[1] for part in found.values()} == modules
     assert all(name == part.name and re.fullmatch(r"[a-z]+(-[a-z]+)*", name) for name, part in found.items())

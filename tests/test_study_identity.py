@@ -85,13 +85,15 @@ def test_what_does_not_change_a_result_does_not_change_the_identity():
 def test_edited_code_is_another_study(tmp_path):
     sources = {
         "numerics/loop.py": "a = 1\n",
-        "system.py": "b = 1\n",
-        "ensemble.py": "",
-        "cli/main.py": "",
+        "physics/friction/law.py": "b = 1\n",
+        "measures/ensemble.py": "def run():\n    from vibrocap.motion import simulate\n",
+        "motion/simulate.py": "from vibrocap.physics.system import System\n",
+        "physics/system.py": "",
+        "cli/main.py": "from vibrocap.measures.ensemble import run\n",
         "studies/s.py": "",
     }
     for name, text in sources.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     first = source_fingerprint(tmp_path)
     for name in sources:

@@ -76,13 +76,13 @@ from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
 from vibrocap.physics.friction.stribeck import Stribeck
 from vibrocap.physics.machines.oscillator import Oscillator
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
-from vibrocap.physics.scales import Scales
-from vibrocap.physics.scaling import (
+from vibrocap.physics.scales import (
     BiharmonicInSI,
     ExponentialInSI,
     HarmonicInSI,
     LuGreInSI,
     PendulumCapsuleInSI,
+    Scales,
     SystemInSI,
 )
 from vibrocap.physics.system import System

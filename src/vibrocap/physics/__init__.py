@@ -2,7 +2,7 @@
 
 Given the numbers of a part, checked where they are declared with their symbol and meaning, it gives its equations as
 plain scalar functions (`elementary`), which compute with floats and record with symbols. `system` is the one place
-where the equations of the three parts meet; `catalogue` finds the parts by looking into their folders, `scales` and
-`scaling` lead to SI and back, and `symbols` writes the page of all names. No array, no compiler and no method of
+where the equations of the three parts meet; `catalogue` finds the parts by looking into their folders, `scales` leads
+to SI and back, and `symbols` writes the page of all names. No array, no compiler and no method of
 solution here.
 """

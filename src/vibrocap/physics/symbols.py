@@ -11,8 +11,7 @@ from collections.abc import Callable, Iterable
 from vibrocap.physics.catalogue import drives, laws, machines, wrappers
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.scales import MOTION_UNITS, Scales
-from vibrocap.physics.scaling import PARTS_IN_SI
+from vibrocap.physics.scales import MOTION_UNITS, PARTS_IN_SI, Scales
 
 GREEK = {
     "alpha": "α",

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import vibrocap as vc
-from vibrocap.physics import scaling
+from vibrocap.physics import scales as si
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.scales import Scales
 
 EPSILON = 2.0**-52
-CAPSULE = scaling.PendulumCapsuleInSI(
+CAPSULE = si.PendulumCapsuleInSI(
     capsule_mass_kg=0.35,
     pendulum_mass_kg=0.12,
     pendulum_length_m=0.27,
@@ -23,8 +23,8 @@ CAPSULE = scaling.PendulumCapsuleInSI(
     normal_load_N=3.1,
     gravity_m_s2=9.81,
 )
-DRIVE = scaling.BiharmonicInSI(amplitude_N_m=0.5, frequency_rad_s=7.0, second_amplitude_N_m=0.2, second_phase=0.4)
-LUGRE = scaling.LuGreInSI(
+DRIVE = si.BiharmonicInSI(amplitude_N_m=0.5, frequency_rad_s=7.0, second_amplitude_N_m=0.2, second_phase=0.4)
+LUGRE = si.LuGreInSI(
     bristle_stiffness_N_m=450.0,
     bristle_damping_N_s_m=6.0,
     viscous_damping_N_s_m=0.7,
@@ -34,14 +34,14 @@ LUGRE = scaling.LuGreInSI(
     stribeck_exponent=1.7,
     damping_velocity_m_s=0.3,
 )
-EXPONENTIAL = scaling.ExponentialInSI(coulomb_coefficient=0.2, static_coefficient=0.5, decay_rate_s_m=6.0)
+EXPONENTIAL = si.ExponentialInSI(coulomb_coefficient=0.2, static_coefficient=0.5, decay_rate_s_m=6.0)
 
 
 def test_parameters_are_those_of_the_definitions():
     """lambda = M/m, rho = k/(m l^2 omega_n^2) and so on, typed from PHYSICS.md with omega_n written out."""
     m, l, g = 0.12, 0.27, 9.81  # noqa: E741
     omega_n = math.sqrt(g / l)
-    system = scaling.SystemInSI(CAPSULE, LUGRE, DRIVE).dimensionless()
+    system = si.SystemInSI(CAPSULE, LUGRE, DRIVE).dimensionless()
     expected = {
         "machine.mass_ratio": 0.35 / m,
         "machine.stiffness": 0.9 / (m * l**2 * omega_n**2),
@@ -85,7 +85,7 @@ def lagrangian_rates_in_si(t, y, force):
 def test_equations_agree_in_si_and_without_units():
     """The same state has the same accelerations, the friction force computed in SI from LuGre's formula."""
     scales, law = CAPSULE.scales, LUGRE
-    system = scaling.SystemInSI(CAPSULE, LUGRE, DRIVE).dimensionless()
+    system = si.SystemInSI(CAPSULE, LUGRE, DRIVE).dimensionless()
     t, y = 0.83, (0.7, 3.1, 0.2, -0.11, 2e-4)  # s, then rad, rad/s, m, m/s, m
     velocity, deflection = y[3], y[4]
     drop = law.static_coefficient - law.coulomb_coefficient
@@ -131,12 +131,12 @@ sizes = st.floats(1e-3, 1e3)
 @given(values=st.lists(sizes, min_size=13, max_size=13), phase=st.floats(-3, 3))
 def test_round_trip_is_exact_to_rounding(values, phase):
     """field/F and then * F: one rounding each, with the same F both ways, so at most 2 * 2^-53 = EPSILON, relative."""
-    capsule = scaling.PendulumCapsuleInSI(*values[:7])
-    drive = scaling.BiharmonicInSI(values[7], values[8], values[9], phase)
+    capsule = si.PendulumCapsuleInSI(*values[:7])
+    drive = si.BiharmonicInSI(values[7], values[8], values[9], phase)
     low, high = sorted((values[10], values[11]))
-    law = scaling.LuGreInSI(values[12], values[0], values[1], low, high, values[2], values[3], values[4])
-    given_system = scaling.SystemInSI(capsule, law, drive)
-    returned = scaling.SystemInSI.of(given_system.dimensionless(), given_system.scales)
+    law = si.LuGreInSI(values[12], values[0], values[1], low, high, values[2], values[3], values[4])
+    given_system = si.SystemInSI(capsule, law, drive)
+    returned = si.SystemInSI.of(given_system.dimensionless(), given_system.scales)
     for part in ("machine", "friction", "drive"):
         before, after = dataclasses.asdict(getattr(given_system, part)), dataclasses.asdict(getattr(returned, part))
         assert after == pytest.approx(before, rel=EPSILON, abs=0.0)
@@ -144,24 +144,24 @@ def test_round_trip_is_exact_to_rounding(values, phase):
     system = vc.System(
         vc.PendulumCapsule(*values[:4]), vc.Exponential(low, high, values[4]), vc.Harmonic(values[5], values[6])
     )
-    again = scaling.SystemInSI.of(system, capsule.scales).dimensionless()
+    again = si.SystemInSI.of(system, capsule.scales).dimensionless()
     for path in system.parameter_paths:
         assert again.parameter(path) == pytest.approx(system.parameter(path), rel=EPSILON, abs=0.0), path
 
 
 def test_weight_stays_a_word():
-    bench = scaling.PendulumCapsuleInSI(0.35, 0.12, 0.27, 0.9, 0.04)
+    bench = si.PendulumCapsuleInSI(0.35, 0.12, 0.27, 0.9, 0.04)
     machine = bench.dimensionless(bench.scales)
     assert machine.normal_load == "weight"
     # (M + m) g, counted in m g
     assert machine.load() * bench.scales.force_N == pytest.approx((0.35 + 0.12) * 9.80665, rel=4 * EPSILON)
     system = vc.System(machine, vc.Exponential(), vc.Harmonic())
-    assert scaling.SystemInSI.of(system, bench.scales).machine == bench
+    assert si.SystemInSI.of(system, bench.scales).machine == bench
 
 
 def test_every_part_has_a_record_in_si_and_every_parameter_a_field():
     """Of the paper's machine, its laws and its drives; the others serve in any units."""
-    records = {record.dimensionless_part: record for record in scaling.PARTS_IN_SI}
+    records = {record.dimensionless_part: record for record in si.PARTS_IN_SI}
     assert {part.name for part in records} == {"pendulum-capsule", "harmonic", "biharmonic", "exponential", "lugre"}
     for part in (*laws().values(), *machines().values(), *drives().values()):
         if part not in records:
@@ -184,7 +184,7 @@ def test_what_has_no_scale_is_refused():
 
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), Unknown())
     with pytest.raises(TypeError, match="Unknown has no record in SI"):
-        scaling.SystemInSI.of(system, CAPSULE.scales)
+        si.SystemInSI.of(system, CAPSULE.scales)
     with pytest.raises(KeyError):
         CAPSULE.scales.of("colour")
 
