@@ -14,7 +14,7 @@ from vibrocap.cli.fit import fit
 from vibrocap.cli.fit_request import by_option, is_refusal
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
-from vibrocap.identification.fitting.steady_fit import steady_fit as steady_fits
+from vibrocap.identification.fitting import steady_fit as steady_fits
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import SearchStatus
 

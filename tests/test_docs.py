@@ -254,7 +254,7 @@ def test_contributing_has_a_law_a_machine_and_a_drive():
 
 def write_new_files(folder: Path) -> None:
     for fence in NEW_FILES:
-        path = folder / Path(fence.words[1]).relative_to("src/vibrocap")
+        path = folder / Path(fence.words[1]).relative_to("src/vibrocap/physics")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(fence.text, encoding="utf-8")
 
@@ -328,7 +328,7 @@ def test_new_parts_keep_their_contracts(tmp_path):
     done = subprocess.run(
         [*command, str(ROOT / "tests" / "test_contracts.py")],
         cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join((str(tmp_path), str(ROOT / "src")))},
         capture_output=True,
         text=True,
         timeout=300,
