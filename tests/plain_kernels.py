@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.equations import Equations, equations, parameter_values
+from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.numerics import motion
 from vibrocap.numerics.graph import evaluate
 from vibrocap.numerics.lanes import Layout

@@ -15,7 +15,7 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics import ensemble, motion
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
 from vibrocap.numerics.compiler.subset import parsed

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics import cuda as on_card
 from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.compiler import Compiled, host, object_code

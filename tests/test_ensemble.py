@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.gathered import Gathered
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics import elementary_polynomials
 from vibrocap.numerics.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.lanes import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-import vibrocap.equations as recordings
+import vibrocap.motion.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics import link, roots
 from vibrocap.numerics.lanes import DONE, PIECE_HEAD, RUNNING, TOO_MANY_EVENTS
 from vibrocap.numerics.motion import kernel, recorded_run

@@ -101,10 +101,10 @@ def located(real, side, h, span):
 
 def leaps(real):
     """Whether a state changes by so much that a sharp function of it could hide between the stages of the step."""
+    farthest = 0.0
     for i in range(MOVING):
-        if abs(real[NEW + i] - real[STATE + i]) * real[INVERSE_SCALE + i] > real[LEAP]:
-            return True
-    return False
+        farthest = max(farthest, abs(real[NEW + i] - real[STATE + i]) * real[INVERSE_SCALE + i])
+    return farthest > real[LEAP]
 
 
 def stretch(real, whole, side, span, longest, v1, w1):
