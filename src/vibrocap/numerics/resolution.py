@@ -195,7 +195,11 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
         if index == contact:
             return "start_low", "start_high"
         if op == "state":
-            return _same(text.name(text.entry(f"STATE + {operands[0]} * LANES")))
+            value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
+            if abreast:
+                return _same(value)
+            r = text.name(f"widened * {text.entry(f'SCALE + {operands[0]} * LANES')}")
+            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
         return ("time", "time") if op == "time" else None
 
     step, start = _Enclosures(graph, text, over_step), _Enclosures(graph, text, at_start)
