@@ -9,9 +9,9 @@ import numpy as np
 
 from vibrocap.friction.law import Law, Positive, parameter, parameters
 from vibrocap.laboratory.driven_equations import driven_equations
-from vibrocap.numerics import driven_run
-from vibrocap.numerics.driven_step import driven_source
-from vibrocap.numerics.link import driven_text, plain_kernel
+from vibrocap.numerics.codegen.driven_step import driven_source
+from vibrocap.numerics.linker.link import driven_text, plain_kernel
+from vibrocap.numerics.run import driven_run
 
 
 @parameters

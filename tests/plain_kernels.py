@@ -10,11 +10,11 @@ import numpy as np
 
 import vibrocap as vc
 from vibrocap.equations import Equations, equations, parameter_values
-from vibrocap.numerics import motion
-from vibrocap.numerics.graph import evaluate
-from vibrocap.numerics.lanes import Layout
-from vibrocap.numerics.link import linked_source, plain_kernel
-from vibrocap.numerics.source import generated_source
+from vibrocap.numerics.codegen.source import generated_source
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.linker.link import linked_source, plain_kernel
+from vibrocap.numerics.run import motion
 
 
 @dataclasses.dataclass(frozen=True)

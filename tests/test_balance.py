@@ -8,8 +8,8 @@ from plain_kernels import kernel_of
 from vibrocap.elementary import cos
 from vibrocap.equations import equations
 from vibrocap.machines.oscillator import Oscillator
-from vibrocap.numerics import source
-from vibrocap.numerics.jets import JetWriter
+from vibrocap.numerics.codegen import source
+from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.parameters import parameters
 
 EPSILON = 2.0**-52

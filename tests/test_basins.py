@@ -8,7 +8,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.equations import equations, parameter_values
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits import basins as basins_module
 from vibrocap.orbits import long_runs
 from vibrocap.orbits.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor

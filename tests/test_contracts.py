@@ -18,7 +18,7 @@ from law_instances import draws, instances, random_internal, varied
 from vibrocap.catalogue import drives, laws, machines
 from vibrocap.catalogue import law as law_of
 from vibrocap.friction.law import Law
-from vibrocap.numerics.graph import Graph, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.parameters import parameter_table
 
 EPSILON = float(np.finfo(float).eps)

@@ -11,7 +11,7 @@ import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from vibrocap.equations import equations, parameter_values
 from vibrocap.friction.law import Law, Positive, parameter, parameters
-from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 TOLERANCE = 1e-9
 START = {"angle": math.pi / 3}

@@ -16,7 +16,7 @@ from vibrocap.faces.regularisation_plots import draw_errors, draw_steps, plot_re
 from vibrocap.friction.smoothed import smoothed
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
-from vibrocap.numerics.graph import Graph, evaluate
+from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.trajectory import Status
 
 START = {"angle": math.pi / 3}

@@ -18,8 +18,8 @@ import vibrocap as vc
 from plain_kernels import PlainKernel, kernel_of
 from vibrocap.elementary import atan, cos, exp, log, power, sin, sqrt, tanh
 from vibrocap.equations import equations, parameter_values
-from vibrocap.numerics.graph import Graph, evaluate
-from vibrocap.numerics.jets import JetWriter
+from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.expressions.graph import Graph, evaluate
 
 EPSILON = float(np.finfo(float).eps)
 ORDER = 12

@@ -16,8 +16,8 @@ from vibrocap.machines.machine import Machine
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
-from vibrocap.numerics import ensemble as numerics
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.simulate import STATUSES, check_run, initial_state
 from vibrocap.system import PARTS, System
 from vibrocap.trajectory import Status
@@ -84,7 +84,7 @@ def ensemble(
     if device not in DEVICES:
         raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
     if device == "cuda":
-        from vibrocap.numerics.cuda import cuda_ensemble_run, cuda_problem
+        from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
 
         problem = cuda_problem()
         if problem is not None:

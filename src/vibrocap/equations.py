@@ -5,8 +5,8 @@ import functools
 from typing import Any
 
 from vibrocap.machines.machine import Machine
-from vibrocap.numerics.balance import Balance
-from vibrocap.numerics.graph import Expression, Graph
+from vibrocap.numerics.expressions.balance import Balance
+from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.parameters import parameter_table
 from vibrocap.system import PARTS, System
 

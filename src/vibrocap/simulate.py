@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from vibrocap.equations import equations, parameter_values
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.graph import evaluate
-from vibrocap.numerics.motion import Recorded, recorded_run
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.motion import Recorded, recorded_run
 from vibrocap.system import System
 from vibrocap.trajectory import Certificate, Status, Trajectory
 
-# By the numbers of `lanes.py`.
+# By the numbers of `memory_layout.py`.
 EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
 STATUSES = {
     memory.DONE: Status.FINISHED,

@@ -9,10 +9,10 @@ import numpy as np
 from vibrocap.friction.law import Law
 from vibrocap.laboratory.driven_equations import driven_equations
 from vibrocap.laboratory.driven_input import imposed_motion, parameter_sets, start_states
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.driven_run import driven_runs
-from vibrocap.numerics.driven_source import DrivenEquations
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.codegen.driven_source import DrivenEquations
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.driven_run import driven_runs
 from vibrocap.trajectory import Status
 
 STATUSES = {

@@ -6,9 +6,9 @@ from typing import Any
 
 from vibrocap.equations import is_recorded
 from vibrocap.friction.law import Law
-from vibrocap.numerics.driven_source import DrivenEquations
-from vibrocap.numerics.graph import Graph
-from vibrocap.numerics.resolution import sharpness
+from vibrocap.numerics.codegen.driven_source import DrivenEquations
+from vibrocap.numerics.codegen.resolution import sharpness
+from vibrocap.numerics.expressions.graph import Graph
 from vibrocap.parameters import parameter_table
 
 

@@ -17,8 +17,8 @@ from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_
 from vibrocap.measures.standard import TRAVEL, standard_measures
 from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import whole_periods
-from vibrocap.numerics.lanes import ASK_INTEGRALS, ASK_PEAK
-from vibrocap.numerics.replay import replayed
+from vibrocap.numerics.kernel.memory_layout import ASK_INTEGRALS, ASK_PEAK
+from vibrocap.numerics.run.replay import replayed
 from vibrocap.system import System
 from vibrocap.trajectory import Trajectory
 

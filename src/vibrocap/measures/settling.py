@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.numerics.settle import LONGEST_PERIOD
-from vibrocap.numerics.stroboscope import Stroboscope
+from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
+from vibrocap.numerics.run.stroboscope import Stroboscope
 from vibrocap.trajectory import Trajectory
 
 # A motion is settled where it will change by no more than this share of the natural size of any state; no tolerance of

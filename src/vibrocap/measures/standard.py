@@ -9,7 +9,7 @@ from vibrocap.catalogue import laws, machines
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
-from vibrocap.numerics.lanes import (
+from vibrocap.numerics.kernel.memory_layout import (
     ASK_EXTREMES,
     ASK_INTEGRALS,
     ASK_MAGNITUDE,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics import lanes as memory
+from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.orbits.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.drive_phase import at_next_mark
 from vibrocap.orbits.long_runs import LongRuns, checked_whole, long_runs, map_of

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.equations import equations
-from vibrocap.numerics.graph import depends_on_time
+from vibrocap.numerics.expressions.graph import depends_on_time
 from vibrocap.orbits.birth import angled_births, born_point
 from vibrocap.orbits.branch import Branch, SpecialPoint, empty_branch, joined
 from vibrocap.orbits.branch_end import BranchEnd

@@ -7,9 +7,9 @@ import numpy as np
 
 from vibrocap.equations import equations
 from vibrocap.measures.gathered import Gathered
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.lanes import ASK_WORD
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel.memory_layout import ASK_WORD
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.variations import variational_equations
 from vibrocap.orbits.words import closed_word

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap.equations import equations
 from vibrocap.measures.during_run import check_travel, measure_table, resolved
-from vibrocap.numerics.graph import depends_on_time
+from vibrocap.numerics.expressions.graph import depends_on_time
 from vibrocap.orbits.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.simulate import check_run, initial_state
 from vibrocap.system import System

@@ -5,9 +5,9 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.lanes import ASK_WORD
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel.memory_layout import ASK_WORD
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.free_orbit import side_of
 from vibrocap.orbits.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.shooting import CLOSED, FORGOTTEN, MOST_STEPS, ROUNDING, named_states
 from vibrocap.orbits.stroboscopic_map import StroboscopicMap

@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.ensemble import CHUNK
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.graph import depends_on_time
+from vibrocap.numerics.expressions.graph import depends_on_time
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.steady import ROUGH, SETTLED
 from vibrocap.orbits.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 from vibrocap.system import System
@@ -20,7 +20,7 @@ MOST_STEPS = 10**9
 class LongRuns:
     """Where runs ended, arrays [runs, ...].
 
-    state: [runs, states] at a mark; ended: numbers of `lanes.py`; response_period: 0 where it did not settle
+    state: [runs, states] at a mark; ended: numbers of `memory_layout.py`; response_period: 0 where it did not settle
     drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
     """
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.lanes import DONE, RESULT_HEAD
+from vibrocap.numerics.kernel.memory_layout import DONE, RESULT_HEAD
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.long_runs import checked_whole, map_of, marks, moving_states
 from vibrocap.orbits.shooting import FORGOTTEN
 from vibrocap.orbits.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap

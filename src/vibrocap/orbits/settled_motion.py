@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.measures.during_run import measured
-from vibrocap.numerics.stroboscope import Stroboscope
+from vibrocap.numerics.run.stroboscope import Stroboscope
 from vibrocap.orbits.orbit import OrbitStatus
 from vibrocap.orbits.shooting import named_states, shoot
 from vibrocap.orbits.steady import SETTLED, shortest

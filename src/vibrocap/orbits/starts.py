@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.long_runs import kept_states
 from vibrocap.orbits.steady import ROUGH
 from vibrocap.orbits.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap

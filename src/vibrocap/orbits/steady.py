@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.graph import depends_on_time
+from vibrocap.numerics.expressions.graph import depends_on_time
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.free_orbit import free_orbit
 from vibrocap.orbits.orbit import Orbit, OrbitStatus
 from vibrocap.orbits.shooting import SAME, closing, named_states, shoot

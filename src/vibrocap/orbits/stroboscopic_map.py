@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 
 from vibrocap.equations import equations, parameter_values
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.variations import variational_equations
 from vibrocap.system import System
 
@@ -33,7 +33,8 @@ class StroboscopicMap:
     """The map of the state over drive periods, for one form of system; parameters and states differ from run to run.
 
     Derivatives are exact: the tangents of a motion are carried through its events by saltation, on the lanes of one
-    kernel (`numerics/tangents.py`). What a sticking contact has forgotten is a direction in which the map is constant.
+    kernel (`kernel/events/tangents.py`). What a sticking contact has forgotten is a direction in which the map is
+    constant.
     """
 
     def __init__(self, system: System, tolerance: float = 1e-12, threads: int | None = None, plain: bool = False):

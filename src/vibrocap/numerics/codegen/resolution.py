@@ -1,0 +1,407 @@
+"""Writes the proof that a step sees all that its equations hold, from the recorded graph of any law.
+
+A Taylor series knows of a function what its first derivatives at the start of the step tell. From far away those of
+exp[-(v/v_s)^2] are below rounding, and the series passes a dip of the speed without friction ever rising there. So for
+every *sharp* node of the graph, a function that is no polynomial of the contact velocity or of an internal state of the
+law, it is asked over the whole step:
+
+    unseen      G h (largest - least value over the step) <= tolerance      the step cannot notice it at all
+    seen        G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
+    gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
+
+with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. All values over
+the step are enclosures by interval arithmetic, from those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. Where one
+of the nodes is neither, the step is too long.
+
+theta: with the size f of an exponential at the start, the terms that a series of order p shows are f r^k/k!, r the
+change of the exponent over the step. Where the last is held to the tolerance, what is left out is less than 10 times
+that as long as f >= 1e-3 tolerance. The terms of algebraic functions and logarithms fall like a power of the ratio of
+step and distance to the singularity: they need a size of 10 tolerances. A logarithm is never taken as seen: in a power,
+exp(a log x), the terms of both all but cancel, so that the last ones tell nothing.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
+
+SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
+STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
+SECANTS = 6
+VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
+MOST_EXPONENT = 700.0  # exp of more is as good as infinite here, and no overflow
+POLYNOMIALS = {
+    "exp": "exponential",
+    "log": "logarithm",
+    "sqrt": "square_root",
+    "tanh": "hyperbolic_tangent",
+    "atan": "arc_tangent",
+}  # of `elementary_polynomials.py`
+
+Interval = tuple[str, str]  # names or literals of the least and the largest value; the same one where they are equal
+
+
+@dataclasses.dataclass(frozen=True)
+class SharpArgument:
+    """What a sharp exponential or hyperbolic tangent of the contact velocity is a function of."""
+
+    op: str
+    argument: Expression
+
+
+@dataclasses.dataclass(frozen=True)
+class Sharpness:
+    """The sharp nodes of some rates.
+
+    internal: whether any of them depends on an internal state of the law
+    arguments: of those exponentials and hyperbolic tangents that depend on the contact velocity alone
+    """
+
+    nodes: tuple[int, ...]
+    internal: bool
+    arguments: tuple[SharpArgument, ...]
+
+
+def sharpness(
+    graph: Graph, rates: Sequence[Expression], contact: Expression, internal: Sequence[Expression]
+) -> Sharpness:
+    """What in these rates could hide within a step.
+
+    contact: the contact velocity; internal: the internal states of the law
+    """
+    on_contact, on_internal = {contact.index}, {state.index for state in internal}
+    found, arguments, of_internal = [], [], False
+    for index in reachable(graph, [rate.index for rate in rates]):
+        op, *operands = graph.nodes[index]
+        varying = operands[1:] if op == "div" else operands_of(graph, index)
+        by_internal = any(i in on_internal for i in varying)
+        if op in SHARP_FUNCTIONS and (by_internal or any(i in on_contact for i in varying)):
+            found.append(index)
+            of_internal = of_internal or by_internal
+            if op in STEEP and not by_internal:
+                arguments.append(SharpArgument(op, Expression(graph, varying[0])))
+        for group in (on_contact, on_internal):
+            if any(i in group for i in operands_of(graph, index)):
+                group.add(index)
+    return Sharpness(tuple(found), of_internal, tuple(arguments))
+
+
+def system_sharpness(equations: Any) -> Sharpness:
+    """What in the equations of a system could hide within a step."""
+    internal = [equations.graph.node("state", i) for i in equations.internal_states]
+    return sharpness(equations.graph, equations.rates, equations.contact_velocity, internal)
+
+
+def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: np.ndarray, load: float) -> np.ndarray:
+    """Speed from which on none of the exponentials and hyperbolic tangents of a driven law changes any more [runs].
+
+    An exponential is then e^-25 of what it is at rest, a hyperbolic tangent within e^-20 of 1. The secant method on
+    logarithms, which finds it at once where the argument is a power of the speed.
+    """
+    largest = np.zeros(len(parameters))
+
+    def size(which: SharpArgument, speed: np.ndarray) -> np.ndarray:
+        symbols = [*([0.0] * states), speed, load, 0.0, 0.0]
+        (value,) = evaluate([which.argument], 0.0, symbols, 1.0, parameters.T)
+        return value
+
+    with np.errstate(all="ignore"):  # a parameter set out of its bounds shows in its run
+        for which in arguments:
+            rest = size(which, np.zeros(len(parameters)))
+            wanted = np.log(STEEP[which.op])
+            low, high = np.full(len(parameters), -20.0), np.full(len(parameters), 0.0)  # logarithms of the speed
+            below, above = (np.log(np.abs(size(which, np.exp(x)) - rest)) - wanted for x in (low, high))
+            for _ in range(SECANTS):
+                following = high - above * (high - low) / (above - below)
+                following = np.where(np.isfinite(following), following, high)
+                low, below, high = high, above, following
+                above = np.log(np.abs(size(which, np.exp(high)) - rest)) - wanted
+            largest = np.fmax(largest, np.where(np.abs(above) < 0.1, np.exp(high), 0.0))
+    return largest
+
+
+def mirrored(equations: Any) -> bool:
+    """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
+    graph, memory, nodes = equations.graph, {}, system_sharpness(equations).nodes
+    slopes = [sensitivity(rate, node, memory) for node in nodes for rate in equations.rates]
+    watched = [*(Expression(graph, node) for node in nodes), *slopes]
+    if not watched:
+        return True
+    draw = np.random.default_rng(0)
+    states = draw.uniform(0.1, 0.9, (len(equations.rates), 5))
+    values = draw.uniform(0.5, 1.5, (len(equations.parameter_paths), 1))
+    mirror = np.resize(equations.symmetry, len(states))[:, None] * states
+    with np.errstate(all="ignore"):
+        one = evaluate(watched, 0.3, states, 1.0, values)
+        other = evaluate(watched, 0.3, mirror, -1.0, values)
+    return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
+
+
+def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
+    """`unresolved` of one lane, or `unresolved_abreast` of all."""
+    sharp = system_sharpness(equations)
+    head = (
+        "def unresolved_abreast(real, h, lasting, start_low, start_high, low, high):"
+        if abreast
+        else "def unresolved(real, lane, h, lasting, start_low, start_high, low, high):"
+    )
+    if not sharp.nodes:
+        return "\n".join([head, f"    return {'0.0 * h' if abreast else '0.0'}", ""])
+    text = _Text(abreast, polynomials)
+    graph, contact = equations.graph, equations.contact_velocity.index
+    for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
+        text.lines.append(f"{name} = {text.entry(place)}")
+
+    def over_step(index: int) -> Interval | None:
+        op, *operands = graph.nodes[index]
+        if index == contact:
+            return "low", "high"
+        if op == "state":
+            value, excursion = (
+                text.entry(f"STATE + {operands[0]} * LANES"),
+                f"SERIES + {operands[0]} * (ORDER + 1) * LANES",
+            )
+            r = text.name(
+                f"excursion_abreast(real, {excursion}, h)" if abreast else f"excursion(real, {excursion} + lane, h)"
+            )
+            value = text.name(value)
+            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
+        return ("time", text.name("time + h")) if op == "time" else None
+
+    def at_start(index: int) -> Interval | None:
+        op, *operands = graph.nodes[index]
+        if index == contact:
+            return "start_low", "start_high"
+        if op == "state":
+            return (text.name(text.entry(f"STATE + {operands[0]} * LANES")),) * 2
+        return ("time", "time") if op == "time" else None
+
+    step, start = _Enclosures(graph, text, over_step), _Enclosures(graph, text, at_start)
+    memory: dict = {}
+    text.lines.append(f"worst = {'0.0 * h' if abreast else '0.0'}")
+    for node in sharp.nodes:
+        weights = []
+        for i, rate in enumerate(equations.rates):
+            slope = sensitivity(rate, node, memory)
+            if slope.value != 0.0:
+                inverse = (
+                    text.entry(f"INVERSE_SCALE + {i} * LANES") if abreast else f"1.0 / real[SCALE + {i} * LANES + lane]"
+                )
+                weights.append(text.name(f"{text.size(step.of(slope.index))} * ({inverse})"))
+        if not weights:
+            continue
+        weight = weights[0]
+        for other in weights[1:]:
+            weight = text.larger(weight, other)
+        weight = text.name(f"{weight} * lasting")
+        varies, size, gentle = _node(graph, node, text, step, start)
+        theta = VISIBLE[graph.nodes[node][0]]
+        either = [f"({weight} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
+        either += [f"({gentle})"] if gentle else []
+        shown = text.name((" | " if abreast else " or ").join(either))
+        share = f"{weight} * {varies}"
+        # Not a number (0 times infinity) is no proof.
+        unseen = text.name(f"{share} <= tolerance")
+        fine = f"{shown} | {unseen}" if abreast else f"{shown} or {unseen}"
+        text.lines.append(
+            f"worst = where({fine}, worst, worst + 1.0)" if abreast else f"worst += 0.0 if {fine} else 1.0"
+        )
+    return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
+
+
+def _node(graph: Graph, node: int, text: "_Text", step: "_Enclosures", start: "_Enclosures") -> tuple[str, str, str]:
+    """(by how much a sharp node varies over the step, its size at the start, condition under which it is gentle)."""
+    op, *operands = graph.nodes[node]
+    least, most = step.of(node)
+    varies = text.name(f"{most} - {least}")
+    if op == "exp":
+        return varies, start.of(node)[0], ""
+    if op == "tanh":
+        far = text.size(start.of(node))
+        return varies, text.name(f"1.0 - {far} * {far}"), ""
+    below, above = step.of(operands[-1])
+    width = text.name(f"{above} - {below}")
+    first_low, first_high = start.of(operands[-1])
+    if op == "atan":
+        far = text.size((first_low, first_high))
+        return varies, text.name(f"{width} / (1.0 + {far} * {far})"), f"{width} <= 1.0"
+    nearest = text.larger(below, text.name(f"-{above}"))  # of zero; negative where the divisor passes it
+    gentle = f"{width} <= {nearest}"
+    if op == "log":
+        return varies, "0.0", f"{width} <= 2.0 * {nearest}"
+    if op == "sqrt":
+        return varies, text.name(f"{width} / (2.0 * {text.function('sqrt', first_high)} + 1e-300)"), gentle
+    numerator = text.size(step.of(operands[0]))
+    inverse_low, inverse_high = step.inverse(operands[1])
+    far = text.size((first_low, first_high))
+    varies = text.name(f"{numerator} * ({inverse_high} - {inverse_low})")
+    return varies, text.name(f"{numerator} * {width} / ({far} * {far} + 1e-300)"), gentle
+
+
+class _Text:
+    """Lines of straight code for one lane or abreast, each formula once."""
+
+    def __init__(self, abreast: bool, polynomials: bool):
+        self.abreast, self.polynomials = abreast, polynomials
+        self.lines: list[str] = []
+        self._names: dict[str, str] = {}
+
+    def name(self, formula: str) -> str:
+        """The name under which a formula is kept; a number stays one."""
+        formula = formula.replace("--", "")
+        if _is_number(formula):
+            return formula
+        if formula not in self._names:
+            self._names[formula] = f"e{len(self._names)}"
+            self.lines.append(f"{self._names[formula]} = {formula}")
+        return self._names[formula]
+
+    def entry(self, place: str) -> str:
+        """What stands at a place of the memory."""
+        return f"load(real, {place})" if self.abreast else f"real[{place} + lane]"
+
+    def larger(self, a: str, b: str) -> str:
+        """The larger of two numbers."""
+        if _is_number(a) and _is_number(b):
+            return repr(max(float(a), float(b)))
+        return self.name(f"greater({self._wide(a)}, {self._wide(b)})" if self.abreast else f"max({a}, {b})")
+
+    def smaller(self, a: str, b: str) -> str:
+        """The smaller of two numbers."""
+        if _is_number(a) and _is_number(b):
+            return repr(min(float(a), float(b)))
+        return self.name(f"lesser({self._wide(a)}, {self._wide(b)})" if self.abreast else f"min({a}, {b})")
+
+    def _wide(self, value: str) -> str:
+        """A value for all lanes."""
+        return self.name(f"0.0 * h + {value}") if _is_number(value) else value
+
+    def size(self, interval: Interval) -> str:
+        """Largest absolute value within an interval."""
+        low, high = interval
+        if low == high:
+            return repr(abs(float(low))) if _is_number(low) else self.name(f"abs({low})")
+        return self.larger(high, self.name(f"-{low}"))
+
+    def function(self, op: str, x: str) -> str:
+        """Value of an elementary function."""
+        if op == "exp":
+            x = self.smaller(x, repr(MOST_EXPONENT))
+        return self.name(f"{POLYNOMIALS[op]}({x})" if self.polynomials else f"math.{op}({x})")
+
+
+def _is_number(text: str) -> bool:
+    """Whether a text is a literal."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+class _Enclosures:
+    """Enclosures of the nodes of a graph by interval arithmetic, from those of its leaves."""
+
+    def __init__(self, graph: Graph, text: _Text, leaf: Callable[[int], Interval | None]):
+        self.graph, self.text, self.leaf = graph, text, leaf
+        self._known: dict[int, Interval] = {}
+
+    def of(self, index: int) -> Interval:
+        """Least and largest value of a node."""
+        if index not in self._known:
+            self._known[index] = self._enclosure(index)
+        return self._known[index]
+
+    def _enclosure(self, index: int) -> Interval:
+        given = self.leaf(index)
+        if given is not None:
+            return given
+        text = self.text
+        op, *operands = self.graph.nodes[index]
+        if op == "constant":
+            return (repr(operands[0]),) * 2
+        if op == "side":
+            return "side", "side"
+        if op == "parameter":
+            return (text.name(text.entry(f"PARAMETER + {operands[0]} * LANES")),) * 2
+        if op in ("sin", "cos"):
+            return "-1.0", "1.0"
+        a = self.of(operands[0])
+        if op == "neg":
+            return self._pair(a, lambda x: f"-{x}", turned=True)
+        if op == "add":
+            b = self.of(operands[1])
+            return self._ends(f"{a[0]} + {b[0]}", f"{a[1]} + {b[1]}")
+        if op == "sub":
+            b = self.of(operands[1])
+            return self._ends(f"{a[0]} - {b[1]}", f"{a[1]} - {b[0]}")
+        if op == "mul":
+            return self._square(a) if operands[0] == operands[1] else self._product(a, self.of(operands[1]))
+        if op == "div":
+            return self._product(a, self.inverse(operands[1]))
+        return self._monotone(op, a)
+
+    def inverse(self, index: int) -> Interval:
+        """Enclosure of one over a node: everything where the node may vanish."""
+        text = self.text
+        low, high = self.of(index)
+        if low == high:
+            return (text.name(f"1.0 / {low}"),) * 2
+        passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)" if text.abreast else f"{low} <= 0.0 and {high} >= 0.0")
+        bound = "1e+300"
+        if text.abreast:
+            one = text.name(f"1.0 / where({passes}, 1.0, {high})")
+            other = text.name(f"1.0 / where({passes}, 1.0, {low})")
+            return text.name(f"where({passes}, -{bound}, {one})"), text.name(f"where({passes}, {bound}, {other})")
+        return (
+            text.name(f"-{bound} if {passes} else 1.0 / {high}"),
+            text.name(f"{bound} if {passes} else 1.0 / {low}"),
+        )
+
+    def _ends(self, low: str, high: str) -> Interval:
+        return self.text.name(low), self.text.name(high)
+
+    def _pair(self, a: Interval, formula: Callable[[str], str], turned: bool = False) -> Interval:
+        ends = tuple(self.text.name(formula(x)) for x in (a[::-1] if turned else a))
+        return ends[0], ends[1]
+
+    def _monotone(self, op: str, a: Interval) -> Interval:
+        text = self.text
+        if op in ("log", "sqrt"):
+            least = "1e-300"
+            a = (
+                (text.larger(a[0], least), text.larger(a[1], least))
+                if a[0] != a[1]
+                else (text.larger(a[0], least),) * 2
+            )
+        if a[0] == a[1]:
+            return (text.function(op, a[0]),) * 2
+        return text.function(op, a[0]), text.function(op, a[1])
+
+    def _times(self, x: str, y: str) -> str:
+        """Product of two numbers; that of two literals is one."""
+        if _is_number(x) and _is_number(y):
+            return repr(float(x) * float(y))
+        if "1.0" in (x, y):
+            return y if x == "1.0" else x
+        return self.text.name(f"{x} * {y}")
+
+    def _square(self, a: Interval) -> Interval:
+        text, (low, high) = self.text, a
+        if low == high:
+            return (self._times(low, low),) * 2
+        far = text.size(a)
+        near = text.larger(text.larger(low, text.name(f"-{high}")), "0.0")
+        return self._times(near, near), self._times(far, far)
+
+    def _product(self, a: Interval, b: Interval) -> Interval:
+        text = self.text
+        products = list(dict.fromkeys(self._times(x, y) for x in dict.fromkeys(a) for y in dict.fromkeys(b)))
+        low = high = products[0]
+        for other in products[1:]:
+            low, high = text.smaller(low, other), text.larger(high, other)
+        return low, high

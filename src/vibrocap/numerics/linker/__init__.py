@@ -1,0 +1,1 @@
+"""Joins the sources of a kernel to one text, of which machine code or plain Python is made."""
