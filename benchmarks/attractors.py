@@ -9,10 +9,10 @@ import time
 from collections.abc import Callable
 
 import vibrocap as vc
-from vibrocap.orbits.attractors import attractors
-from vibrocap.orbits.basins import basins
-from vibrocap.orbits.bifurcation_diagram import bifurcation_diagram
-from vibrocap.orbits.lyapunov import lyapunov_exponent
+from vibrocap.orbits.attractors.attractors import attractors
+from vibrocap.orbits.attractors.basins import basins
+from vibrocap.orbits.attractors.bifurcation_diagram import bifurcation_diagram
+from vibrocap.orbits.attractors.lyapunov import lyapunov_exponent
 
 STARTS = 1000
 ASKED = 5.0  # seconds on two cores

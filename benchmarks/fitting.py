@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrocap import catalogue
-from vibrocap.identification.fit import fit
-from vibrocap.identification.prediction import Prediction
-from vibrocap.identification.recovery import recovery
+from vibrocap.identification.experiments.recovery import recovery
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.physics import catalogue
 from vibrocap.records.published import rotary_damper
 
 BESIDE = Path(__file__).resolve().parents[2] / "shared" / "data" / "arts-rotary-damper"

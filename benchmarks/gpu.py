@@ -15,7 +15,7 @@ import numpy as np
 
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.run import cuda
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 

@@ -4,7 +4,7 @@ import numpy as np
 
 import vibrocap as vc
 from benchmarks.named_sweeps import INITIAL, PERIODS, SWEEP_SET, Sweep
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 

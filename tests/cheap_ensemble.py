@@ -1,4 +1,4 @@
-"""A stand-in for `vibrocap.ensemble.ensemble`: the same signature and results, numbers of no meaning, no time.
+"""A stand-in for `vibrocap.measures.ensemble.ensemble`: the same signature and results, numbers of no meaning, no time.
 
 Every number depends on all values of its own run and on nothing else, as those of the engine do; some runs fail, some
 do not settle, and the words are of different lengths.
@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from vibrocap.measures.measure import Measure
-from vibrocap.trajectory import Status
+from vibrocap.motion.trajectory import Status
 
 
 def ensemble(

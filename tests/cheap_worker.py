@@ -25,4 +25,4 @@ def ensemble(system, over, **settings):
 
 def dask_setup(worker):
     """Called by Dask when a worker begins."""
-    importlib.import_module("vibrocap.ensemble").ensemble = ensemble
+    importlib.import_module("vibrocap.measures.ensemble").ensemble = ensemble

@@ -24,7 +24,7 @@ import vibrocap.studies.code_version
 import vibrocap.studies.sweep
 import vibrocap.studies.zarr_files
 
-importlib.import_module("vibrocap.ensemble").ensemble = cheap_ensemble.ensemble
+importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
 vibrocap.studies.code_version.source_fingerprint()  # once: someone may be editing the sources
 os.fsync = lambda handle: None  # a killed process loses nothing that it wrote; only a power failure does
 

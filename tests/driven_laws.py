@@ -7,11 +7,11 @@ from unittest import mock
 
 import numpy as np
 
-from vibrocap.friction.law import Law, Positive, parameter, parameters
 from vibrocap.laboratory.driven_equations import driven_equations
 from vibrocap.numerics.codegen.driven_step import driven_source
 from vibrocap.numerics.linker.link import driven_text, plain_kernel
 from vibrocap.numerics.run import driven_run
+from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 
 
 @parameters

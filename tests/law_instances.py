@@ -6,8 +6,8 @@ import random
 from pydantic import ValidationError
 
 from imposed_motion import settled_pieces
-from vibrocap.catalogue import law, laws
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.catalogue import law, laws
+from vibrocap.physics.parameters import parameter_table
 
 WRAPPED = (
     "anisotropic-stribeck",

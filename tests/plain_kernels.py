@@ -9,7 +9,7 @@ from unittest import mock
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.equations import Equations, equations, parameter_values
+from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel.memory_layout import Layout

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrocap.orbits.closing_map import Closing
+from vibrocap.orbits.maps.closing_map import Closing
 
 
 class PlainMap:

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 import vibrocap as vc
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
 
 ORDER = 16
 PIECES = 40  # per period of 2 pi: terms beyond the order are 0.16^17/17!, far below rounding

@@ -5,12 +5,12 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
-from vibrocap.elementary import cos
-from vibrocap.equations import equations
-from vibrocap.machines.oscillator import Oscillator
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.codegen import source
 from vibrocap.numerics.codegen.jets import JetWriter
-from vibrocap.parameters import parameters
+from vibrocap.physics.elementary import cos
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.parameters import parameters
 
 EPSILON = 2.0**-52
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(viscous_damping=0.1)}

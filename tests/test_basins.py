@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.orbits import basins as basins_module
-from vibrocap.orbits import long_runs
-from vibrocap.orbits.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
-from vibrocap.orbits.basins import Basins, basins
-from vibrocap.orbits.classification import MotionClass
-from vibrocap.orbits.drive_phase import at_next_mark, shifted_equations
-from vibrocap.orbits.stroboscopic_map import StroboscopicMap
-from vibrocap.simulate import period_marks
+from vibrocap.orbits.attractors import basins as basins_module
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
+from vibrocap.orbits.attractors.basins import Basins, basins
+from vibrocap.orbits.attractors.classification import MotionClass
+from vibrocap.orbits.maps import settling_runs
+from vibrocap.orbits.maps.drive_phase import at_next_section, shifted_equations
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 
@@ -81,7 +81,7 @@ def test_start_amid_a_period_goes_on_to_its_end():
         whole = map_.images(start, rows, tangents=False).state
         period = map_.period(map_.parameters())
         part = map_.images(start, rows, tangents=False, mark_distance=np.full(3, 0.3 * period)).state
-        ends, _ = at_next_mark(map_, np.array([part[0], part[1], start[2]]), rows, np.array([0.3, -1.7, 2.0]))
+        ends, _ = at_next_section(map_, np.array([part[0], part[1], start[2]]), rows, np.array([0.3, -1.7, 2.0]))
     assert ends[:2] == pytest.approx(whole[:2], abs=1e-8)
     assert ends[2] == pytest.approx(start[2], abs=0.0)  # it is at a mark already
 
@@ -159,7 +159,7 @@ def test_lost_phase_would_be_noticed(monkeypatch):
     """Planted: all runs begin at the mark."""
     monkeypatch.setattr(
         basins_module,
-        "at_next_mark",
+        "at_next_section",
         lambda map_, states, rows, phase: (states.copy(), np.ones(len(states), dtype=int)),
     )
     found = basins(capsule(), PLANE, 40, phase=0.15)
@@ -197,7 +197,7 @@ def test_failed_and_unsettled_starts_are_shown_as_such(monkeypatch):
     assert 0 < np.sum(short.label == NOT_SETTLED) < 72
     assert np.array_equal(short.direction == NOT_SETTLED, short.label == NOT_SETTLED)
     assert np.all(np.abs(short.direction[short.label >= 0]) == 1)
-    monkeypatch.setattr(long_runs, "MOST_EVENTS", 1)
+    monkeypatch.setattr(settling_runs, "MOST_EVENTS", 1)
     failed = basins(capsule(), PLANE, 6)
     assert np.all(failed.label == FAILED)
     assert np.all(failed.direction == FAILED)
@@ -251,7 +251,7 @@ def test_drift_and_direction_of_every_kind_of_start():
     found = tuple(Attractor(each, 1, 0.2, None) for each in (chaotic, sure))
     label = np.array([0, 1, NOT_SETTLED, FAILED, NOT_TOLD, NOT_TOLD])
     measured = np.array([math.nan, math.nan, 0.3, 0.3, 0.3, 1e-9])
-    runs = long_runs.LongRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured)
+    runs = settling_runs.SettlingRuns(np.zeros((6, 4)), np.ones(6), np.zeros(6), measured)
     drift = basins_module._drifts(found, label, runs)
     assert drift == pytest.approx([0.01, -0.1, math.nan, math.nan, 0.3, 1e-9], nan_ok=True)
     directions = basins_module._directions(found, label, drift)
@@ -259,7 +259,7 @@ def test_drift_and_direction_of_every_kind_of_start():
 
 
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
-    from vibrocap.faces.basin_plots import basin_figure, plot_basins
+    from vibrocap.plotting.basins import basin_figure, plot_basins
 
     given = drawn()
     figure = basin_figure(given)

@@ -8,14 +8,13 @@ import pytest
 
 import vibrocap as vc
 from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic
-from vibrocap.orbits import segment, special_points
-from vibrocap.orbits.birth import angled_births, born_point
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.branch_point import BranchPoint
-from vibrocap.orbits.closing_map import ClosingMap
-from vibrocap.orbits.continuation import followed, started
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.words import WordChange, closed_word, same_cycle, word_change
+from vibrocap.orbits.continuation import segment, special_points
+from vibrocap.orbits.continuation.branch_point import BranchPoint
+from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
+from vibrocap.orbits.continuation.following import BranchEnd, followed, started
+from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.maps.closing_map import ClosingMap
+from vibrocap.orbits.maps.itinerary import WordChange, closed_word, same_cycle, word_change
 
 STEP = 0.02
 LOCATED = 1e-8  # of the parameter, as asked; what follows is bracketed to rounding and checked a hundred times sharper
@@ -50,8 +49,8 @@ def test_fold_and_flip_of_henons_map():
 def test_doubled_branch_leaves_the_flip_and_meets_it_again():
     map_ = PlainMap(henon, (0.0, 1.2))
     (flip,) = [each for _, each in way(map_, (0.3, 0.3), 0.2).special if each.kind is SpecialKind.FLIP]
-    finer, birth = born_point(map_, flip)
-    doubled = followed(finer, birth, 1.0, 2000, STEP, born=True)
+    finer, first = switched_point(map_, flip)
+    doubled = followed(finer, first, 1.0, 2000, STEP, from_parent=True)
     for point in doubled.points[1:]:
         x, p = point.x[:2], finer.parameter(point.x)
         once = np.array(henon(x, p))
@@ -79,8 +78,8 @@ def test_pitchfork_is_the_multiplier_minus_one_of_the_half_period_map():
     assert pitchfork.kind is SpecialKind.PITCHFORK
     assert abs(map_.parameter(pitchfork.point.x) - 1.0) < 1e-2 * LOCATED
     assert pitchfork.unstable == (0, 1)
-    finer, birth = born_point(map_, pitchfork)
-    twins = followed(finer, birth, 1.0, 2000, STEP, born=True)
+    finer, first = switched_point(map_, pitchfork)
+    twins = followed(finer, first, 1.0, 2000, STEP, from_parent=True)
     for point in twins.points[1:]:
         assert abs(point.x[0] ** 2 - (finer.parameter(point.x) - 1.0)) < 1e-9
     back = followed(finer, twins.points[-1], -1.0, 2000, STEP)
@@ -120,7 +119,7 @@ def test_stability_lost_by_a_jump_is_told_from_a_flip():
 def test_branch_that_leaves_at_an_angle_is_found():
     map_ = PlainMap(bent(0.5, -1.5), (-1.0, 1.0), word=pieces)
     (change,) = [each for _, each in way(map_, (-1.0,), -0.5).special]
-    finer, first = next(angled_births(map_, change))
+    finer, first = next(branches_at_corner(map_, change))
     p, u = finer.parameter(first.x), first.x[0]
     wanted = {p * 1.5 / 1.75, -p * 0.5 / 1.75}  # one point on each side of the corner
     assert min(abs(u - each) for each in wanted) < 1e-10
@@ -166,7 +165,7 @@ def test_planted_faults_are_noticed(fault, monkeypatch):
         monkeypatch.setattr(special_points, "TESTS", tests)
     elif fault == "bracket":
         monkeypatch.setattr(segment, "NARROW", 0.2)
-        monkeypatch.setattr(segment, "TORN", 10.0)  # nor is it noticed that the ends are far apart,
+        monkeypatch.setattr(segment, "DISCONTINUOUS", 10.0)  # nor is it noticed that the ends are far apart,
         monkeypatch.setattr(segment.Bracket, "jumps", False)  # and that the function does not vanish there
     else:
         monkeypatch.setattr(
@@ -237,13 +236,13 @@ def capsule(**parts):
         (
             capsule(machine=vc.PendulumCapsule(normal_load="weight")),
             {"over": "machine.normal_load"},
-            "path of a number",
+            "should be a parameter that is a number",
         ),
-        (capsule(), {"between": (3.0, 1.0)}, "smaller one first"),
-        (capsule(), {"between": (1.0, 1.0)}, "smaller one first"),
-        (capsule(), {"between": (1.0, math.inf)}, "smaller one first"),
+        (capsule(), {"between": (3.0, 1.0)}, "finite with low < high"),
+        (capsule(), {"between": (1.0, 1.0)}, "finite with low < high"),
+        (capsule(), {"between": (1.0, math.inf)}, "finite with low < high"),
         (capsule(), {"between": 3.0}, "two numbers"),
-        (capsule(), {"over": "machine.mass_ratio", "between": (-1.0, 3.0)}, "machine.mass_ratio cannot be -1.0"),
+        (capsule(), {"over": "machine.mass_ratio", "between": (-1.0, 3.0)}, "machine.mass_ratio cannot be -1"),
         (capsule(), {"towards": "left"}, "towards should be one of"),
         (capsule(), {"points": 1}, "points should be a whole number"),
         (capsule(), {"step": 2.0}, "step should be a share"),

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.faces import branch_plots
-from vibrocap.orbits.branch import Branch, SpecialPoint
-from vibrocap.orbits.branch_diagram import BranchDiagram
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.words import WordChange
+from vibrocap.orbits.continuation.branch import Branch
+from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.orbits.maps.itinerary import WordChange
+from vibrocap.plotting import branches as branch_plots
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

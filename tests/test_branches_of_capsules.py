@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.faces import cli
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.words import WordChange, same_cycle
+from vibrocap.cli import main as cli
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind
+from vibrocap.orbits.maps.itinerary import WordChange, same_cycle
 
 pytestmark = pytest.mark.slow
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)

@@ -12,9 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
-from vibrocap.faces import cli
-from vibrocap.orbits import cycle_following, cycle_map
-from vibrocap.orbits.branch_end import BranchEnd
+from vibrocap.cli import main as cli
+from vibrocap.orbits.continuation import cycle_following
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.maps import cycle_map
 
 pytestmark = pytest.mark.slow
 STATIC, KINETIC, STIFFNESS, SPEED = 1.5, 1.0, 2.0, 0.1

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.catalogue import laws
-from vibrocap.faces import laboratory_plots
-from vibrocap.friction.coulomb import Coulomb
-from vibrocap.friction.dahl import Dahl
 from vibrocap.laboratory.break_away import break_away
 from vibrocap.laboratory.contact_sizes import contact_sizes
 from vibrocap.laboratory.frictional_lag import frictional_lag
 from vibrocap.laboratory.presliding import creep, presliding_loop
 from vibrocap.laboratory.stick_slip_test import stick_slip_test
 from vibrocap.laboratory.test_sheet import test_sheet as canonical_sheet
+from vibrocap.physics.catalogue import laws
+from vibrocap.physics.friction.coulomb import Coulomb
+from vibrocap.physics.friction.dahl import Dahl
+from vibrocap.plotting import laboratory as laboratory_plots
 
 COULOMB = Coulomb(1.0, 1.5)
 SET_VALUED = [law() for law in laws().values() if law.kind == "set-valued"]
@@ -122,9 +122,9 @@ def test_dahl_has_no_maximum_and_no_lag():
     [
         (lambda: presliding_loop(COULOMB, -0.1), "amplitude should be a positive number, got -0.1"),
         (lambda: presliding_loop(COULOMB, load=0.0), "load should be a positive number, got 0.0"),
-        (lambda: presliding_loop(COULOMB, cycles=0), "cycles should be a whole number from 1 on, got 0"),
+        (lambda: presliding_loop(COULOMB, cycles=0), "cycles should be a whole number >= 1, got 0"),
         (lambda: creep(COULOMB, amplitude=math.nan), "amplitude should be a positive number, got nan"),
-        (lambda: creep(COULOMB, cycles=2.5), "cycles should be a whole number from 1 on, got 2.5"),
+        (lambda: creep(COULOMB, cycles=2.5), "cycles should be a whole number >= 1, got 2.5"),
         (lambda: frictional_lag(COULOMB, mean="fast"), "mean should be a positive number, got 'fast'"),
         (lambda: frictional_lag(COULOMB, frequencies=[1.0, -1.0]), "frequencies should be a list of positive numbers"),
         (lambda: break_away(COULOMB, []), "rates should be a list of positive numbers"),

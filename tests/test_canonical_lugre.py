@@ -120,7 +120,7 @@ def test_no_creep_about_zero():
 @pytest.mark.slow
 def test_ten_thousand_cycles():
     """LuGre's drift is measured, the elasto-plastic block stays: by no more than rounding."""
-    from vibrocap.friction.elasto_plastic import ElastoPlastic
+    from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
 
     lugre = creep(OWN, cycles=10_000)
     a, b = (lugre.bias - lugre.amplitude) / 1.5, (lugre.bias + lugre.amplitude) / 1.5

@@ -8,10 +8,10 @@ import textwrap
 import pytest
 
 import vibrocap as vc
-from vibrocap.case import Case, CaseError, case_from_dict, case_from_text, case_text, read_case
-from vibrocap.catalogue import drives, laws, machines
-from vibrocap.catalogue import law as law_of
-from vibrocap.parameters import parameter_table
+from vibrocap.case.case import Case, CaseError, case_from_dict, case_from_text, case_text, read_case
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.parameters import parameter_table
 
 PLAIN = """
 [machine]
@@ -270,7 +270,7 @@ def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):
     source = '''
         """A law."""
         from typing import ClassVar
-        from vibrocap.friction.law import Law, Positive, parameter, parameters
+        from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 
 
         @parameters
@@ -285,10 +285,10 @@ def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):
                 return self.coefficient * velocity, ()
         '''
     (tmp_path / "viscous.py").write_text(textwrap.dedent(source))
-    import vibrocap.friction
+    import vibrocap.physics.friction
 
     known = list(laws())
-    monkeypatch.setattr(vibrocap.friction, "__path__", [*vibrocap.friction.__path__, str(tmp_path)])
+    monkeypatch.setattr(vibrocap.physics.friction, "__path__", [*vibrocap.physics.friction.__path__, str(tmp_path)])
     laws.cache_clear()
     try:
         assert list(laws()) == sorted([*known, "viscous"])
@@ -296,5 +296,5 @@ def test_a_new_file_appears_in_the_catalogue_by_itself(tmp_path, monkeypatch):
         assert case.system.friction.coefficient == 1.0
         assert case_from_text(case_text(case)) == case
     finally:
-        sys.modules.pop("vibrocap.friction.viscous", None)
+        sys.modules.pop("vibrocap.physics.friction.viscous", None)
         laws.cache_clear()

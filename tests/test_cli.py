@@ -1,6 +1,7 @@
 """The command line: exit codes, what it prints, the files it writes and runs again."""
 
 import csv
+import importlib.util
 import json
 import math
 import shutil
@@ -14,10 +15,10 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.case import read_case
-from vibrocap.faces import cli
-from vibrocap.faces.cli import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT, main
-from vibrocap.faces.export import read_source
+from vibrocap.case.case import read_case
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
+from vibrocap.io.motion_file import read_source
 from vibrocap.numerics.compiler import cache
 
 CASE = """\
@@ -152,7 +153,7 @@ def test_folder_that_cannot_be_written(option, case, capsys, monkeypatch):
 
 
 def test_missing_extras_and_ffmpeg_are_named(case, capsys, monkeypatch):
-    found = cli.needs.__globals__["importlib"].util.find_spec
+    found = importlib.util.find_spec
     absent = {"xarray", "h5netcdf", "matplotlib"}
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in absent else found(name))
     monkeypatch.setattr("shutil.which", lambda name: None)
@@ -411,7 +412,7 @@ def test_limits_of_the_exponential_law(case, capsys):
 
 def test_reproduce_prints_the_claims_and_where_the_report_lies(tmp_path, capsys, monkeypatch):
     """The command around the work; the work itself has its own tests."""
-    paper = pytest.importorskip("vibrocap.faces.reproduce")
+    paper = pytest.importorskip("vibrocap.report.reproduce")
     called = {}
 
     def reproduced(out, only, progress):
@@ -479,7 +480,7 @@ def test_output_without_greek_letters_and_a_closed_pipe(case, lugre):
 
 
 def test_help_loads_nothing_heavy():
-    script = "import sys; from vibrocap.faces.cli import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
+    script = "import sys; from vibrocap.cli.main import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
     answer = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
     loaded = set(answer.stderr.split())
     assert not loaded & {"llvmlite", "scipy", "matplotlib", "xarray", "h5netcdf"}

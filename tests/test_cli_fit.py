@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from scipy.special import erfinv
 
-from vibrocap.case import case_from_text
-from vibrocap.faces import cli
-from vibrocap.faces.cli import INCOMPLETE, OK, WRONG_INPUT, main
-from vibrocap.faces.cli_fit import fit
-from vibrocap.faces.fit_request import by_option, is_refusal
-from vibrocap.identification import steady_fit as steady_fits
-from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.minimum import SearchStatus
+from vibrocap.case.case import case_from_text
+from vibrocap.cli import main as cli
+from vibrocap.cli.fit import fit
+from vibrocap.cli.fit_request import by_option, is_refusal
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
+from vibrocap.identification.fitting import steady_fit as steady_fits
+from vibrocap.identification.result.fit_result import Fit
+from vibrocap.identification.search.loss import SearchStatus
 
 HAS_PICTURES = importlib.util.find_spec("matplotlib") is not None
 COULOMB, STATIC, RATE = 0.8, 1.5, 50.0  # N, N, s/m
@@ -116,9 +117,9 @@ def test_files_of_a_fit(folder, capsys):
 
 
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
-    from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
-    from vibrocap.identification.spring_prediction import _pulled
-    from vibrocap.identification.velocity_step import Step
+    from vibrocap.identification.problem.spring_prediction import _pulled
+    from vibrocap.identification.problem.velocity_step import Step
+    from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
 
     law = RateAndStateAgeing(
         reference_coefficient=0.6, direct_effect=0.008, evolution_effect=0.009, critical_distance=8e-6,
@@ -144,11 +145,11 @@ def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
-    from vibrocap.faces.match_plots import match_figure, plot_match
-    from vibrocap.friction.exponential import Exponential
-    from vibrocap.friction.stribeck import Stribeck
-    from vibrocap.identification.matched import match
-    from vibrocap.identification.motions import ramp
+    from vibrocap.identification.experiments.match import match
+    from vibrocap.identification.experiments.motions import ramp
+    from vibrocap.physics.friction.exponential import Exponential
+    from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.plotting.fits import match_figure, plot_match
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
         found = match("exponential", Stribeck(), starts=2, **over)
@@ -192,7 +193,7 @@ def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_picture_shows_records_and_parameters(folder):
-    from vibrocap.faces.fit_plots import fit_figure, residual_figure
+    from vibrocap.plotting.fits import fit_figure, residual_figure
     from vibrocap.records.readers import read_records
 
     records = read_records(["wide.csv", "narrow.csv"])
@@ -213,9 +214,9 @@ def test_picture_shows_records_and_parameters(folder):
 
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
-    from vibrocap.faces.fit_plots import MOST_POINTS, _stretch
-    from vibrocap.faces.long_lines import by_extremes
-    from vibrocap.identification.fit_result import RecordResult
+    from vibrocap.identification.result.fit_result import RecordResult
+    from vibrocap.plotting.fits import MOST_POINTS, _stretch
+    from vibrocap.plotting.style import decimated
 
     time = np.linspace(0.0, 100.0, 20_001)
     velocity = np.sin(2 * np.pi * time) * np.where(np.abs(time - 70.0) < 1.0, 2.0, 1.0)
@@ -227,7 +228,7 @@ def test_long_records_are_drawn_by_a_stretch_around_their_fastest():
     assert _stretch(record, 100) == slice(0, len(time))
     force = np.zeros(20_001)
     force[7_777] = 1.0
-    drawn = by_extremes(time, force, MOST_POINTS)[1]
+    drawn = decimated(time, force, MOST_POINTS)[1]
     assert drawn.max() == 1.0
     assert len(drawn) <= MOST_POINTS < len(force)
 

@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import importlib.util
 import os
 import re
 import signal
@@ -16,11 +17,12 @@ import xarray as xr
 
 import cheap_ensemble
 import interrupts
-from vibrocap.case import read_case
-from vibrocap.faces import cli
-from vibrocap.faces.cli import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, main
-from vibrocap.faces.sweep_request import read_cases
-from vibrocap.faces.time_left import TimeLeft, duration
+from vibrocap.arguments import Complaints
+from vibrocap.case.case import CaseError, read_case
+from vibrocap.cli.main import main
+from vibrocap.cli.options import pairs
+from vibrocap.cli.terminal import INCOMPLETE, INTERRUPTED, OK, WRONG_INPUT, TimeLeft, duration
+from vibrocap.io.case_table import read_cases
 from vibrocap.measures.during_run import measure_table
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.sweep import sweep
@@ -53,7 +55,7 @@ def case(tmp_path, monkeypatch):
 @pytest.fixture
 def cheap(monkeypatch):
     """A cheap ensemble in place of the engine: numbers of no meaning, some failed, some unsettled."""
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
     monkeypatch.setattr(os, "fsync", lambda handle: None)
 
 
@@ -168,8 +170,22 @@ def test_design_and_cases(case, cheap):
     assert found["friction.law"].values.tolist() == ["lugre", "exponential"]
 
 
+def test_pairs_of_an_option():
+    complaints = Complaints()
+    texts = ["machine.mass_ratio=1:2:3", "friction.law = exponential,lugre"]
+    expected = {"machine.mass_ratio": "1:2:3", "friction.law": "exponential,lugre"}
+    assert pairs("over", texts, complaints, "PATH=VALUES") == expected
+    pairs("over", ["a=1", "a=2", "b", "c=", "=1"], complaints, "PATH=VALUES")
+    assert [str(each) for each in complaints] == [
+        "--over a: is given twice",
+        *(f"--over {text}: should be PATH=VALUES" for text in ("b", "c=", "=1")),
+    ]
+
+
 def test_table_of_cases_that_is_not_there():
-    assert read_cases(Path("nowhere.csv")) == ([], [], ["--cases: nowhere.csv: No such file or directory"])
+    with pytest.raises(CaseError) as caught:
+        read_cases(Path("nowhere.csv"))
+    assert caught.value.complaints == ("--cases: nowhere.csv: No such file or directory",)
 
 
 # --- wrong input -----------------------------------------------------------------------------------------------------
@@ -207,7 +223,9 @@ WRONG = {
 
 @pytest.mark.parametrize(("options", "expected"), WRONG.items())
 def test_wrong_options_are_refused_before_any_work(options, expected, case, capsys, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", lambda *_, **__: pytest.fail("ran"))
+    monkeypatch.setattr(
+        importlib.import_module("vibrocap.measures.ensemble"), "ensemble", lambda *_, **__: pytest.fail("ran")
+    )
     assert expected in refused(capsys, "sweep", case, *options.split(), "--out", "map")
     assert list(case.parent.iterdir()) == [case]
 
@@ -286,7 +304,7 @@ def test_folder_that_cannot_be_written_is_refused(case, capsys, monkeypatch):
 
 @pytest.mark.parametrize("command_name", ["sweep", "plot"])
 def test_missing_extra_is_named(command_name, case, capsys, monkeypatch):
-    found = cli.needs.__globals__["importlib"].util.find_spec
+    found = importlib.util.find_spec
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "zarr" else found(name))
     assert "pip install 'vibrocap[sweep]'" in refused(capsys, command_name, case)
 
@@ -316,7 +334,7 @@ def test_export_that_fails_leaves_the_study(case, cheap, capsys, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(importlib.import_module("vibrocap.studies.export"), "write_study", full)
+    monkeypatch.setattr(importlib.import_module("vibrocap.io.study_file"), "write_study", full)
     message = refused(capsys, "sweep", case, "--over", MASS, "--out", "map", "--export", "m.csv", code=INCOMPLETE)
     assert "m.csv: No space left on device. The results are whole in map" in message
 
@@ -377,7 +395,7 @@ def test_plot_names_what_it_cannot_draw(case, cheap, capsys):
     for text in (
         "--measure: the study has no 'drft'",
         "--at drive.amplitude: should be PATH=VALUE",
-        "--at x: is no axis of the study; it has machine.mass_ratio, drive.amplitude",
+        "--at x: is no axis of the study; there is machine.mass_ratio, drive.amplitude",
         "--out: should end in .png or .svg or .pdf",
         "--dead-band: should be a number >= 0",
     ):

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import vibrocap as vc
-from vibrocap.machines.machine import Machine, parameters
+from vibrocap.physics.machines.machine import Machine, parameters
 
 TOLERANCE = 1e-11
 

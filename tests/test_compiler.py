@@ -15,7 +15,7 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
 from vibrocap.numerics.compiler.subset import parsed
 from vibrocap.numerics.linker.link import plain_kernel
@@ -437,7 +437,7 @@ def test_files_are_named_where_a_text_says_what_came_from_where():
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     text = kernel_of(system).text.replace("    changes = 0\n", "    changes = []\n", 1)
     with pytest.raises(
-        Refused, match=r"kernel/events/roots.py, function `sign_changes`, line 3 of it .*`changes = \[\]`"
+        Refused, match=r"kernel/arithmetic/roots.py, function `sign_changes`, line 3 of it .*`changes = \[\]`"
     ):
         ir(text, "advance")
 

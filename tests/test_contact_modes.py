@@ -11,7 +11,7 @@ import pytest
 
 import vibrocap as vc
 from independent import reference_motion
-from vibrocap.parameters import parameters
+from vibrocap.physics.parameters import parameters
 
 EPSILON = float(np.finfo(float).eps)
 TOLERANCE = 1e-9

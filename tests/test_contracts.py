@@ -15,11 +15,11 @@ import pytest
 
 import vibrocap as vc
 from law_instances import draws, instances, random_internal, varied
-from vibrocap.catalogue import drives, laws, machines
-from vibrocap.catalogue import law as law_of
-from vibrocap.friction.law import Law
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
@@ -56,7 +56,7 @@ def random_state(names, draw):
 @pytest.mark.parametrize("folder", ["friction", "machines", "drives"])
 def test_every_file_but_the_contract_holds_one_part(folder):
     found = {"friction": laws, "machines": machines, "drives": drives}[folder]()
-    package = import_module(f"vibrocap.{folder}")
+    package = import_module(f"vibrocap.physics.{folder}")
     modules = {module.name for module in pkgutil.iter_modules(package.__path__)} - NO_PARTS
     assert {part.__module__.rsplit(".", 1)[1] for part in found.values()} == modules
     assert all(name == part.name and re.fullmatch(r"[a-z]+(-[a-z]+)*", name) for name, part in found.items())

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.faces import cli
-from vibrocap.orbits import crossing_bracket
-from vibrocap.orbits.crossing_bracket import CrossingKind
-from vibrocap.simulate import period_marks
+from vibrocap.cli import main as cli
+from vibrocap.motion.simulate import period_marks
+from vibrocap.orbits.crossings import crossing_bracket
+from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 
 START = {"angle": math.pi / 3}
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -289,7 +289,7 @@ def test_command_refuses_what_makes_no_sense(case, arguments, complaint, capsys)
 
 
 def test_another_law_takes_over_what_both_have():
-    from vibrocap.faces.cli_crossing import _other
+    from vibrocap.cli.orbit import _other
 
     given = capsule("exponential").with_parameters({"friction.static_coefficient": 0.6})
     assert _other(given, "friction.law=lugre").friction == vc.LuGre(static_coefficient=0.6)

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, host, object_code
 from vibrocap.numerics.compiler.card import ARGUMENTS, LIBRARY, THREAD, thread_code
 from vibrocap.numerics.kernel import memory_layout as memory

@@ -17,9 +17,10 @@ import pytest
 from scipy.io import savemat
 
 from published_data import published_folder
-from vibrocap.faces import cli
-from vibrocap.faces.cli import INCOMPLETE, OK, WRONG_INPUT, main
-from vibrocap.faces.cli_records import datasets
+from vibrocap.cli import main as cli
+from vibrocap.cli.main import main
+from vibrocap.cli.records import datasets
+from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.records import fetching
 from vibrocap.records.fetching import DATA_SETS, SUMS, DataSet, FetchError, Original, fetch
 

@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 
 import vibrocap as vc
-from vibrocap import elementary
+from vibrocap.physics import elementary
 
 # Dimensionless, as in PHYSICS.md, section 1. `turn` and `push` are theta'' and X'', R is N f, D the drive's torque.
 lam, rho, nu, amplitude, omega, load = sp.symbols("lambda rho nu h omega N", positive=True)

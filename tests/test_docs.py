@@ -20,10 +20,11 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
-from vibrocap import catalogue
-from vibrocap.case import Case, CaseError, case_from_text, case_text
-from vibrocap.faces import cli
-from vibrocap.parameters import parameter_table
+from vibrocap.case.case import Case, CaseError, case_from_text, case_text
+from vibrocap.cli import main as cli
+from vibrocap.cli.terminal import OK, WRONG_INPUT
+from vibrocap.physics import catalogue
+from vibrocap.physics.parameters import parameter_table
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -167,7 +168,7 @@ def test_the_readme_snippet_is_the_agreed_one_and_ends_where_it_says(workplace):
 def run_command(command: str) -> None:
     words = shlex.split(command)
     assert words[0] == "vibrocap", command
-    assert cli.main(words[1:]) == cli.OK, command
+    assert cli.main(words[1:]) == OK, command
 
 
 @pytest.mark.parametrize("fence", kept("sh"))
@@ -253,7 +254,7 @@ def test_contributing_has_a_law_a_machine_and_a_drive():
 
 def write_new_files(folder: Path) -> None:
     for fence in NEW_FILES:
-        path = folder / Path(fence.words[1]).relative_to("src/vibrocap")
+        path = folder / Path(fence.words[1]).relative_to("src/vibrocap/physics")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(fence.text, encoding="utf-8")
 
@@ -262,7 +263,7 @@ def write_new_files(folder: Path) -> None:
 def new_parts(tmp_path):
     """The package as if the new files stood in it."""
     write_new_files(tmp_path)
-    packages = [importlib.import_module(f"vibrocap.{folder}") for folder in ("friction", "machines", "drives")]
+    packages = [importlib.import_module(f"vibrocap.physics.{folder}") for folder in ("friction", "machines", "drives")]
     before = set(sys.modules)
     finders = (catalogue.laws, catalogue.machines, catalogue.drives)
     for package in packages:
@@ -299,12 +300,12 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
     capsys.readouterr()
-    assert cli.main(["simulate", "case.toml", "--animate", "run.gif"]) == cli.WRONG_INPUT
+    assert cli.main(["simulate", "case.toml", "--animate", "run.gif"]) == WRONG_INPUT
     assert "--animate: draws the pendulum capsule only" in capsys.readouterr().err
-    assert cli.main(["limits", "case.toml"]) == cli.WRONG_INPUT
+    assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err
     Path("case.toml").write_text(fence.text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")
-    assert cli.main(["simulate", "case.toml"]) == cli.WRONG_INPUT
+    assert cli.main(["simulate", "case.toml"]) == WRONG_INPUT
     assert "did you mean 'hyperbolic'?" in capsys.readouterr().err
 
 
@@ -315,7 +316,9 @@ def test_new_parts_keep_their_contracts(tmp_path):
     plugin = ["import importlib"]
     for fence in NEW_FILES:
         folder = Path(fence.words[1]).parent.name
-        plugin.append(f"importlib.import_module('vibrocap.{folder}').__path__.append({str(tmp_path / folder)!r})")
+        plugin.append(
+            f"importlib.import_module('vibrocap.physics.{folder}').__path__.append({str(tmp_path / folder)!r})"
+        )
         names += re.findall(r'^    name: ClassVar\[str\] = "(.+)"$', fence.text, re.MULTILINE)
     (tmp_path / "new_files.py").write_text("\n".join(plugin) + "\n", encoding="utf-8")
     assert len(names) == 3
@@ -325,7 +328,7 @@ def test_new_parts_keep_their_contracts(tmp_path):
     done = subprocess.run(
         [*command, str(ROOT / "tests" / "test_contracts.py")],
         cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join((str(tmp_path), str(ROOT / "src")))},
         capture_output=True,
         text=True,
         timeout=300,

@@ -11,7 +11,7 @@ import scipy.linalg
 import vibrocap as vc
 from driven_laws import Chain, Chatter, Held, Play, on_plain_python, uneven, wandering
 from vibrocap.laboratory.driven import driven_force, driven_forces
-from vibrocap.trajectory import Status
+from vibrocap.motion.trajectory import Status
 
 PAPER = vc.LuGre()
 FLAT = {"coulomb_coefficient": 0.3, "static_coefficient": 0.3}  # g is constant

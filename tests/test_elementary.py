@@ -6,11 +6,11 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vibrocap.elementary import atan, tanh
 from vibrocap.numerics.compiler import compiled
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.numerics.kernel.arithmetic import elementary_polynomials, plain_vectors
 from vibrocap.numerics.linker.link import kernel_source, plain_kernel
+from vibrocap.physics.elementary import atan, tanh
 
 FUNCTIONS = {
     "tanh": (elementary_polynomials.hyperbolic_tangent, mp.tanh),

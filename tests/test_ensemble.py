@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.gathered import Gathered
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import elementary_polynomials
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.memory_layout import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS

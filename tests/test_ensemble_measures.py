@@ -9,17 +9,17 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion
-from vibrocap.equations import equations, parameter_values
 from vibrocap.measures.during_run import resolved
 from vibrocap.measures.stretch import stretches
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.simulate import _trajectory
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.motion import recorded_run
-from vibrocap.simulate import _trajectory
-from vibrocap.trajectory import Trajectory
 
-BRIDGE = sys.modules["vibrocap.ensemble"]  # the module, whose name in the package is the function's
+BRIDGE = sys.modules["vibrocap.measures.ensemble"]  # the module, whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
 RATIOS = {"exponential": (0.5, 1.0, 2.5, 6.0), "lugre": (1.0, 2.5)}
 START = {"angle": math.pi / 3}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.case import case_from_text, case_text, read_case
-from vibrocap.faces import cli
+from vibrocap.case.case import case_from_text, case_text, read_case
+from vibrocap.cli import main as cli
 from vibrocap.measures.response import response_class
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"

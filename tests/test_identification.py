@@ -7,17 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from vibrocap.catalogue import law as law_of
-from vibrocap.friction.coulomb import Coulomb
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.lugre import LuGre
-from vibrocap.identification import uncertainty as uncertainty_module
-from vibrocap.identification.fit import fit
-from vibrocap.identification.identifiability import Verdict
-from vibrocap.identification.minimum import SearchStatus
-from vibrocap.identification.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.saving import as_data, case_section
-from vibrocap.identification.uncertainty import correlation_time
+from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.inference import uncertainty as uncertainty_module
+from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.identification.inference.uncertainty import correlation_time
+from vibrocap.identification.result.case_section import case_section
+from vibrocap.identification.result.fit_result import as_data
+from vibrocap.identification.search.loss import SearchStatus
+from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.friction.coulomb import Coulomb
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.lugre import LuGre
 from vibrocap.records.record import Record
 
 TRUTH = LuGre(viscous_damping=0.05, bristle_damping=1.0)
@@ -211,7 +212,7 @@ def test_correlated_errors_widen_the_intervals():
 
 
 def test_a_saved_fit_reads_back_and_its_law_runs_in_a_case(found, tmp_path):
-    from vibrocap.case import case_from_text
+    from vibrocap.case.case import case_from_text
 
     data_path, case_path = found.save(tmp_path / "out")
     data = json.loads(data_path.read_text())
@@ -272,7 +273,7 @@ def fit_names():
 
 
 def test_where_every_start_fails_the_status_says_so(monkeypatch):
-    from vibrocap.identification import prediction
+    from vibrocap.identification.problem import prediction
 
     class Nothing:
         def __init__(self, force):

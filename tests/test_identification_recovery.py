@@ -4,10 +4,10 @@ import dataclasses
 
 import pytest
 
-from vibrocap import catalogue
-from vibrocap.friction.dahl import Dahl
-from vibrocap.friction.exponential import Exponential
-from vibrocap.identification.recovery import recovery
+from vibrocap.identification.experiments.recovery import recovery
+from vibrocap.physics import catalogue
+from vibrocap.physics.friction.dahl import Dahl
+from vibrocap.physics.friction.exponential import Exponential
 
 # What the defaults of the laws leave out, or make so large that it hides the rest: viscous friction, wide smoothing,
 # and behind a joint with play less bristle damping, which at its default strikes like a hammer.
@@ -47,7 +47,7 @@ def test_intervals_hold_the_truth(law):
 
 
 def test_intervals_that_were_half_as_wide_would_be_seen(monkeypatch):
-    from vibrocap.identification import uncertainty
+    from vibrocap.identification.inference import uncertainty
 
     plain = uncertainty.inverse
     monkeypatch.setattr(uncertainty, "inverse", lambda matrix: 0.25 * plain(matrix))

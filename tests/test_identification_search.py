@@ -6,25 +6,25 @@ import math
 import numpy as np
 import pytest
 
-from vibrocap.catalogue import law as law_of
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.lugre import LuGre
-from vibrocap.identification.choice import choice
-from vibrocap.identification.data_scales import data_scales
-from vibrocap.identification.descent import LONGEST, descent, followed, step
-from vibrocap.identification.fit import fit
-from vibrocap.identification.jumps import away_from_jumps
-from vibrocap.identification.minimum import Loss, SearchStatus
-from vibrocap.identification.motions import joined, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.prediction import Prediction
-from vibrocap.identification.samples import samples
+from vibrocap.identification.experiments.motions import joined, multisine, ramp, sinusoid, synthetic_record
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fitting.solution import away_from_jumps
+from vibrocap.identification.problem.data_scales import data_scales
+from vibrocap.identification.problem.parametrisation import parametrisation
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.problem.samples import samples
+from vibrocap.identification.search.descent import LONGEST, descent, step, warm_descent
+from vibrocap.identification.search.loss import Loss, SearchStatus
 from vibrocap.laboratory.driven import driven_force
+from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.lugre import LuGre
 
 
 def prediction_of(law, motion, noise=0.02):
     """(prediction, start made from the data) of a law's own record."""
     record = samples(synthetic_record(law, motion, noise=noise, seed=3))
-    chosen = choice(type(law), data_scales([record]))
+    chosen = parametrisation(type(law), data_scales([record]))
     return Prediction(chosen.template, chosen.space, (record,), (record.deviation,)), chosen.start
 
 
@@ -38,9 +38,9 @@ def test_a_descent_finds_the_minimum_that_an_independent_one_finds():
     )
     assert found.status == SearchStatus.CONVERGED
     assert math.isclose(found.cost, other.cost, rel_tol=1e-7)
-    again = followed(prediction, found.u + 0.05, found.slopes, Loss(), held=-1, stop=1e-9)
+    again = warm_descent(prediction, found.u + 0.05, found.slopes, Loss(), held=-1, stop=1e-9)
     assert math.isclose(again.cost, found.cost, rel_tol=1e-7)
-    held = followed(prediction, found.u + 0.05, found.slopes, Loss(), held=0, stop=1e-9)
+    held = warm_descent(prediction, found.u + 0.05, found.slopes, Loss(), held=0, stop=1e-9)
     assert held.u[0] == found.u[0] + 0.05
     assert held.cost > found.cost
 
@@ -67,12 +67,12 @@ def test_steps_are_no_longer_than_trusted_keep_the_bounds_and_promise_a_decrease
         u = rng.uniform(-1, 1, p)
         bounds = np.where(rng.random(p) < 0.3, u, -1.5), np.where(rng.random(p) < 0.3, u, 1.5)
         radius = 10 ** rng.uniform(-3, 0)
-        move, promised = step(u, errors, slopes, Loss(), np.ones(p, bool), bounds, radius)
+        move, predicted_reduction = step(u, errors, slopes, Loss(), np.ones(p, bool), bounds, radius)
         assert np.linalg.norm(move) <= radius * math.sqrt(p) * (1 + 1e-6)
         assert np.all((u + move >= bounds[0]) & (u + move <= bounds[1]))
         decrease = 0.5 * errors @ errors - 0.5 * np.sum((errors + slopes @ move) ** 2)
-        assert promised >= 0
-        assert math.isclose(promised, decrease, rel_tol=1e-6, abs_tol=1e-9)
+        assert predicted_reduction >= 0
+        assert math.isclose(predicted_reduction, decrease, rel_tol=1e-6, abs_tol=1e-9)
     bounds = -np.ones(1), np.ones(1)
     free = step(np.zeros(1), np.array([-1.0]), np.array([[2.0]]), Loss(), np.ones(1, bool), bounds, LONGEST)
     assert math.isclose(free[0][0], 0.5)

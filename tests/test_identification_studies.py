@@ -5,20 +5,21 @@ import math
 import numpy as np
 import pytest
 
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.lugre import LuGre
-from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
-from vibrocap.friction.stribeck import Stribeck
-from vibrocap.identification.bootstrap import bootstrap
-from vibrocap.identification.comparison import compare
-from vibrocap.identification.coordinates import Coordinate, Space
-from vibrocap.identification.experiment_design import candidate_motions, experiment_design
-from vibrocap.identification.fit import fit
-from vibrocap.identification.matched import match
-from vibrocap.identification.motions import Motion, multisine, ramp, sinusoid, synthetic_record
-from vibrocap.identification.spring_fit import spring_fit
-from vibrocap.identification.steady_fit import steady_fit, steady_force
-from vibrocap.identification.velocity_step import Step, found_step, measured_stiffness
+from vibrocap.identification.experiments.bootstrap import bootstrap
+from vibrocap.identification.experiments.comparison import compare
+from vibrocap.identification.experiments.experiment_design import candidate_motions, experiment_design
+from vibrocap.identification.experiments.match import match
+from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid, synthetic_record
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fitting.spring_fit import spring_fit
+from vibrocap.identification.fitting.steady_fit import steady_fit
+from vibrocap.identification.problem.coordinates import Coordinate, Space
+from vibrocap.identification.problem.steady_prediction import steady_force
+from vibrocap.identification.problem.velocity_step import Step, found_step, measured_stiffness
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+from vibrocap.physics.friction.stribeck import Stribeck
 from vibrocap.records.record import Record
 
 LAW = LuGre(viscous_damping=0.05, bristle_damping=1.0)
@@ -254,7 +255,7 @@ def test_the_spring_prediction_is_that_of_an_independent_integrator(velocity_ste
 
 
 def test_a_step_is_found_beside_jumps_of_the_sensor(velocity_step):
-    from vibrocap.identification.samples import samples
+    from vibrocap.identification.problem.samples import samples
 
     time, friction, displacement = velocity_step
     wobble = 2e-7 * np.random.default_rng(0).standard_normal(len(time))

@@ -15,10 +15,10 @@ import pytest
 import vibrocap as vc
 from imposed_motion import settled_pieces, stroke
 from law_instances import LAW_NAMES, LAWS, WRAPPED, draws, mirrored, random_internal, random_motion, without_viscosity
-from vibrocap.catalogue import law as law_of
-from vibrocap.catalogue import laws, wrappers
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics.catalogue import laws, wrappers
+from vibrocap.physics.parameters import parameter_table
 
 EPSILON = float(np.finfo(float).eps)
 SAMPLES = 25

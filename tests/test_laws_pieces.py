@@ -9,7 +9,7 @@ import pytest
 
 import vibrocap as vc
 from imposed_motion import settled_pieces, stroke
-from vibrocap.catalogue import law as law_of
+from vibrocap.physics.catalogue import law as law_of
 
 SPEED = 0.01
 

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.orbits import classification, long_runs, lyapunov, zero_one
-from vibrocap.orbits.classification import MotionClass, classify
-from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
-from vibrocap.orbits.stroboscopic_map import StroboscopicMap
-from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
-from vibrocap.simulate import period_marks
+from vibrocap.motion.simulate import period_marks
+from vibrocap.orbits.attractors import classification, lyapunov, zero_one
+from vibrocap.orbits.attractors.classification import MotionClass, classify
+from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
+from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.orbits.maps import stroboscopic_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 START = {"angle": math.pi / 3}
 FRICTIONLESS = vc.Exponential(coulomb_coefficient=0.0, static_coefficient=0.0)
@@ -30,7 +31,7 @@ def oscillator(damping, stiffness=1.0):
 
 @pytest.fixture
 def plain(monkeypatch):
-    monkeypatch.setattr(long_runs, "StroboscopicMap", functools.partial(StroboscopicMap, plain=True))
+    monkeypatch.setattr(stroboscopic_map, "StroboscopicMap", functools.partial(StroboscopicMap, plain=True))
 
 
 def logistic(r, count, start=0.3):

@@ -9,11 +9,11 @@ from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.patches import PathPatch
 
-from vibrocap.case import case_text, read_case
-from vibrocap.faces.cells import Cell, categories, cells, limits
-from vibrocap.faces.map_plots import LOOKS, PRINT, UNSETTLED, plot_study, study_figure
-from vibrocap.faces.study_view import ViewError, study_view
-from vibrocap.trajectory import Status
+from vibrocap.case.case import case_text, read_case
+from vibrocap.motion.trajectory import Status
+from vibrocap.plotting.cells import Cell, categories, cells, limits
+from vibrocap.plotting.maps import CELL_STYLES, PRINT, UNSETTLED, plot_study, study_figure
+from vibrocap.plotting.study_view import ViewError, study_view
 
 xarray = pytest.importorskip("xarray")
 
@@ -117,20 +117,20 @@ def test_colours_are_masked_where_there_is_no_value_and_flat_ones_fill_the_gaps(
 
 
 def test_every_look_is_told_apart_from_every_other_and_from_the_scales():
-    faces = [matplotlib.colors.to_rgb(face) for face, _, _ in LOOKS.values()]
+    faces = [matplotlib.colors.to_rgb(face) for face, _, _ in CELL_STYLES.values()]
     for name in ("RdBu_r", "viridis"):
         colours = matplotlib.colormaps[name](np.linspace(0.0, 1.0, 256))[:, :3]
         for cell in (Cell.NO_TRAVEL, Cell.FAILED):
-            assert np.abs(colours - faces[list(LOOKS).index(cell)]).sum(axis=1).min() > 0.2, (name, cell)
-    looks = [look[:2] for cell, look in LOOKS.items() if cell not in (Cell.NO_TRAVEL, Cell.INFINITE)]
+            assert np.abs(colours - faces[list(CELL_STYLES).index(cell)]).sum(axis=1).min() > 0.2, (name, cell)
+    looks = [look[:2] for cell, look in CELL_STYLES.items() if cell not in (Cell.NO_TRAVEL, Cell.INFINITE)]
     assert len(set(looks)) == len(looks)
 
 
 def test_runs_without_a_value_are_hatched_and_counted_in_the_legend():
     fig = figure(study())
     ax = fig.axes[0]
-    assert hatched_cells(ax, LOOKS[Cell.FAILED][1]) == {13}
-    assert hatched_cells(ax, LOOKS[Cell.NOT_RUN][1]) == {6}
+    assert hatched_cells(ax, CELL_STYLES[Cell.FAILED][1]) == {13}
+    assert hatched_cells(ax, CELL_STYLES[Cell.NOT_RUN][1]) == {6}
     assert hatched_cells(ax, UNSETTLED) == {20}
     assert legend_of(fig) == [
         "no travel, |⟨X′⟩| ≤ 1e-05: 12 (6 %)",
@@ -139,7 +139,7 @@ def test_runs_without_a_value_are_hatched_and_counted_in_the_legend():
         "not settled: 20 (10 %)",
     ]
     hatches = [handle.get_hatch() for handle in fig.legends[0].legend_handles]
-    assert hatches == [None, LOOKS[Cell.FAILED][1], LOOKS[Cell.NOT_RUN][1], UNSETTLED]
+    assert hatches == [None, CELL_STYLES[Cell.FAILED][1], CELL_STYLES[Cell.NOT_RUN][1], UNSETTLED]
 
 
 def test_complete_study_has_no_words_about_what_does_not_occur():

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
-from vibrocap.orbits import shooting, stroboscopic_map
-from vibrocap.orbits.shooting import shoot
-from vibrocap.orbits.stroboscopic_map import StroboscopicMap
-from vibrocap.simulate import period_marks
+from vibrocap.orbits.closing import shooting
+from vibrocap.orbits.closing.orbit import shoot
+from vibrocap.orbits.maps import stroboscopic_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 START = {"angle": math.pi / 3}
 NEAR = {  # the first set of PHYSICS.md section 4, after 40 periods

@@ -12,7 +12,7 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel.memory_layout import DONE
 from vibrocap.numerics.kernel.step import implicit
 from vibrocap.numerics.run.motion import recorded_run

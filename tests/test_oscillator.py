@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.friction.coulomb import Coulomb
-from vibrocap.friction.hyperbolic_stribeck import HyperbolicStribeck
-from vibrocap.machines.oscillator import Oscillator
-from vibrocap.parameters import parameters
+from vibrocap.physics.friction.coulomb import Coulomb
+from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.parameters import parameters
 
 TOLERANCE = 1e-11
 STICK, SLIP = 5.0, 2.6112592541013093  # 2 D/v and (2/w)(pi - atan(w D/v)) of the belt below
@@ -274,7 +274,7 @@ def test_a_smoothed_contact_shortens_the_cycle_by_several_percent():
     to 1e-9 with the contact that sticks. Its stick phase creeps, and lets go too early."""
     errors = []
     for width in (0.02, 0.01, 0.001):
-        law = vc.catalogue.law("smoothed-hyperbolic-stribeck")(0.0, 1.0, 1.0 / 3.0, smoothing_velocity=width)
+        law = vc.physics.catalogue.law("smoothed-hyperbolic-stribeck")(0.0, 1.0, 1.0 / 3.0, smoothing_velocity=width)
         system = vc.System(Oscillator(belt_speed=0.2), law, at_rest(13.0))
         motion = vc.simulate(system, periods=12, initial={"position": 0.3}, tolerance=1e-9)
         time = np.linspace(motion.end - 40.0, motion.end, 40_001)

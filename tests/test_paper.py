@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vibrocap.faces.reproduce import KEYS, reproduce
 from vibrocap.paper.averages import averages, crossings, meeting_points, zeros
 from vibrocap.paper.claim import CLAIMS, Outcome, judged, printed
 from vibrocap.paper.claims import CHAPTERS, chapters
@@ -19,6 +18,7 @@ from vibrocap.paper.main_finding import PRINTED, asymmetry
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, law, start
 from vibrocap.paper.runs import Runs
 from vibrocap.paper.steady_points import RANGE_OF_SOFT, SOFT, steady_points
+from vibrocap.report.reproduce import KEYS, reproduce
 
 HOLDS, ONLY_FOR, FAILS, UNDECIDED = Outcome.HOLDS, Outcome.ONLY_FOR, Outcome.FAILS, Outcome.UNDECIDED
 CLAIMS_OF = {

@@ -9,12 +9,12 @@ import pytest
 from scipy.optimize import minimize, minimize_scalar
 
 import vibrocap as vc
-from vibrocap.catalogue import laws
-from vibrocap.friction.law import Law, Positive, parameter, parameters
 from vibrocap.laboratory.chatter import powers, worst_chatter
 from vibrocap.laboratory.cycle import closed_cycle
 from vibrocap.laboratory.passivity import passivity
 from vibrocap.laboratory.recorded_law import recorded_law
+from vibrocap.physics.catalogue import laws
+from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 
 CREATES, NONE_FOUND, PROVEN = "creates energy: cycle found", "no cycle found, not proven", "passive, proven"
 

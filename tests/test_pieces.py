@@ -9,9 +9,9 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
-from vibrocap.equations import equations, parameter_values
-from vibrocap.friction.law import Law, Positive, parameter, parameters
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 
 TOLERANCE = 1e-9
 START = {"angle": math.pi / 3}

@@ -9,15 +9,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.catalogue import law as named
-from vibrocap.catalogue import laws
-from vibrocap.faces import plots
-from vibrocap.faces.regularisation_plots import draw_errors, draw_steps, plot_regularisation
-from vibrocap.friction.smoothed import smoothed
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
+from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.expressions.graph import Graph, evaluate
-from vibrocap.trajectory import Status
+from vibrocap.physics.catalogue import law as named
+from vibrocap.physics.catalogue import laws
+from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.plotting import style as plots
+from vibrocap.plotting.laboratory import draw_errors, draw_steps, plot_regularisation
 
 START = {"angle": math.pi / 3}
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

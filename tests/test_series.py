@@ -16,10 +16,10 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import PlainKernel, kernel_of
-from vibrocap.elementary import atan, cos, exp, log, power, sin, sqrt, tanh
-from vibrocap.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import Graph, evaluate
+from vibrocap.physics.elementary import atan, cos, exp, log, power, sin, sqrt, tanh
 
 EPSILON = float(np.finfo(float).eps)
 ORDER = 12
@@ -177,7 +177,7 @@ EXPRESSIONS = {
 
 
 class Real:
-    """A 50-digit number with the methods that `vibrocap.elementary` asks of what is no float."""
+    """A 50-digit number with the methods that `vibrocap.physics.elementary` asks of what is no float."""
 
     def __init__(self, value):
         self.value = mp.mpf(value)

@@ -7,8 +7,8 @@ import pytest
 
 import vibrocap as vc
 from test_contact_modes import TOLERANCE, stick_slip
-from vibrocap.catalogue import laws
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.catalogue import laws
+from vibrocap.physics.parameters import parameter_table
 
 
 def test_event_limit():

@@ -12,11 +12,12 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from vibrocap.faces.cli_stick_slip import stick_slip as command
-from vibrocap.faces.terminal import Refusal
+from vibrocap.cli.options import Refusal
+from vibrocap.cli.records import stick_slip as command
 from vibrocap.records.checks import RecordError
 from vibrocap.records.pull_files import read_pulls
-from vibrocap.records.regimes import HALF_STICK_RATIO, HALF_STICK_X, regime_diagram
+from vibrocap.records.regime_diagram import regime_diagram
+from vibrocap.records.regimes import HALF_STICK_RATIO, HALF_STICK_X
 from vibrocap.records.stick_slip import slider_velocity, stick_slip, stick_slip_of
 from vibrocap.records.stick_slip_periods import recurrence
 from vibrocap.records.stick_slip_phases import noise_level
@@ -418,7 +419,7 @@ def test_command_names_all_that_is_wrong(csv, tmp_path):
 
 
 def test_pictures_show_phases_levels_and_units():
-    from vibrocap.faces.stick_slip_plots import regime_figure, stick_slip_figure
+    from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 
     belt = Belt(10.0)
     found = stick_slip(*belt.record(0.02), **belt.known)

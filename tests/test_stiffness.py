@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.catalogue import laws
-from vibrocap.friction.smoothed import smoothed
 from vibrocap.laboratory.stiffness import stiffness_report
+from vibrocap.physics.catalogue import laws
+from vibrocap.physics.friction.smoothed import smoothed
 
 
 def steady_level(law, speed, load=1.0):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.case import case_from_text
-from vibrocap.ensemble import ensemble
+from vibrocap.case.case import case_from_text
+from vibrocap.measures.ensemble import ensemble
 from vibrocap.studies.adaptive import adaptive_map, border
 
 SIDE = 385  # 12 coarse cells of 32 steps
@@ -296,7 +296,9 @@ def test_points_go_to_the_ensemble(monkeypatch):
         periods = {"response_period": np.where(circle(x, y), 2, 1).astype(np.int16), "settled": np.ones(len(x), bool)}
         return {"status": np.zeros(len(x), np.int8), **periods, **counts, "mean_velocity": y - 0.5, "drift": x}
 
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", signed_like_the_ensemble(runs))
+    monkeypatch.setattr(
+        importlib.import_module("vibrocap.measures.ensemble"), "ensemble", signed_like_the_ensemble(runs)
+    )
     over = {"machine.mass_ratio": (0.1, 1.0, 65), "initial.angle": (0.0, 1.0, 65)}
     by = ("travel", "response_period")
     dataset = adaptive_map(SYSTEM, over, by, measures=("drift",), initial={"velocity": 0.2}, tolerance=1e-7, threads=1)

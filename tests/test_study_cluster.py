@@ -9,7 +9,7 @@ import pytest
 
 import cheap_ensemble
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.studies import cluster
 from vibrocap.studies.dataset import stored_study
 from vibrocap.studies.sweep import sweep
@@ -21,7 +21,7 @@ OVER = {"machine.mass_ratio": "1:4:31", "machine.stiffness": "1:2:5"}
 
 @pytest.fixture
 def cheap(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
 
 
 def stored(out, **changes):

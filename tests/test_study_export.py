@@ -10,10 +10,10 @@ import xarray as xr
 
 import cheap_ensemble
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
-from vibrocap.case import case_from_text
-from vibrocap.studies import export
+from vibrocap.case.case import case_from_text
+from vibrocap.io import study_file as export
+from vibrocap.io.study_file import write_study
 from vibrocap.studies.designs import Design
-from vibrocap.studies.export import write_study
 from vibrocap.studies.sweep import sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
@@ -23,7 +23,7 @@ RANGES = {"machine.mass_ratio": (1, 3), "initial.angle": (0, 1)}
 
 @pytest.fixture(autouse=True)
 def cheap(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
     monkeypatch.setattr(export, "ROWS", 5)
 
 

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.studies.code_version import code_version, source_fingerprint
 from vibrocap.studies.designs import Design
 from vibrocap.studies.differences import differences
@@ -85,19 +85,21 @@ def test_what_does_not_change_a_result_does_not_change_the_identity():
 def test_edited_code_is_another_study(tmp_path):
     sources = {
         "numerics/kernel/loop/one_step.py": "a = 1\n",
-        "system.py": "b = 1\n",
-        "ensemble.py": "",
-        "faces/cli.py": "",
+        "physics/friction/law.py": "b = 1\n",
+        "measures/ensemble.py": "def run():\n    from vibrocap.motion import simulate\n",
+        "motion/simulate.py": "from vibrocap.physics.system import System\n",
+        "physics/system.py": "",
+        "cli/main.py": "from vibrocap.measures.ensemble import run\n",
         "studies/s.py": "",
     }
     for name, text in sources.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     first = source_fingerprint(tmp_path)
     for name in sources:
         source_fingerprint.cache_clear()
         (tmp_path / name).write_text(sources[name] + "c = 2\n")
-        assert (source_fingerprint(tmp_path) == first) == name.startswith(("faces", "studies")), name
+        assert (source_fingerprint(tmp_path) == first) == name.startswith(("cli", "studies")), name
         (tmp_path / name).write_text(sources[name])
     source_fingerprint.cache_clear()
     assert source_fingerprint(tmp_path) == first

@@ -18,7 +18,7 @@ import xarray as xr
 import cheap_ensemble
 import interrupts
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.studies import store as stores
 from vibrocap.studies.cluster import run_and_store
 from vibrocap.studies.dataset import open_study, stored_study
@@ -41,7 +41,7 @@ def cheap(monkeypatch):
         calls.append(over)
         return cheap_ensemble.ensemble(system, over, **settings)
 
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", counted)
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", counted)
     monkeypatch.setattr(os, "fsync", lambda handle: None)  # takes most of the time of these tests
     return calls
 

@@ -9,11 +9,11 @@ import xarray as xr
 
 import cheap_ensemble
 from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
+from vibrocap.motion.trajectory import Status
 from vibrocap.studies.dataset import stored_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.sweep import run_study, size_in_words, sweep
-from vibrocap.trajectory import Status
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))
 ALWAYS = ["status", "settled", "response_period", "window_start", "window_periods"]
@@ -21,7 +21,7 @@ ALWAYS = ["status", "settled", "response_period", "window_start", "window_period
 
 @pytest.fixture
 def cheap(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
 
 
 def test_the_dataset_is_labelled(cheap):
@@ -123,7 +123,7 @@ def test_a_run_that_is_refused_on_the_way_stops_the_study(cheap, monkeypatch):
     def refuse(*_, **__):
         raise ValueError("something is wrong")
 
-    monkeypatch.setattr(importlib.import_module("vibrocap.ensemble"), "ensemble", refuse)
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", refuse)
     with pytest.raises(CaseError, match=r"tile 0 cannot be run:\n  something is wrong"):
         sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]})
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import qmc
 
 from vibrocap import Exponential, Harmonic, LuGre, PendulumCapsule, System
-from vibrocap.case import CaseError
-from vibrocap.studies.axes import Grid, axis_of, parse_over
+from vibrocap.case.case import CaseError
+from vibrocap.studies.axes import Grid, axis_of
 from vibrocap.studies.cases import case_list
 from vibrocap.studies.checks import LIMIT, check_runs, plan_complaints
 from vibrocap.studies.designs import Design, Drawn, Range, range_from
@@ -91,17 +91,6 @@ def test_kinds_are_words_of_the_catalogue():
     assert "did you mean 'lugre'" in axis_of("friction.law", ["lugr"])[1][0]
     assert "there is bouc-wen, coulomb, dahl" in axis_of("friction.law", [1.0])[1][0]
     assert "should hold numbers, got 'up'" in axis_of("initial.angle", "0.1,up")[1][0]
-
-
-def test_axes_of_the_command_line():
-    assert parse_over(["machine.mass_ratio=1:2:3", "friction.law = exponential,lugre"]) == {
-        "machine.mass_ratio": "1:2:3",
-        "friction.law": "exponential,lugre",
-    }
-    with pytest.raises(CaseError) as caught:
-        parse_over(["a=1", "a=2", "b", "c=", "=1"])
-    assert len(caught.value.complaints) == 4
-    assert "a: is given twice" in caught.value.complaints
 
 
 def test_unknown_paths_and_the_nearest():

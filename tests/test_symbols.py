@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
-from vibrocap import symbols
-from vibrocap.catalogue import drives, laws, machines, wrappers
-from vibrocap.equations import equations
-from vibrocap.parameters import parameter_table
+from vibrocap.motion.equations import equations
+from vibrocap.physics import symbols
+from vibrocap.physics.catalogue import drives, laws, machines, wrappers
+from vibrocap.physics.parameters import parameter_table
 
 SYMBOLS_PAGE = Path(__file__).resolve().parents[1] / "docs" / "symbols.md"
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]

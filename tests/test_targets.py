@@ -7,7 +7,7 @@ import sys
 import pytest
 
 import vibrocap as vc
-from vibrocap.equations import equations
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.run.ensemble import ensemble_source
 
 EMIT = """

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.faces import cli
-from vibrocap.orbits import steady, unstable
-from vibrocap.simulate import period_marks
+from vibrocap.cli import main as cli
+from vibrocap.motion.simulate import period_marks
+from vibrocap.orbits.closing import orbit as orbits
+from vibrocap.orbits.closing.periodic_solution import state_vector
 
 pytestmark = pytest.mark.slow
 START = {"angle": math.pi / 3}
@@ -69,7 +70,7 @@ def test_the_saddle_that_was_passed_is_kept():
 
 
 def test_without_going_on_the_saddle_would_be_returned(monkeypatch):
-    monkeypatch.setattr(steady, "_kept", lambda found, *rest: found)
+    monkeypatch.setattr(orbits, "_kept", lambda map_, found, *rest: found)
     found = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
     assert not found.stable
 
@@ -80,12 +81,12 @@ def test_the_way_on_which_a_state_lies_comes_first(law):
     saddle = symmetric(law)
     for off in (1e-5, -1e-5):
         start = saddle.state | {"velocity": saddle.state["velocity"] + off}
-        first = unstable.pushed_off(saddle, towards=start)[0]
+        first = orbits.pushed_off(saddle, towards=state_vector(saddle.system, start))[0]
         assert first.drift == pytest.approx(simulated(saddle.system, start), abs=1e-9)
 
 
 def test_what_leaves_and_does_not_settle_is_said(monkeypatch):
-    monkeypatch.setattr(unstable, "orbits_reached", lambda *given: ([], np.array([-1, -1]), None))
+    monkeypatch.setattr(orbits, "orbits_reached", lambda *given: ([], np.array([-1, -1]), None))
     found = vc.orbit(first_set("lugre"), initial=symmetric("lugre").state)
     assert found.status is vc.OrbitStatus.NOT_SETTLED
     assert found.passed is not None
@@ -94,12 +95,12 @@ def test_what_leaves_and_does_not_settle_is_said(monkeypatch):
 
 def test_an_orbit_that_went_astray_is_not_claimed(monkeypatch):
     """Planted: Newton's method leads to the mirror twin of what was simulated."""
-    real = steady.shoot
+    real = orbits.closed
 
-    def elsewhere(system, start, *rest, **options):
-        return real(system, real(system, start, *rest, **options).mirrored_state, *rest, **options)
+    def elsewhere(map_, state, *rest):
+        return real(map_, state_vector(map_.system, real(map_, state, *rest).mirrored_state), *rest)
 
-    monkeypatch.setattr(steady, "shoot", elsewhere)
+    monkeypatch.setattr(orbits, "closed", elsewhere)
     found = vc.orbit(first_set("exponential"), initial=START)
     assert found.status is vc.OrbitStatus.NOT_CONVERGED
 

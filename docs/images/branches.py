@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 import vibrocap as vc
-from vibrocap.faces.branch_plots import plot_branches
+from vibrocap.plotting.branches import plot_branches
 
 if __name__ == "__main__":
     start = {"angle": math.pi / 3}

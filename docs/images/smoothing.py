@@ -13,9 +13,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.faces import plots
-from vibrocap.faces.regularisation_plots import draw_errors, draw_steps
 from vibrocap.laboratory.regularisation import regularisation_error, width_for
+from vibrocap.plotting import style as plots
+from vibrocap.plotting.laboratory import draw_errors, draw_steps
 
 START = {"angle": math.pi / 3}
 WIDTHS = np.logspace(-1, -7, 13)

@@ -15,8 +15,9 @@ from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
 from scipy.integrate import solve_ivp
 
 import vibrocap as vc
-from vibrocap.faces import plots
-from vibrocap.trajectory import BACK, FORWARD, STUCK
+from vibrocap.motion.trajectory import BACK, FORWARD, STUCK
+from vibrocap.plotting import style as plots
+from vibrocap.plotting.motion import sample_times
 
 PERIODS = 40
 FRAMES = (0.0, 0.14, 0.235, 0.43, 0.55, 0.75, 1.0)  # instants of the last period, in periods
@@ -73,7 +74,7 @@ def draw_strip(axes, motion: vc.Trajectory, start: float) -> None:
 
 def draw_velocity(axes, motion: vc.Trajectory, start: float) -> None:
     """Capsule velocity over the last period, its stick phases shaded, the frames of the strip marked."""
-    t = plots.sample_times(motion, start, motion.end)
+    t = sample_times(motion, start, motion.end)
     share = (t - start) / motion.period
     velocity, side = motion.at(t, "velocity"), motion.at(t, "side")
     axes.axhline(0.0, color="#808080", linewidth=0.7, zorder=1)

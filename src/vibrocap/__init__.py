@@ -2,35 +2,15 @@
 
 from importlib.metadata import version as _version
 
-from vibrocap.drives.biharmonic import Biharmonic
-from vibrocap.drives.constant import Constant
-from vibrocap.drives.harmonic import Harmonic
-from vibrocap.drives.loading import Loading
-from vibrocap.drives.ramp import Ramp
-from vibrocap.ensemble import ensemble
-from vibrocap.friction.anisotropic import anisotropic
-from vibrocap.friction.backlash import backlash
-from vibrocap.friction.bouc_wen import BoucWen
-from vibrocap.friction.coulomb import Coulomb
-from vibrocap.friction.dahl import Dahl
-from vibrocap.friction.elasto_plastic import ElastoPlastic
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.hyperbolic_stribeck import HyperbolicStribeck
-from vibrocap.friction.lugre import LuGre
-from vibrocap.friction.maxwell_slip import MaxwellSlip
-from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
-from vibrocap.friction.rate_and_state_slip import RateAndStateSlip
-from vibrocap.friction.smoothed_arctan import SmoothedArctan
-from vibrocap.friction.smoothed_tanh import SmoothedTanh
-from vibrocap.friction.stribeck import Stribeck
-from vibrocap.identification.bootstrap import Bootstrap, bootstrap
-from vibrocap.identification.comparison import Comparison, compare
-from vibrocap.identification.experiment_design import ExperimentDesign, candidate_motions, experiment_design
-from vibrocap.identification.fit import fit
-from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.matched import Match, match
-from vibrocap.identification.spring_fit import spring_fit
-from vibrocap.identification.steady_fit import steady_fit
+from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
+from vibrocap.identification.experiments.comparison import Comparison, compare
+from vibrocap.identification.experiments.experiment_design import ExperimentDesign, candidate_motions, experiment_design
+from vibrocap.identification.experiments.match import Match, match
+from vibrocap.identification.fitting.fit import fit
+from vibrocap.identification.fitting.spring_fit import spring_fit
+from vibrocap.identification.fitting.steady_fit import steady_fit
+from vibrocap.identification.result.fit_result import Fit
+from vibrocap.io.study_file import write_study
 from vibrocap.laboratory.break_away import BreakAway, break_away
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
 from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
@@ -41,10 +21,9 @@ from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded, regu
 from vibrocap.laboratory.stick_slip_test import stick_slip_test
 from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
 from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
-from vibrocap.machines.oscillator import Oscillator
-from vibrocap.machines.pendulum_capsule import PendulumCapsule
 from vibrocap.measures.during_run import measure_table, measured
 from vibrocap.measures.energy import EnergyBalance, energy_balance
+from vibrocap.measures.ensemble import ensemble
 from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
 from vibrocap.measures.limits import (
     FrictionalLimits,
@@ -59,49 +38,67 @@ from vibrocap.measures.response import ResponseClass, response_class
 from vibrocap.measures.settling import Settling, settling
 from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
 from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
-from vibrocap.orbits.attractors import Attractor, Attractors, attractors
-from vibrocap.orbits.basins import Basins, basins
-from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-from vibrocap.orbits.branch import Branch, SpecialPoint
-from vibrocap.orbits.branch_crossings import BranchCrossing
-from vibrocap.orbits.branch_diagram import BranchDiagram, branches
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.branch_following import branch
-from vibrocap.orbits.classification import MotionClass, classify
-from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
-from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
-from vibrocap.orbits.orbit import Orbit, OrbitStatus
-from vibrocap.orbits.shooting import shoot
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.steady import orbit
-from vibrocap.orbits.words import WordChange
-from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
-from vibrocap.records.checks import RecordError, RecordWarning
-from vibrocap.records.preparation import prepared
-from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
-from vibrocap.records.readers import read_records
-from vibrocap.records.record import Record
-from vibrocap.records.regimes import regime_diagram
-from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
-from vibrocap.scales import Scales
-from vibrocap.scaling import (
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import Certificate, Event, Phase, Status, Trajectory
+from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
+from vibrocap.orbits.attractors.basins import Basins, basins
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+from vibrocap.orbits.attractors.classification import MotionClass, classify
+from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
+from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
+from vibrocap.orbits.continuation.branch import Branch, branch
+from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
+from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
+from vibrocap.orbits.maps.itinerary import WordChange
+from vibrocap.physics.drives.biharmonic import Biharmonic
+from vibrocap.physics.drives.constant import Constant
+from vibrocap.physics.drives.harmonic import Harmonic
+from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.drives.ramp import Ramp
+from vibrocap.physics.friction.anisotropic import anisotropic
+from vibrocap.physics.friction.backlash import backlash
+from vibrocap.physics.friction.bouc_wen import BoucWen
+from vibrocap.physics.friction.coulomb import Coulomb
+from vibrocap.physics.friction.dahl import Dahl
+from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
+from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.friction.maxwell_slip import MaxwellSlip
+from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+from vibrocap.physics.friction.rate_and_state_slip import RateAndStateSlip
+from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
+from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
+from vibrocap.physics.friction.stribeck import Stribeck
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.physics.scales import (
     BiharmonicInSI,
     ExponentialInSI,
     HarmonicInSI,
     LuGreInSI,
     PendulumCapsuleInSI,
+    Scales,
     SystemInSI,
 )
-from vibrocap.simulate import simulate
+from vibrocap.physics.system import System
+from vibrocap.records.checks import RecordError, RecordWarning
+from vibrocap.records.preparation import prepared
+from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
+from vibrocap.records.readers import read_records
+from vibrocap.records.record import Record
+from vibrocap.records.regime_diagram import regime_diagram
+from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
 from vibrocap.studies.adaptive import adaptive_map, border
 from vibrocap.studies.branch_datasets import branch_dataset
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.designs import Design
-from vibrocap.studies.export import write_study
 from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
 from vibrocap.studies.sweep import sweep
-from vibrocap.system import System
-from vibrocap.trajectory import Certificate, Event, Phase, Status, Trajectory
 
 __version__ = _version("vibrocap")
 __all__ = [

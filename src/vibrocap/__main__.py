@@ -2,6 +2,6 @@
 
 import sys
 
-from vibrocap.faces.cli import main
+from vibrocap.cli.main import main
 
 sys.exit(main())

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.drives.loading import Loading
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.checks import check_motion, check_numbers, checked_list
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
-from vibrocap.machines.oscillator import Oscillator
 from vibrocap.measures.stretch import stretches
-from vibrocap.simulate import simulate
-from vibrocap.system import System
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.system import System
 
 RATES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # times the rate at which the contact yields with its own speed
 PAST = 1.2  # break-away forces that the ramp passes through at first, and how much longer it gets each time

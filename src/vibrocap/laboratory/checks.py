@@ -5,23 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
-from vibrocap.trajectory import Status
+from vibrocap.arguments import ArgumentError, is_number
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.friction.law import Law
 
 
 def check_numbers(**given: Any) -> None:
     """ValueError for what is not a positive number, by name."""
     for name, value in given.items():
-        number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-        if not number or not 0.0 < value < math.inf:
-            raise ValueError(f"{name} should be a positive number, got {value!r}")
-
-
-def check_whole(**given: Any) -> None:
-    """ValueError for what is not a whole number from 1 on, by name."""
-    for name, value in given.items():
-        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
-            raise ValueError(f"{name} should be a whole number from 1 on, got {value!r}")
+        if not (is_number(value) and 0.0 < value < math.inf):
+            raise ArgumentError(name, f"should be a positive number, got {value!r}")
 
 
 def checked_list(name: str, given: Any) -> np.ndarray:

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.laboratory.speed_scale import SPEEDS, speed_scale
+from vibrocap.physics.friction.law import Law
 
 SLOW = 1e-5  # of the speed: a pull that is quasi-static
 

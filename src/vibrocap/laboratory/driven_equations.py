@@ -4,12 +4,12 @@ import functools
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.equations import is_recorded
-from vibrocap.friction.law import Law
+from vibrocap.motion.equations import is_recorded
 from vibrocap.numerics.codegen.driven_source import DrivenEquations
 from vibrocap.numerics.codegen.resolution import sharpness
 from vibrocap.numerics.expressions.graph import Graph
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 
 def driven_equations(law: Law, free: tuple[str, ...]) -> DrivenEquations:

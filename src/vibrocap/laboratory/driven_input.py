@@ -1,12 +1,12 @@
 """What is given to a driven law, checked: an imposed motion, states at its start, parameter sets."""
 
-import difflib
 from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
-from vibrocap.parameters import parameter_table
+from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 
 def _numbers(name: str, values: Any) -> np.ndarray:
@@ -68,10 +68,8 @@ def parameter_sets(law: Law, values: Any, names: tuple[str, ...]) -> np.ndarray:
     known = [info.name for info in parameter_table(law) if isinstance(getattr(law, info.name), (int, float))]
     for name in names:
         if name not in known:
-            near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)
-            raise ValueError(
-                f"names should be parameters of the {law.name} law, got {name!r}; did you mean {near[0]!r}?"
-            )
+            near = suggestion(name, known, cutoff=0.0)
+            raise ArgumentError("names", f"should be parameters of the {law.name} law, got {name!r}; {near}")
     if len(set(names)) != len(names):
         raise ValueError(f"names should differ, got {', '.join(names)}")
     table = np.asarray(values, dtype=float)

@@ -7,7 +7,6 @@ from typing import Literal
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.chatter import Chatter, Powers, least_speed, powers, worst_chatter
 from vibrocap.laboratory.checks import check_numbers
 from vibrocap.laboratory.cycle import Cycle, closed_cycle
@@ -15,6 +14,7 @@ from vibrocap.laboratory.cycle_search import searched_cycle
 from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law
 from vibrocap.laboratory.speed_scale import speed_scale
 from vibrocap.laboratory.visited_states import visited_states
+from vibrocap.physics.friction.law import Law
 
 Verdict = Literal["passive, proven", "creates energy: cycle found", "no cycle found, not proven"]
 DECADES = 4.0  # of speed, above and below the law's own, that are searched

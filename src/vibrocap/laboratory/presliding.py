@@ -5,15 +5,16 @@ import math
 
 import numpy as np
 
-from vibrocap.drives.loading import Loading
-from vibrocap.friction.law import Law
-from vibrocap.laboratory.checks import check_motion, check_numbers, check_whole
+from vibrocap.arguments import check_whole
+from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import SLOW, contact_sizes
 from vibrocap.laboratory.driven import driven_force
-from vibrocap.machines.oscillator import Oscillator
-from vibrocap.simulate import period_marks
-from vibrocap.system import System
-from vibrocap.trajectory import Status
+from vibrocap.motion.simulate import period_marks
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.system import System
 
 SAMPLES = 1024  # per cycle of displacement
 LOOP_TOLERANCE = 1e-11
@@ -83,7 +84,7 @@ def presliding_loop(
     Set-valued laws show a rectangle: the full force at once, to either side.
     """
     check_numbers(load=load)
-    check_whole(cycles=cycles)
+    check_whole("cycles", cycles, 1)
     sizes = contact_sizes(law, load)
     amplitude = sizes.displacement if amplitude is None else amplitude
     speed = SLOW * sizes.speed if speed is None else speed
@@ -149,7 +150,7 @@ def creep(
     where not even four cycles can be completed.
     """
     check_numbers(load=load)
-    check_whole(cycles=cycles)
+    check_whole("cycles", cycles, 1)
     sizes = contact_sizes(law, load)
     bias = BIAS * sizes.force if bias is None else bias
     amplitude = AMPLITUDE * sizes.force if amplitude is None else amplitude

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.checks import check_numbers
 from vibrocap.numerics.codegen.source import ScalarWriter
 from vibrocap.numerics.expressions.graph import FUNCTIONS, Expression, Graph, derivative
+from vibrocap.physics.friction.law import Law
 
 # What a written formula calls `math`.
 _NUMPY = types.SimpleNamespace(**{name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in FUNCTIONS})

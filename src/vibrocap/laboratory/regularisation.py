@@ -7,14 +7,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vibrocap.friction.smoothed import smoothed
 from vibrocap.laboratory.checks import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
-from vibrocap.parameters import parameter_table
-from vibrocap.simulate import COMPANION, simulate
-from vibrocap.system import System
-from vibrocap.trajectory import Status
+from vibrocap.motion.simulate import COMPANION, simulate
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import System
 
 Shape = Literal["tanh", "arctan"]
 DECADES, PER_DECADE = 6, 2  # of widths looked at by default, below a tenth of the fastest sliding

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vibrocap.friction.law import Law
-from vibrocap.parameters import parameter_table
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
 
 SPEEDS = np.geomspace(1e-12, 1e6, 721)  # over which a drop of the steady force is looked for, in any units
 NO_DROP = 1e-3  # share of the steady force that counts as none

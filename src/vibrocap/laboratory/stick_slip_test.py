@@ -6,15 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.drives.loading import Loading
-from vibrocap.friction.law import Law
-from vibrocap.laboratory.checks import check_motion, check_numbers, check_whole
+from vibrocap.arguments import check_whole
+from vibrocap.laboratory.checks import check_motion, check_numbers
 from vibrocap.laboratory.contact_sizes import contact_sizes
-from vibrocap.machines.oscillator import Oscillator
 from vibrocap.measures.stretch import stretches
-from vibrocap.simulate import simulate
-from vibrocap.system import System
-from vibrocap.trajectory import STUCK, Trajectory
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import STUCK, Trajectory
+from vibrocap.physics.drives.loading import Loading
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.oscillator import Oscillator
+from vibrocap.physics.system import System
 
 STILL = 0.1  # of the pulling speed: a block that is slower sticks, with a law that never holds it quite at rest
 REPEATS = 1e-4  # relative difference of the last two cycles below which the motion has settled
@@ -92,7 +93,7 @@ def stick_slip_test(
     Raises ValueError for what is not a positive number, and RuntimeError where the motion cannot be completed.
     """
     check_numbers(stiffness=stiffness, speed=speed, mass=mass, load=load)
-    check_whole(cycles=cycles)
+    check_whole("cycles", cycles, 1)
     sizes = contact_sizes(law, load)
     unit = sizes.force / (stiffness * speed) + 2.0 * math.pi * math.sqrt(mass / stiffness)
     machine = Oscillator.pulled(speed, mass=mass, stiffness=stiffness, normal_load=load)

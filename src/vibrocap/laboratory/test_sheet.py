@@ -4,13 +4,13 @@
 import dataclasses
 from collections.abc import Callable, Sequence
 
-from vibrocap.friction.law import Law
 from vibrocap.laboratory.break_away import BreakAway, break_away
 from vibrocap.laboratory.checks import check_numbers
 from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
 from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
 from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
 from vibrocap.laboratory.stick_slip_test import StickSlipCycle, stick_slip_test
+from vibrocap.physics.friction.law import Law
 
 REACHES = (0.3, 0.8, 1.6, 3.2)  # amplitudes of the presliding loops, over the displacement of the contact
 SOFT = 0.01  # stiffness of the spring over that of the contact

@@ -4,23 +4,22 @@ All belong to a window of whole drive periods: where the motion settled, one per
 periods of the run. Works and loop areas are given per drive period, so that windows of different length compare.
 """
 
-import difflib
-import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from vibrocap.equations import equations, parameter_values
+from vibrocap.arguments import ArgumentError, check_threshold, check_whole, suggestion
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
 from vibrocap.measures.standard import TRAVEL, standard_measures
 from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import whole_periods
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.kernel.memory_layout import ASK_INTEGRALS, ASK_PEAK
 from vibrocap.numerics.run.replay import replayed
-from vibrocap.system import System
-from vibrocap.trajectory import Trajectory
+from vibrocap.physics.system import System
 
 
 def measure_table(system: System | None = None) -> dict[str, Measure]:
@@ -49,10 +48,8 @@ def measured(
     done = whole_periods(motion)
     if not motion.status.ok:
         raise ValueError(f"the motion did not go to its end: {motion.status.text}")
-    if not isinstance(window, (int, np.integer)) or isinstance(window, bool) or not 1 <= window <= done:
-        raise ValueError(f"window should be a whole number of periods from 1 to {done}, got {window!r}")
-    if settle is not None and not 0.0 < settle < math.inf:
-        raise ValueError(f"settle should be None or a positive threshold such as 1e-6, got {settle!r}")
+    check_whole("window", window, 1, done, of=" of periods")
+    check_threshold("settle", settle)
     recording = equations(motion.system)
     layout, result = replayed(
         recording,
@@ -81,17 +78,17 @@ def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[M
         if isinstance(measure, Measure) and (
             own[measure.name] != measure or table.get(measure.name, measure) != measure
         ):
-            raise ValueError(f"measures: there are two measures of the name {measure.name!r}")
+            raise ArgumentError("measures", f"there are two measures of the name {measure.name!r}")
     table |= own
     needed: dict[str, Measure] = {}
 
     def need(name: Any, path: tuple[str, ...]) -> Measure:
         if not isinstance(name, str) or name not in table:
-            near = difflib.get_close_matches(str(name), table, n=1, cutoff=0.0)[0]
             by = f" (of which {path[-1]!r} is derived)" if path else ""
-            raise ValueError(f"measures: there is no measure {name!r}{by}; did you mean {near!r}?")
+            near = suggestion(name, table, cutoff=0.0)
+            raise ArgumentError("measures", f"there is no measure {name!r}{by}; {near}")
         if name in path:
-            raise ValueError(f"measures: {name!r} is derived from itself, by {' -> '.join((*path, name))}")
+            raise ArgumentError("measures", f"{name!r} is derived from itself, by {' -> '.join((*path, name))}")
         if name not in needed:
             how = table[name].how
             for other in how.of if isinstance(how, Derived) else ():
@@ -110,7 +107,7 @@ def check_travel(needed: Sequence[Measure], system: System) -> None:
             try:
                 travelling(system.machine)
             except ValueError as error:
-                raise ValueError(f"measures: {measure.name}: {error}") from None
+                raise ArgumentError("measures", f"{measure.name}: {error}") from None
 
 
 def asked_groups(needed: Sequence[Measure]) -> int:

@@ -3,7 +3,7 @@
 import dataclasses
 
 from vibrocap.measures.windows import window_times
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
 
 
 @dataclasses.dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.measures.branches import Branches, Excursion, branches
 from vibrocap.measures.stretch import Stretch, contact_place, stretches
 from vibrocap.measures.windows import period_times
-from vibrocap.trajectory import BACK, FORWARD, STUCK, Trajectory
+from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 
 # Friction differences below this share of the peak, or below so many tolerances of the run, count as none.
 NO_DIFFERENCE = 1e-9

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.measures.travel import travelling
 from vibrocap.numerics.kernel.memory_layout import LETTERS_PER_PLACE, RESULT_HEAD, Layout
-from vibrocap.system import System
+from vibrocap.physics.system import System
 
 CODES = {1: "F", 2: "S", 3: "B"}  # two bits of a letter of a word, see `numerics.kernel.observe.stick_statistics`
 

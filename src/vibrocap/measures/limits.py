@@ -5,9 +5,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.lugre import LuGre
 from vibrocap.measures.offset_points import OffsetPoints, checked_load, offset_points, root_between
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.lugre import LuGre
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,8 +13,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vibrocap.equations import Equations
 from vibrocap.measures.gathered import Gathered
+from vibrocap.motion.equations import Equations
 from vibrocap.numerics.codegen.source import Integrands, integrands_source
 from vibrocap.numerics.expressions.graph import Expression, Graph
 
@@ -99,7 +99,8 @@ class Instant:
     `m.angle`, `m.velocity`, ... are the states, `m.friction`, `m.holding_force`, `m.drive`, `m.contact_velocity`, ...
     the observables, `m.drive_power`, ... the power of each channel, `m.time` the time since the start of the period,
     `m.side` the side of the contact (1, -1; 0: stuck). `m["machine.mass_ratio"]` is a parameter. They are recorded: the
-    function is called once and should be a formula of them, with `vibrocap.elementary` for sin, cos, exp and powers.
+    function is called once and should be a formula of them, with `vibrocap.physics.elementary` for sin, cos, exp and
+    powers.
     """
 
     def __init__(self, equations: Equations, graph: Graph):

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from vibrocap.friction.lugre import LuGre
+from vibrocap.physics.friction.lugre import LuGre
 
 MOST_ITERATIONS = 100_000
 # Relative change at which a recursion has arrived. Not rounding itself, at which it may hop between two neighbours.

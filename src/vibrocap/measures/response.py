@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.measures.settling import LONGEST_PERIOD, settling, stroboscopic_states
 from vibrocap.measures.windows import whole_periods
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
 
 # A motion that has not settled is still converging where its best recurrence over the last quarter is below this share
 # of the extent of the stroboscopic states, and by this factor smaller than over the quarter before.

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibrocap.catalogue import laws, machines
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
@@ -17,7 +16,8 @@ from vibrocap.numerics.kernel.memory_layout import (
     ASK_SYMMETRY,
     ASK_WORD,
 )
-from vibrocap.system import System
+from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.system import System
 
 
 @functools.lru_cache(maxsize=16)

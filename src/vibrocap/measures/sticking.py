@@ -3,7 +3,7 @@
 import dataclasses
 
 from vibrocap.measures.windows import period_times, window_times
-from vibrocap.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
+from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
 
 LETTERS = {FORWARD: "F", STUCK: "S", BACK: "B"}
 SLIVER = 1e-12  # of a period: what a window cuts off a phase by rounding is no phase

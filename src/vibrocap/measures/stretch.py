@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
 
 GAUSS_POINTS = 16  # per piece; a piece is one step of a Taylor series, which 16 points integrate to rounding
 SCAN = 16  # intervals per piece in which sign changes are looked for

@@ -2,10 +2,10 @@
 
 import dataclasses
 
-from vibrocap.machines.machine import Machine
 from vibrocap.measures.settling import settling
 from vibrocap.measures.windows import period_index, whole_periods, window_times
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.machines.machine import Machine
 
 
 @dataclasses.dataclass(frozen=True)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.trajectory import Trajectory
+from vibrocap.motion.trajectory import Trajectory
 
 
 def whole_periods(motion: Trajectory) -> int:

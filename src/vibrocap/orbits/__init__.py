@@ -1,1 +1,9 @@
-"""Steady motions: periodic modulo the drift, with their stability, branches and basins."""
+"""Steady motions: what a capsule does in the long run, its stability, and how it changes with a parameter.
+
+A steady motion is periodic up to a shift of the position, the drift. This room is given systems, and gives back orbits
+with their Floquet multipliers (`closing`), branches of them with their special points (`continuation`), attractors,
+basins and Lyapunov exponents (`attractors`), and the parameters at which a measure takes a value (`crossings`). All of
+them look at the system through its stroboscopic map (`maps`). Imports go one way:
+
+    attractors, continuation -> crossings -> closing -> maps
+"""

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from vibrocap.drives.harmonic import Harmonic
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.lugre import LuGre
-from vibrocap.machines.pendulum_capsule import PendulumCapsule
 from vibrocap.paper.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import figures_5_to_8
 from vibrocap.paper.runs import Runs
-from vibrocap.system import System
+from vibrocap.physics.drives.harmonic import Harmonic
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.physics.system import System
 
 POINTS = 200  # random points per check
 STEP = 1e-30  # of the complex-step derivative, which has no cancellation

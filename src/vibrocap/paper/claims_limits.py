@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from vibrocap.friction.lugre import LuGre
 from vibrocap.measures.limits import frictional_limits, steady_friction, steady_slope
 from vibrocap.measures.offset_points import OffsetPoints
 from vibrocap.paper.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.imposed import imposed_sliding
 from vibrocap.paper.runs import Runs
+from vibrocap.physics.friction.lugre import LuGre
 
 VISCOUS = 0.4  # a delta2 for which offset points exist; the paper's own is 0
 FIRST_ORDER = Tolerance(0.01, "1 %: the paper offers the formula as an approximation without saying how good")

@@ -4,11 +4,11 @@ import numpy as np
 
 from vibrocap.measures.friction_loop import LoopSide
 from vibrocap.measures.limits import boundary_velocity
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.claim import DRAWN, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.claims_friction import LIMIT, LOW, loop
 from vibrocap.paper.presets import law
 from vibrocap.paper.runs import Runs
-from vibrocap.trajectory import Trajectory
 
 ALMOST = Tolerance(0.05, "5 % of N eta_s: the paper says almost, and two drawn lines part at about 1 %")
 

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from vibrocap.friction.law import Law
-from vibrocap.friction.lugre import LuGre
 from vibrocap.measures.energy import energy_balance
 from vibrocap.measures.sticking import stick_fraction
 from vibrocap.measures.travel import drift, mean_velocity
 from vibrocap.paper.claim import DRAWN, ROUNDING, Finding, Outcome, Tolerance, claim, decided, restricted
 from vibrocap.paper.presets import LAWS, SHORT, law
 from vibrocap.paper.runs import Period, Runs
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.friction.lugre import LuGre
 
 ALIKE = Tolerance(0.9, "correlation; no digits are printed, and 0.9 still lets the eye see one pattern in two curves")
 

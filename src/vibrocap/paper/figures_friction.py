@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from vibrocap.friction.lugre import LuGre
 from vibrocap.measures.friction_loop import LoopPoint, LoopSide, friction_curve
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
 from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
-from vibrocap.trajectory import Trajectory
+from vibrocap.physics.friction.lugre import LuGre
 
 SHOWN = 4  # periods in Fig. 6
 SLIDING = "LM in pure sliding, $X' = 0.1 + 0.05\\,\\sin\\tau$"

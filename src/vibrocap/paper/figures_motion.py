@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.figure_data import Curve, Figure, Panel
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_9_to_11
 from vibrocap.paper.runs import Runs
-from vibrocap.trajectory import Trajectory
 
 PRINTED_FIRST = "lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are not printed, are those of Figs 9-11"
 SHOWN = 8  # periods in Fig. 5

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vibrocap.friction.lugre import LuGre
 from vibrocap.laboratory.driven import driven_force
+from vibrocap.physics.friction.lugre import LuGre
 
 SAMPLES = 4000  # per cycle of an imposed velocity, that are returned
 FINER = (

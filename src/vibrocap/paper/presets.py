@@ -7,12 +7,12 @@ that section 3.1 describes.
 
 import math
 
-from vibrocap.drives.harmonic import Harmonic
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.law import Law
-from vibrocap.friction.lugre import LuGre
-from vibrocap.machines.pendulum_capsule import PendulumCapsule
-from vibrocap.system import System
+from vibrocap.physics.drives.harmonic import Harmonic
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+from vibrocap.physics.system import System
 
 LAWS: dict[str, type[Law]] = {"lugre": LuGre, "exponential": Exponential}
 SHORT = {"lugre": "LM", "exponential": "EM"}

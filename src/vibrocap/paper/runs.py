@@ -7,11 +7,11 @@ import numpy as np
 
 from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
 from vibrocap.measures.travel import mean_velocity
-from vibrocap.orbits.crossing import Crossings, crossing
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.orbits.crossings.crossing import Crossings, crossing
 from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start
-from vibrocap.simulate import simulate
-from vibrocap.system import System
-from vibrocap.trajectory import Trajectory
+from vibrocap.physics.system import System
 
 TOLERANCE = 1e-10
 SHOWN_PERIODS = 40  # of the runs that start as the paper's do

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import suggestion
 from vibrocap.records.units import QUANTITIES, dimension, factor, fits, si_unit, unit_complaint, unit_named
 
 # usual names of columns, in small letters and without marks between words, the most telling first
@@ -142,8 +143,8 @@ def missing(wanted: Any, table: Table) -> str:
     names = list(table.columns)
     small = {name.lower(): name for name in names}
     near = difflib.get_close_matches(str(wanted).lower(), small, n=1, cutoff=0.5)
-    hint = f"did you mean {small[near[0]]!r}? " if near and table.named else ""
     if table.named:
+        hint = f"did you mean {small[near[0]]!r}? " if near else ""
         return f"{table.source} has no column {wanted!r}; {hint}there is {', '.join(map(repr, names)) or 'none'}"
     return f"{table.source} has no column {wanted!r}; it names none, count them from 0: 0 to {len(names) - 1}"
 
@@ -175,9 +176,7 @@ def setting_complaints(columns: Mapping[str, Any], units: Mapping[str, str]) -> 
     for field, given, known in (("columns", columns, (*QUANTITIES, RECORD)), ("units", units, tuple(QUANTITIES))):
         for name in given:
             if name not in known:
-                near = difflib.get_close_matches(str(name), known, n=1)
-                hint = f"did you mean {near[0]!r}?" if near else f"there is {', '.join(known)}"
-                wrong.append(f"{field}: {name!r} is no quantity of a record; {hint}")
+                wrong.append(f"{field}: {name!r} is no quantity of a record; {suggestion(name, known)}")
     found = (unit_complaint(quantity, text) for quantity, text in units.items() if quantity in QUANTITIES)
     return wrong + [complaint for complaint in found if complaint]
 

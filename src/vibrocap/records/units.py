@@ -1,7 +1,8 @@
 """Units of measured quantities: what a unit is called, what it measures, and its factor to SI."""
 
-import difflib
 import re
+
+from vibrocap.arguments import suggestion
 
 # unit: (dimension, factor to SI)
 UNITS: dict[str, tuple[str, float]] = {
@@ -116,7 +117,6 @@ def unit_complaint(quantity: str, text: object) -> str | None:
     unit = unit_named(text) if isinstance(text, str) else None
     if unit is not None and fits(unit, quantity):
         return None
-    near = difflib.get_close_matches(str(text), allowed, n=1) if unit is None else []
-    hint = f"did you mean {near[0]!r}?" if near else f"should be {', '.join(allowed[:-1])} or {allowed[-1]}"
     what = "no unit that is known here" if unit is None else f"a unit of {dimension(unit)}"
+    hint = suggestion(text, allowed, 0.6 if unit is None else 1.0, "should be", " or ")
     return f"units: {quantity}: {text!r} is {what}; {hint}"

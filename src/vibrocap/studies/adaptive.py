@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
+from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.settling import THRESHOLD, TOLERANCES
 from vibrocap.studies.axes import Axis, Grid, axis_of
 from vibrocap.studies.checks import plan_complaints
 from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
 from vibrocap.studies.study import Study
-from vibrocap.studies.variation import suggestion
 
 if TYPE_CHECKING:
     import xarray
@@ -167,11 +167,11 @@ def border(dataset: "xarray.Dataset", name: str) -> Border:
     that are evenly spaced in their logarithm. Raises ValueError for a variable that is unknown or takes real values.
     """
     if name not in dataset.data_vars:
-        raise ValueError(f"name: the map has no variable {name!r}; it has {', '.join(map(str, dataset.data_vars))}")
+        raise ArgumentError("name", f"the map has no variable {name!r}; it has {listed(dataset.data_vars)}")
     paths = dataset["computed"].dims
     values, computed = dataset[name].transpose(*paths).values, dataset["computed"].values
     if not discrete(values):
-        raise ValueError(f"name: {name} takes real values and has no borders; choose a label or a discrete measure")
+        raise ArgumentError("name", f"{name} takes real values: no borders; choose a label or a discrete measure")
     codes = np.unique(values, return_inverse=True)[1].reshape(values.shape)
     parts = []
     for first in (0, 1):  # edges along the first axis, then along the second
@@ -237,7 +237,7 @@ def _axes(system: Any, over: Mapping[str, Any], evaluate: Evaluator | None) -> d
         axis, found = axis_of(path, ":".join(map(str, given)) if is_range else given)
         real = not found and not isinstance(axis.values[0], str) and len(axis.values) > 1
         if not found and not (real and np.all(np.diff(axis.array) > 0.0)):
-            found = [f"{path}: a map needs two or more numbers, each above the one before, got {given!r}"]
+            found = [Complaint(path, f"a map needs two or more numbers, each above the one before, got {given!r}")]
         axes.append(axis)
         complaints += found
     if system is not None and not complaints:
@@ -253,22 +253,21 @@ def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled:
     if not refine_unsettled and "response_period" not in by:
         raise ValueError(f"by should hold 'response_period' where refine_unsettled is False, got {by!r}")
     for name, value, low in (*(("coarse", step, 1) for step in steps), ("margin", margin, 0), ("tile", tile, 1)):
-        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < low:
-            raise ValueError(f"{name} should be a whole number >= {low}, got {value!r}")
+        check_whole(name, value, low)
     if not isinstance(dead_band, (int, float)) or not 0.0 <= dead_band < np.inf:
         raise ValueError(f"dead_band should be a finite number >= 0, got {dead_band!r}")
 
 
 def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measures: Sequence[str], settings: Any):
     """The ensemble as an evaluator of points, what the dataset says of it, and of each variable, as `sweep` says it."""
-    from vibrocap.ensemble import ALWAYS, ensemble
     from vibrocap.measures.during_run import resolved
+    from vibrocap.measures.ensemble import ALWAYS, ensemble
     from vibrocap.studies.variables import study_attributes, variables
 
     defaults = {each.name: each.default for each in inspect.signature(ensemble).parameters.values()}
     known = ("initial", *RUN_DEFAULTS, "window", "settle", "threads")
     if unknown := [name for name in settings if name not in known]:
-        raise ValueError(f"{unknown[0]}: there is no such setting; {suggestion(unknown[0], known)}")
+        raise ArgumentError(unknown[0], f"there is no such setting; {suggestion(unknown[0], known)}")
     used = {name: defaults[name] for name in known} | settings
     case = Case(system, used["initial"] or {}, **{name: used[name] for name in RUN_DEFAULTS})
     if "settle" not in settings:

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case import CaseError
+from vibrocap.arguments import Complaint, shown, suggestion
 from vibrocap.studies.runs import Block, Runs, values_array
-from vibrocap.studies.variation import KINDS, shown, suggestion
+from vibrocap.studies.variation import KINDS
 
 FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"
 
@@ -76,32 +76,12 @@ class Grid(Runs):
         return cls(tuple(Axis(axis["path"], tuple(axis["values"])) for axis in record["axes"]))
 
 
-def parse_over(texts: Iterable[str]) -> dict[str, str]:
-    """What the command line's `--over PATH=VALUES` say, by path; CaseError with every one that says nothing.
-
-    The values stay text, which `sweep` understands: LOW:HIGH:COUNT, log:LOW:HIGH:COUNT, or a list such as 1,2,3.
-    """
-    found: dict[str, str] = {}
-    complaints = []
-    for text in texts:
-        path, equals, values = (piece.strip() for piece in text.partition("="))
-        if not equals or not path or not values:
-            complaints.append(f"{text}: should be PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
-        elif path in found:
-            complaints.append(f"{path}: is given twice")
-        else:
-            found[path] = values
-    if complaints:
-        raise CaseError(complaints, "the study")
-    return found
-
-
 def axis_of(path: str, given: Any) -> tuple[Axis, list[str]]:
     """The axis that text, a number or a sequence describes, and what is wrong with it."""
     values, complaints = _text_values(given) if isinstance(given, str) else _listed_values(given)
     if not complaints:
         complaints = _row_complaints(path, values)
-    return Axis(path, tuple(values)), [f"{path}: {complaint}" for complaint in complaints]
+    return Axis(path, tuple(values)), [Complaint(path, complaint) for complaint in complaints]
 
 
 def _listed_values(given: Any) -> tuple[list[Any], list[str]]:
@@ -199,7 +179,7 @@ def _row_complaints(path: str, values: list[Any]) -> list[str]:
         known = list(KINDS[path][1]())
         unknown = [value for value in values if value not in known]
         if unknown:
-            return [f"there is no {shown(unknown[0])}; {suggestion(str(unknown[0]), known)}"]
+            return [f"there is no {shown(unknown[0])}; {suggestion(unknown[0], known)}"]
     if path.startswith("initial.") and any(isinstance(value, str) for value in values):
         return [f"should hold numbers, got {shown(next(value for value in values if isinstance(value, str)))}"]
     seen: set[Any] = set()

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.case import Case, case_text
-from vibrocap.orbits.branch import Branch
+from vibrocap.case.case import Case, case_text
+from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.variables import coordinate_attributes
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import Complaint, Complaints, shown, suggestion
 from vibrocap.studies.runs import Block, Runs, values_array
-from vibrocap.studies.variation import INITIAL, KINDS, shown, suggestion
+from vibrocap.studies.variation import INITIAL, KINDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,20 +76,20 @@ class CaseList(Runs):
 def case_list(cases: Iterable[Any]) -> tuple[CaseList, list[str]]:
     """The list of such cases as {path: value, ...}, and what is wrong with it (whatever the paths stand for)."""
     rows: list[Mapping[str, Any]] = []
-    complaints = []
+    complaints = Complaints()
     for number, case in enumerate(cases):
         if not isinstance(case, Mapping) or not case:
-            complaints.append(f"cases[{number}]: should be {{path: value, ...}}, got {shown(case)}")
+            complaints.add(f"cases[{number}]", f"should be {{path: value, ...}}, got {shown(case)}")
             continue
         row = {path: value.item() if isinstance(value, np.generic) else value for path, value in case.items()}
         rows.append(row)
         complaints += [
-            f"cases[{number}]: {path}: {complaint}"
+            Complaint(f"cases[{number}]", f"{path}: {complaint}")
             for path, value in row.items()
             if (complaint := _complaint(path, value))
         ]
     if not rows and not complaints:
-        complaints.append("cases: there are none")
+        complaints.add("cases", "there are none")
     if complaints:
         return CaseList(()), complaints
     paths = dict.fromkeys(path for row in rows for path in row)
@@ -105,7 +106,7 @@ def _complaint(path: Any, value: Any) -> str:
     if not isinstance(value, str) and not abs(value) < math.inf:
         return f"should be a finite number, got {value}"
     if path in KINDS and value not in (known := list(KINDS[path][1]())):
-        return f"there is no {shown(value)}; {suggestion(str(value), known)}"
+        return f"there is no {shown(value)}; {suggestion(value, known)}"
     if str(path).startswith(INITIAL) and isinstance(value, str):
         return f"should be a number, got {shown(value)}"
     return ""

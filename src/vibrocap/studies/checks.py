@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case import CaseError
+from vibrocap.arguments import Complaint
+from vibrocap.case.case import CaseError
+from vibrocap.physics.system import System
 from vibrocap.studies.axes import Axis, Grid
 from vibrocap.studies.cases import CaseList
 from vibrocap.studies.designs import Drawn
 from vibrocap.studies.runs import Runs
 from vibrocap.studies.variation import INITIAL, KINDS, kinds_chosen, path_complaints, refusal
-from vibrocap.system import System
 
 LIMIT = 20_000  # combinations tried before any work (some 20 microseconds each); the others are looked at tile by tile
 SHOWN = 20  # complaints about single cases
@@ -53,7 +54,7 @@ def _case_complaints(system: System, plan: CaseList) -> list[str]:
         found = path_complaints(case, [kinds_chosen(system, case)])
         if not found and number < LIMIT:
             found = list(refusal(system, case))
-        complaints += [f"cases[{number}]: {complaint}" for complaint in found]
+        complaints += [Complaint(f"cases[{number}]", complaint) for complaint in found]
         if len(complaints) >= SHOWN:
             return [*complaints[:SHOWN], "and perhaps more"]
     return complaints

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
+from vibrocap.motion.trajectory import Status
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.store import Store, read_record
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile
 from vibrocap.studies.writing import StoreError
-from vibrocap.trajectory import Status
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -1,27 +1,52 @@
 """The version of the code that makes results: its number, and a fingerprint of every source that can change a digit."""
 
+import ast
 import functools
 import hashlib
 import importlib.metadata
 import platform
 from pathlib import Path
 
-# Folders and modules of the package from which a run and its measures come; the others plan, store and show.
-FOLDERS = ("drives", "friction", "machines", "measures", "numerics")
-MODULES = ("elementary.py", "ensemble*.py", "equations.py", "parameters.py", "system.py", "trajectory.py")
+PACKAGE = "vibrocap"
+# From where a run and its measures come: the ensemble, and the parts and the numerics, which are found by looking into
+# folders. What these import counts as well; the other modules plan, store and show.
+RUNS = ("measures/ensemble.py",)
+FOLDERS = ("physics/drives", "physics/friction", "physics/machines", "numerics")
 
 
 @functools.cache
 def source_fingerprint(package: Path | None = None) -> str:
     """SHA-256 of these sources, names included; line ends do not count. package: the folder of the package."""
     package = package or Path(__file__).resolve().parents[1]
-    files = [path for folder in FOLDERS for path in (package / folder).rglob("*.py")]
-    files += [path for module in MODULES for path in package.glob(module)]
     digest = hashlib.sha256()
-    for path in sorted(files, key=lambda path: path.relative_to(package).as_posix()):
+    for path in sorted(deciding_sources(package), key=lambda path: path.relative_to(package).as_posix()):
         text = path.read_bytes().replace(b"\r\n", b"\n")
         digest.update(f"{path.relative_to(package).as_posix()} {len(text)}\n".encode() + text)
     return digest.hexdigest()
+
+
+def deciding_sources(package: Path) -> set[Path]:
+    """The sources of a package that can change a digit of a run: where runs come from, and all that they import."""
+    waiting = [package / name for name in RUNS] + [path for each in FOLDERS for path in (package / each).rglob("*.py")]
+    found: set[Path] = set()
+    while waiting:
+        path = waiting.pop()
+        if path not in found and path.is_file():
+            found.add(path)
+            waiting += _imported(path, package)
+    return found
+
+
+def _imported(path: Path, package: Path) -> list[Path]:
+    """The files that a module may import from its package, whether they are there or not."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    steps = [name.split(".")[1:] for name in names if name.startswith(f"{PACKAGE}.")]
+    return [package.joinpath(*each[:-1], f"{each[-1]}.py") for each in steps]
 
 
 _version = functools.cache(importlib.metadata.version)

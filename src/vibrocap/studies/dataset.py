@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.measures.measure import Measure
 from vibrocap.studies.store import RESULTS, read_record
 from vibrocap.studies.study import Study

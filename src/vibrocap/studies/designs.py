@@ -3,16 +3,16 @@
 import dataclasses
 import functools
 import math
-import numbers
 import warnings
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import Complaint, Complaints, check_whole, is_number, shown, suggestion
 from vibrocap.studies.axes import end_complaints, range_of
 from vibrocap.studies.runs import Block, Runs
-from vibrocap.studies.variation import KINDS, shown, suggestion
+from vibrocap.studies.variation import KINDS
 
 # kind: most runs. A Sobol sequence has that many points; a Latin hypercube has to be drawn as a whole.
 KINDS_OF_DESIGN = {"sobol": 2**30, "halton": 2**40, "latin-hypercube": 10**7, "random": 2**60}
@@ -33,14 +33,13 @@ class Design:
 
     def complaints(self) -> list[str]:
         """What is wrong with the design."""
-        found = []
+        found = Complaints()
         if self.kind not in KINDS_OF_DESIGN:
-            found.append(f"design.kind: there is no {shown(self.kind)}; {suggestion(str(self.kind), KINDS_OF_DESIGN)}")
-        most = KINDS_OF_DESIGN.get(str(self.kind), 2**60)
-        if not _whole(self.runs) or not 1 <= self.runs <= most:
-            found.append(f"design.runs: should be a whole number from 1 to {most}, got {shown(self.runs)}")
-        if not _whole(self.seed) or not 0 <= self.seed < 2**63:
-            found.append(f"design.seed: should be a whole number >= 0, got {shown(self.seed)}")
+            found.add("design.kind", f"there is no {shown(self.kind)}; {suggestion(self.kind, KINDS_OF_DESIGN)}")
+        with found.collected():
+            check_whole("design.runs", self.runs, 1, KINDS_OF_DESIGN.get(str(self.kind), 2**60))
+        with found.collected():
+            check_whole("design.seed", self.seed, 0, 2**63 - 1)
         return found
 
 
@@ -111,20 +110,16 @@ def range_from(path: str, given: Any) -> tuple[Range, list[str]]:
     """The range that text LOW:HIGH or log:LOW:HIGH, or a pair of numbers, describes, and what is wrong with it."""
     nothing = Range(path, 0.0, 1.0)
     if path in KINDS:
-        return nothing, [f"{path}: a design spreads numbers; do a study for each kind"]
+        return nothing, [Complaint(path, "a design spreads numbers; do a study for each kind")]
     if isinstance(given, str):
         ends, complaints = range_of(given, counted=False)
         found = nothing if ends is None else Range(path, *ends[:3])
-        return found, [f"{path}: {complaint}" for complaint in complaints]
+        return found, [Complaint(path, complaint) for complaint in complaints]
     pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
-    if len(pair) != 2 or any(isinstance(x, (bool, np.bool_)) or not isinstance(x, numbers.Real) for x in pair):
-        return nothing, [f"{path}: a design needs a range, (low, high) or LOW:HIGH, got {shown(given)}"]
+    if len(pair) != 2 or not all(map(is_number, pair)):
+        return nothing, [Complaint(path, f"a design needs a range, (low, high) or LOW:HIGH, got {shown(given)}")]
     low, high = float(pair[0]), float(pair[1])
-    return Range(path, low, high), [f"{path}: {each}" for each in end_complaints(low, high, False, (low, high))]
-
-
-def _whole(value: Any) -> bool:
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    return Range(path, low, high), [Complaint(path, each) for each in end_complaints(low, high, False, (low, high))]
 
 
 def _shares(design: Design, dimensions: int, start: int, stop: int) -> np.ndarray:

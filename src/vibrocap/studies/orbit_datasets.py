@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.case import Case, case_text
-from vibrocap.orbits.basins import PHASE, Basins
-from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram
+from vibrocap.case.case import Case, case_text
+from vibrocap.orbits.attractors.basins import PHASE, Basins
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.physics.system import System
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.variables import coordinate_attributes
-from vibrocap.system import System
 
 if TYPE_CHECKING:
     import xarray

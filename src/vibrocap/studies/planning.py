@@ -1,23 +1,21 @@
 """Planning: from what a user asks for to a checked study, or every complaint at once."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from vibrocap.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
+from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.during_run import measure_table, resolved
 from vibrocap.measures.measure import Measure
-from vibrocap.simulate import check_run, initial_state
+from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.physics.system import System
 from vibrocap.studies.axes import Grid, axis_of
 from vibrocap.studies.cases import case_list
 from vibrocap.studies.checks import kind_choices, plan_complaints
 from vibrocap.studies.designs import Design, Drawn, range_from
 from vibrocap.studies.runs import Runs
 from vibrocap.studies.study import Study
-from vibrocap.studies.variation import kinds_chosen, path_complaints, shown
-from vibrocap.system import System
+from vibrocap.studies.variation import kinds_chosen, path_complaints
 
 
 def planned_study(
@@ -35,13 +33,11 @@ def planned_study(
 
     Raises CaseError with every complaint, after those in `also`.
     """
-    complaints = [*also, *setting_complaints(settings)]
+    complaints = Complaints([*also, *setting_complaints(settings)])
     measures, found = _measures(measures)
     complaints += found
-    try:
+    with complaints.collected():
         initial_state(system, initial)
-    except ValueError as error:
-        complaints.append(str(error))
     plan, found = _plan(over, cases, design)
     complaints += found
     if not found:
@@ -62,43 +58,31 @@ def planned_study(
 
 def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
     """What is wrong with the settings of the runs."""
-    found = []
+    found = Complaints()
     for name in RUN_DEFAULTS:
-        try:
+        with found.collected():
             check_run(**(RUN_DEFAULTS | {name: settings[name]}))
-        except ValueError as error:
-            found.append(str(error).replace(f"{name} should", f"{name}: should", 1))
-        else:
             if name == "periods" and settings[name] != int(settings[name]):
-                found.append(f"periods: a study runs whole drive periods, got {settings[name]!r}")
-    if not found and not whole(settings["window"], 1, settings["periods"]):
+                found.add("periods", f"a study runs whole drive periods, got {settings[name]!r}")
+    if not found and not is_whole(settings["window"], 1, settings["periods"]):
         limit = f"from 1 to the {settings['periods']} periods of a run"
-        found.append(f"window: should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
-    settle = settings["settle"]
-    number = isinstance(settle, (int, float, np.number)) and not isinstance(settle, bool)
-    if settle is not None and not (number and 0.0 < settle < math.inf):
-        found.append(f"settle: should be None or a positive threshold such as 1e-6, got {shown(settle)}")
+        found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
+    with found.collected():
+        check_threshold("settle", settings["settle"])
     return found
-
-
-def whole(value: Any, least: int, most: float = math.inf) -> bool:
-    """Whether a value is a whole number within limits."""
-    number = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    return number and bool(least <= value <= most)
 
 
 def _measures(given: Any) -> tuple[tuple[str | Measure, ...], list[str]]:
     """The measures, those of the table by name, without repetition; and what is wrong with them."""
     listed = [given] if isinstance(given, (str, Measure)) else list(given)
-    complaints = [] if listed else ["measures: there are none; ask for at least one, such as 'mean_velocity'"]
+    complaints = Complaints()
+    if not listed:
+        complaints.add("measures", "there are none; ask for at least one, such as 'mean_velocity'")
     for measure in listed:
-        try:
+        with complaints.collected():
             resolved([measure, *(other for other in listed if isinstance(other, Measure))])
-        except ValueError as error:
-            if str(error) not in complaints:
-                complaints.append(str(error))
     if complaints:
-        return (), complaints
+        return (), list(dict.fromkeys(complaints))
     table = measure_table()
     names = [m.name if isinstance(m, Measure) and table.get(m.name) == m else m for m in listed]
     return tuple(dict.fromkeys(names)), []
@@ -109,16 +93,17 @@ def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:
     nothing = Grid(())
     if cases is not None:
         if over or design is not None:
-            return nothing, ["cases: stand alone; leave `over` and `design` out"]
+            return nothing, [Complaint("cases", "stand alone; leave `over` and `design` out")]
         return case_list(cases)
     if not isinstance(over, Mapping) or not over:
-        return nothing, ["over: should name at least one quantity with its values, such as machine.mass_ratio=1:3:21"]
+        wanted = "should name at least one quantity with its values, such as machine.mass_ratio=1:3:21"
+        return nothing, [Complaint("over", wanted)]
     if design is None:
         axes = [axis_of(path, values) for path, values in over.items()]
         good = tuple(axis for axis, complaints in axes if not complaints)
         return Grid(good), [complaint for _, found in axes for complaint in found]
     if not isinstance(design, Design):
-        return nothing, [f"design: should be a Design, got {shown(design)}"]
+        return nothing, [Complaint("design", f"should be a Design, got {shown(design)}")]
     ranges = [range_from(path, given) for path, given in over.items()]
     complaints = [*design.complaints(), *(complaint for _, found in ranges for complaint in found)]
     return Drawn(design, tuple(each for each, _ in ranges)), complaints

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.studies.code_version import surroundings
 from vibrocap.studies.differences import differences
 from vibrocap.studies.study import FORMAT, Study

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.case import Case, CaseError, case_from_text, case_text
+from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.measures.measure import Measure
 from vibrocap.studies.axes import Grid
 from vibrocap.studies.cases import CaseList

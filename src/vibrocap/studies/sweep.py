@@ -7,18 +7,19 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.case import CaseError
-from vibrocap.ensemble import CARD_CHUNK, DEVICES
+from vibrocap.arguments import Complaints, check_whole
+from vibrocap.case.case import CaseError
+from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
+from vibrocap.physics.system import System
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
-from vibrocap.studies.planning import planned_study, whole
+from vibrocap.studies.planning import planned_study
 from vibrocap.studies.store import Store, opened_for_writing
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import variables
-from vibrocap.system import System
 
 if TYPE_CHECKING:
     import xarray
@@ -230,15 +231,15 @@ def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | N
 
 def _execution_complaints(given: Mapping[str, Any]) -> list[str]:
     """What is wrong with the arguments on how a study is carried out."""
-    found = [
-        f"{name}: should be a whole number >= 1, got {given[name]!r}"
-        for name in ("max_runs", "tile_runs", "threads", "workers")
-        if given[name] is not None and not whole(given[name], 1)
-    ]
-    if given["out"] is None:
-        found += [f"{name}: needs a folder for the results, out" for name in ("resume", *CLUSTER) if given[name]]
+    found = Complaints()
+    for name in ("max_runs", "tile_runs", "threads", "workers"):
+        with found.collected():
+            check_whole(name, 1 if given[name] is None else given[name], 1)
+    for name in ("resume", *CLUSTER):
+        if given[name] and given["out"] is None:
+            found.add(name, "needs a folder for the results, out")
     if given["device"] not in DEVICES:
-        found.append(f"device: should be one of {', '.join(DEVICES)}, got {given['device']!r}")
+        found.add("device", f"should be one of {', '.join(DEVICES)}, got {given['device']!r}")
     if given["workers"] and given["scheduler"]:
-        found.append("workers: are of a local cluster; with a scheduler leave them out")
+        found.add("workers", "are of a local cluster; with a scheduler leave them out")
     return found

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
+from vibrocap.physics.system import System
 from vibrocap.studies.checks import check_runs
 from vibrocap.studies.runs import Block
 from vibrocap.studies.study import Study
 from vibrocap.studies.variables import as_stored, variables
 from vibrocap.studies.variation import INITIAL, KINDS, varied
-from vibrocap.system import System
 
 RUNS = 4096  # of a tile: a second or so of work, and about 30 kB per measure
 MOST_RUNS = 262_144  # of a tile, where a study would otherwise have more tiles than
@@ -85,7 +85,7 @@ def _measured(
     progress: Callable[[float], None] | None,
 ) -> dict[str, np.ndarray]:
     """The results of runs with these values, arrays [runs]."""
-    from vibrocap.ensemble import ensemble
+    from vibrocap.measures.ensemble import ensemble
 
     specifications = variables(study)
     found = {each.name: each.empty((runs,)) for each in specifications}

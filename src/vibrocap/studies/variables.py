@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case import case_text
-from vibrocap.catalogue import drives, laws, machines
+from vibrocap.case.case import case_text
 from vibrocap.measures.during_run import measure_table
-from vibrocap.parameters import parameter_table
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.symbols import STATES
 from vibrocap.studies.runs import Runs
 from vibrocap.studies.study import Study
 from vibrocap.studies.variation import INITIAL, KINDS
-from vibrocap.symbols import STATES
-from vibrocap.trajectory import Status
 
 TEXT = np.dtypes.StringDType()
 NOT_RUN = -1  # status of a run whose tile is not stored yet

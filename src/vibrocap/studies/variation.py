@@ -4,13 +4,13 @@ A path names a parameter ("machine.mass_ratio"), a kind ("friction.law") or an i
 """
 
 import dataclasses
-import difflib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.case import CHOICES, CaseError, case_from_dict
-from vibrocap.parameters import parameter_table
-from vibrocap.system import System
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.case.case import CHOICES, CaseError, case_from_dict
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import System
 
 INITIAL = "initial."
 # path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)
@@ -79,24 +79,11 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]]) 
     """Complaints about paths that are none, or that are unknown for one of the choices of kinds (parts by name)."""
     choices = list(choices)
     known = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *KINDS]
-    complaints = []
+    complaints = Complaints()
     for path in given:
         if path not in known:
-            complaints.append(f"{path}: there is no such quantity here; {suggestion(str(path), known)}")
+            complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
         elif path not in KINDS and (lacking := [parts for parts in choices if path not in paths(parts)]):
             part = lacking[0][path.partition(".")[0].replace("initial", "friction")]
-            complaints.append(f"{path}: {part.name!r} has none; vary what all kinds have, or do a study for each")
+            complaints.add(path, f"{part.name!r} has none; vary what all kinds have, or do a study for each")
     return complaints
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """The nearest known name, and all of them where none is near."""
-    known = list(known)
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    return f"did you mean {near[0]!r}?" if near else f"there is {', '.join(known)}"
-
-
-def shown(value: Any) -> str:
-    """A value as it stands in a complaint, not longer than a line can hold."""
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:40]}...{text[-15:]}"

@@ -8,7 +8,7 @@ import socket
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from vibrocap.case import CaseError
+from vibrocap.case.case import CaseError
 
 _numbers = itertools.count()
 

@@ -177,7 +177,7 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
         if index == contact:
             return "start_low", "start_high"
         if op == "state":
-            return (text.name(text.entry(f"STATE + {operands[0]} * LANES")),) * 2
+            return _same(text.name(text.entry(f"STATE + {operands[0]} * LANES")))
         return ("time", "time") if op == "time" else None
 
     step, start = _Enclosures(graph, text, over_step), _Enclosures(graph, text, at_start)
@@ -294,6 +294,11 @@ class _Text:
         return self.name(f"{POLYNOMIALS[op]}({x})" if self.polynomials else f"math.{op}({x})")
 
 
+def _same(value: str) -> Interval:
+    """The interval of a single value."""
+    return value, value
+
+
 def _is_number(text: str) -> bool:
     """Whether a text is a literal."""
     try:
@@ -323,11 +328,11 @@ class _Enclosures:
         text = self.text
         op, *operands = self.graph.nodes[index]
         if op == "constant":
-            return (repr(operands[0]),) * 2
+            return _same(repr(operands[0]))
         if op == "side":
             return "side", "side"
         if op == "parameter":
-            return (text.name(text.entry(f"PARAMETER + {operands[0]} * LANES")),) * 2
+            return _same(text.name(text.entry(f"PARAMETER + {operands[0]} * LANES")))
         if op in ("sin", "cos"):
             return "-1.0", "1.0"
         a = self.of(operands[0])
@@ -350,7 +355,7 @@ class _Enclosures:
         text = self.text
         low, high = self.of(index)
         if low == high:
-            return (text.name(f"1.0 / {low}"),) * 2
+            return _same(text.name(f"1.0 / {low}"))
         passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)" if text.abreast else f"{low} <= 0.0 and {high} >= 0.0")
         bound = "1e+300"
         if text.abreast:
@@ -373,13 +378,9 @@ class _Enclosures:
         text = self.text
         if op in ("log", "sqrt"):
             least = "1e-300"
-            a = (
-                (text.larger(a[0], least), text.larger(a[1], least))
-                if a[0] != a[1]
-                else (text.larger(a[0], least),) * 2
-            )
+            a = text.larger(a[0], least), text.larger(a[1], least)
         if a[0] == a[1]:
-            return (text.function(op, a[0]),) * 2
+            return _same(text.function(op, a[0]))
         return text.function(op, a[0]), text.function(op, a[1])
 
     def _times(self, x: str, y: str) -> str:
@@ -393,7 +394,7 @@ class _Enclosures:
     def _square(self, a: Interval) -> Interval:
         text, (low, high) = self.text, a
         if low == high:
-            return (self._times(low, low),) * 2
+            return _same(self._times(low, low))
         far = text.size(a)
         near = text.larger(text.larger(low, text.name(f"-{high}")), "0.0")
         return self._times(near, near), self._times(far, far)

@@ -108,10 +108,10 @@ def located(real, side, h, span):
 
 def leaps(real):
     """Whether a state changes by so much that a sharp function of it could hide between the stages of the step."""
-    for i in range(MOVING):  # noqa: SIM110 - a kernel has no generators
-        if abs(real[NEW + i] - real[STATE + i]) * real[INVERSE_SCALE + i] > real[LEAP]:
-            return True
-    return False
+    farthest = 0.0
+    for i in range(MOVING):
+        farthest = max(farthest, abs(real[NEW + i] - real[STATE + i]) * real[INVERSE_SCALE + i])
+    return farthest > real[LEAP]
 
 
 def stretch(real, whole, side, span, longest, v1, w1):

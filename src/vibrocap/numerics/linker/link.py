@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.compiler import Compiled
 
 # Modules of the kernel, in the order in which they use each other.
-COMMON = ("events.roots", "step.taylor", "step.stabilised", "step.resolved")
+COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
 STEPS = {False: (*COMMON, "step.explicit"), True: (*COMMON, "step.implicit", "step.method_choice")}  # maybe stiff?
 TANGENTS = {False: "events.no_tangents", True: "events.tangents"}
 PIECES = {False: "events.one_branch", True: "events.law_branches"}  # of the law, on each side
@@ -50,7 +50,7 @@ ENTRIES = ("advance", "advance_ensemble", "follow")  # the last one of a kernel 
 
 @functools.cache
 def kernel_source(name: str) -> str:
-    """Source of a kernel module, "events.roots" for example, without its imports and its docstring."""
+    """Source of a kernel module, "arithmetic.roots" for example, without its imports and its docstring."""
     module = importlib.import_module(f"vibrocap.numerics.kernel.{name}")
     return f"# From numerics/kernel/{name.replace('.', '/')}.py\n{_body(module)}"
 

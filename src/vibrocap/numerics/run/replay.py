@@ -9,7 +9,7 @@ import numpy as np
 from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import memory_layout as memory
-from vibrocap.numerics.kernel.events.roots import EPSILON
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.numerics.run.ensemble import ensemble_source

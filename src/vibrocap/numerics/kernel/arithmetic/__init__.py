@@ -1,3 +1,5 @@
-"""Arithmetic of kernels: lanes side by side as one value (`plain_vectors`, as many as `registers` hold), the same names
-for one number alone (`one_number`), and elementary functions of either (`elementary_polynomials`).
+"""Arithmetic of kernels: elementary functions (`elementary_polynomials`) and first roots of polynomials (`roots`).
+
+Lanes side by side are one value (`plain_vectors`, as many as `registers` hold); the same names mean one number where a
+motion runs alone (`one_number`).
 """

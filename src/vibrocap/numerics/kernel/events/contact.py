@@ -5,9 +5,7 @@ it, not by a velocity that is zero, and at every start anew. A kinked law goes o
 to slide with a velocity of which one or more leading coefficients vanish, known here and not left to rounding.
 """
 
-from vibrocap.numerics.kernel.events.law_branches import begin_piece, turned
-from vibrocap.numerics.kernel.events.roots import EPSILON
-from vibrocap.numerics.kernel.events.tangents import leave_piece
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.generated import (
     ARRIVING,
     CAME_FROM,
@@ -34,6 +32,7 @@ from vibrocap.numerics.kernel.generated import (
     ZEROS,
     holding_force,
 )
+from vibrocap.numerics.kernel.interface import begin_piece, leave_piece, on_event, turned
 from vibrocap.numerics.kernel.memory_layout import (
     FIRST_SWITCH,
     GRAZE,
@@ -43,7 +42,6 @@ from vibrocap.numerics.kernel.memory_layout import (
     STICK,
     TOO_MANY_EVENTS,
 )
-from vibrocap.numerics.kernel.observe.record import on_event
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare

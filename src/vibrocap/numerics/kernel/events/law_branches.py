@@ -5,7 +5,7 @@ A guard is positive within its piece; where one falls to zero, or is not positiv
 what the internal states are from there on.
 """
 
-from vibrocap.numerics.kernel.events.roots import first_root
+from vibrocap.numerics.kernel.arithmetic.roots import first_root
 from vibrocap.numerics.kernel.generated import (
     EVENT_LIMIT,
     EVENTS,
@@ -25,8 +25,8 @@ from vibrocap.numerics.kernel.generated import (
     after_switch,
     switches,
 )
+from vibrocap.numerics.kernel.interface import on_event
 from vibrocap.numerics.kernel.memory_layout import FIRST_SWITCH, SWITCHED, TOO_MANY_EVENTS
-from vibrocap.numerics.kernel.observe.record import on_event
 from vibrocap.numerics.kernel.step.taylor import series_value, through_five
 
 

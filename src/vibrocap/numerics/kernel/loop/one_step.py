@@ -11,10 +11,8 @@ At the start of a slide the velocity is zero by construction, and after a stick 
 told how many leading coefficients vanish, so that rounding cannot fake a root there.
 """
 
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.events.contact import cross, guard_series, side_holds
-from vibrocap.numerics.kernel.events.law_branches import first_switch, piece_holds
-from vibrocap.numerics.kernel.events.roots import EPSILON, first_root
-from vibrocap.numerics.kernel.events.tangents import enter_piece, tangent_waits
 from vibrocap.numerics.kernel.generated import (
     EVENTS,
     GUARD,
@@ -40,9 +38,19 @@ from vibrocap.numerics.kernel.generated import (
     WHOLE_PERIODS,
     ZEROS,
 )
+from vibrocap.numerics.kernel.interface import (
+    chosen_step,
+    enter_piece,
+    first_switch,
+    on_event,
+    on_period,
+    on_piece,
+    piece_holds,
+    polished_step,
+    repeat_to,
+    tangent_waits,
+)
 from vibrocap.numerics.kernel.memory_layout import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, STEP_UNDERFLOW, UNDECIDED
-from vibrocap.numerics.kernel.observe.record import on_event, on_period, on_piece
-from vibrocap.numerics.kernel.step.method_choice import chosen_step, polished_step, repeat_to
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.taylor import move_to
 

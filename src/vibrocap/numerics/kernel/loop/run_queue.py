@@ -45,9 +45,8 @@ from vibrocap.numerics.kernel.generated import (
     WINDOW_START,
     ZEROS,
 )
-from vibrocap.numerics.kernel.loop.one_by_one import advance
+from vibrocap.numerics.kernel.interface import advance, on_period
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE, RUNNING
-from vibrocap.numerics.kernel.observe.window import on_period
 from vibrocap.numerics.kernel.step.resolved import forget
 
 ROUNDS = 1000  # steps of all lanes at a time, unless a lane stops before

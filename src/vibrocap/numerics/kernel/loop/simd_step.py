@@ -18,9 +18,8 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     whole_reached,
     whole_set,
 )
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.events.contact import JUMP, cross
-from vibrocap.numerics.kernel.events.roots import EPSILON
-from vibrocap.numerics.kernel.events.tangents import tangents_wait
 from vibrocap.numerics.kernel.generated import (
     ARRIVING,
     DAMPED_STEP,
@@ -59,9 +58,9 @@ from vibrocap.numerics.kernel.generated import (
     guard_at,
     jet,
 )
+from vibrocap.numerics.kernel.interface import on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn_period
 from vibrocap.numerics.kernel.memory_layout import NOT_FINITE, RUNNING, TOO_MANY_STEPS
-from vibrocap.numerics.kernel.observe.window import on_piece
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_abreast, resolved_abreast
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value

@@ -11,7 +11,6 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.events.law_branches import interpolated_guards
 from vibrocap.numerics.kernel.generated import (
     CONTACT_STATE,
     EVENT_WORK,
@@ -32,6 +31,7 @@ from vibrocap.numerics.kernel.generated import (
     jacobian,
     rates,
 )
+from vibrocap.numerics.kernel.interface import interpolated_guards
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.taylor import through_five
 

@@ -2,7 +2,7 @@
 
 import math
 
-from vibrocap.numerics.kernel.events.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.generated import (
     EXPLICIT_STEP,
     IMPLICIT_STEP,

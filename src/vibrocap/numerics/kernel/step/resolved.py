@@ -7,7 +7,7 @@ whose speed stays within one of these needs no look at the law.
 
 import math
 
-from vibrocap.numerics.kernel.events.roots import EPSILON, later_terms
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated import (
     FAR_SPEED,
     KINKED,

@@ -1,0 +1,106 @@
+"""Checks of arguments: complaints that name the field, say what would be right, and suggest the nearest known name."""
+
+import contextlib
+import difflib
+import math
+import numbers
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+
+class Complaint(str):
+    """What is wrong with one field.
+
+    It reads "field: text" and keeps the two apart, so that whoever passes it on can give the field the name under which
+    the user knows it: a parameter of Python, a key of a case file, an option of a command.
+    """
+
+    field: str
+    text: str
+
+    def __new__(cls, field: str, text: str) -> "Complaint":
+        """The complaint as one line."""
+        self = super().__new__(cls, f"{field}: {text}")
+        self.field, self.text = field, text
+        return self
+
+    def __reduce__(self):
+        return type(self), (self.field, self.text)
+
+    def about(self, field: str) -> "Complaint":
+        """The same under another name of the field."""
+        return Complaint(field, self.text)
+
+
+class Complaints(list[str]):
+    """What is wrong, collected so that all of it can be said at once."""
+
+    def add(self, field: str, text: str) -> None:
+        """One more complaint."""
+        self.append(Complaint(field, text))
+
+    @contextlib.contextmanager
+    def collected(self) -> Iterator[None]:
+        """What the `with` block raises with `complaints`, as all refusals of this package do, is collected too."""
+        try:
+            yield
+        except ValueError as error:
+            if not (found := getattr(error, "complaints", ())):
+                raise
+            self.extend(found)
+
+
+class ArgumentError(ValueError):
+    """An argument that cannot be used; `complaint` says which and why."""
+
+    def __init__(self, field: str, text: str):
+        super().__init__(f"{field} {text}" if text.startswith("should") else f"{field}: {text}")
+        self.complaint = Complaint(field, text)
+        self.complaints = (self.complaint,)
+
+    def __reduce__(self):
+        return type(self), (self.complaint.field, self.complaint.text)
+
+
+def suggestion(
+    name: object, known: Iterable[object], cutoff: float = 0.6, there_is: str = "there is", last: str = ", "
+) -> str:
+    """The nearest known name, or all of them where none is as near as `cutoff` asks (0: one always is)."""
+    names = [str(each) for each in known]
+    near = difflib.get_close_matches(str(name), names, n=1, cutoff=cutoff)
+    return f"did you mean {near[0]!r}?" if near else f"{there_is} {listed(names, last) or 'none'}"
+
+
+def listed(names: Iterable[object], last: str = ", ") -> str:
+    """Names with commas between, and `last`, such as " or ", before the last one."""
+    *first, end = ["", *map(str, names)]
+    return last.join(filter(None, (", ".join(first[1:]), end)))
+
+
+def shown(value: object) -> str:
+    """A value as it stands in a complaint, not longer than a line can hold."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:40]}...{text[-15:]}"
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number, of Python or of NumPy, and no truth value."""
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
+
+
+def is_whole(value: Any, least: float = -math.inf, most: float = math.inf) -> bool:
+    """Whether a value is a whole number within limits, by its type and not only by its size."""
+    return isinstance(value, numbers.Integral) and not isinstance(value, bool) and least <= int(value) <= most
+
+
+def check_whole(field: str, value: Any, least: int, most: float = math.inf, of: str = "") -> None:
+    """ArgumentError for what is no whole number within limits. of: what is counted, such as " of periods"."""
+    if not is_whole(value, least, most):
+        limits = f">= {least}" if most >= 2**62 - 1 else f"from {least} to {most}"
+        raise ArgumentError(field, f"should be a whole number{of} {limits}, got {shown(value)}")
+
+
+def check_threshold(field: str, value: Any) -> None:
+    """ArgumentError for what is neither None nor a threshold to which motions can settle."""
+    if value is not None and not (is_number(value) and 0.0 < value < math.inf):
+        raise ArgumentError(field, f"should be None or a positive threshold such as 1e-6, got {shown(value)}")

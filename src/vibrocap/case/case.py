@@ -1,0 +1,236 @@
+"""A case: a system and how to run it, and the TOML file that says so in the same words as Python."""
+
+import dataclasses
+import json
+import sys
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
+from vibrocap.motion.simulate import check_run, initial_state, simulate
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import System
+
+# section of a case file: (the key that chooses the kind of part, what there is to choose from)
+CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
+SECTIONS = (*CHOICES, "initial", "run")
+
+
+class CaseError(ValueError):
+    """A case that cannot be run: `complaints` holds every one, with the field's path and what would be right."""
+
+    def __init__(self, complaints: Iterable[str], source: str = "the case"):
+        self.complaints = tuple(complaints)
+        self.source = source
+        super().__init__(f"{source} cannot be run:\n" + "\n".join(f"  {complaint}" for complaint in self.complaints))
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A system and how to run it; the fields are the arguments of `simulate`, which says what they mean.
+
+    Raises ValueError, naming the field, for settings that make no sense.
+    """
+
+    system: System
+    initial: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    periods: float = 40
+    tolerance: float = 1e-9
+    max_events_per_period: int = 10_000
+    max_steps: int = 50_000_000
+
+    def __post_init__(self):
+        initial_state(self.system, self.initial)
+        check_run(**self.run)
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """The settings of the section [run]."""
+        return {name: getattr(self, name) for name in RUN_DEFAULTS}
+
+    def simulate(self, progress: Callable[[float], None] | None = None) -> Trajectory:
+        """The motion of this case."""
+        return simulate(self.system, initial=self.initial, **self.run, progress=progress)
+
+
+RUN_DEFAULTS: dict[str, Any] = {
+    field.name: field.default for field in dataclasses.fields(Case) if field.name not in ("system", "initial")
+}
+
+
+def read_case(path: str | Path, **run: Any) -> Case:
+    """The case in a TOML file; `run` replaces settings of its section [run].
+
+    Raises CaseError with every complaint at once.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise CaseError(["no such file"], str(path)) from None
+    except IsADirectoryError:
+        raise CaseError(["is a folder; give a case file in it"], str(path)) from None
+    except UnicodeDecodeError as error:
+        raise CaseError([f"is not a text file in UTF-8 (byte {error.start + 1})"], str(path)) from None
+    except OSError as error:
+        raise CaseError([f"cannot be read: {error.strerror or error}"], str(path)) from None
+    return case_from_text(text, str(path), **run)
+
+
+def case_from_text(text: str, source: str = "the case", **run: Any) -> Case:
+    """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML."""
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # besides what is no TOML: numbers and nesting beyond Python's limits
+        reason, _, place = str(error).partition(" (at ")
+        raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
+    if run and isinstance(data.get("run", {}), dict):
+        data["run"] = data.get("run", {}) | run
+    return case_from_dict(data, source)
+
+
+def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
+    """The case described by sections of keys, as a TOML parser returns them; CaseError with every complaint at once."""
+    complaints = Complaints()
+    for name in data:
+        if name not in SECTIONS:
+            complaints.add(name, f"no such section; {suggestion(name, SECTIONS)}")
+    sections: dict[str, Mapping[str, Any]] = {}
+    for name in SECTIONS:
+        given = data.get(name, {})
+        if not isinstance(given, Mapping):
+            complaints.add(name, f"should be a section, [{name}] with its keys below it, got {shown(given)}")
+        sections[name] = given if isinstance(given, Mapping) else {}
+
+    classes = {
+        name: _chosen(name, sections[name], complaints) for name in CHOICES if isinstance(data.get(name, {}), Mapping)
+    }
+    parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
+    machine, law = classes.get("machine"), classes.get("friction")
+    states = (*machine.states, *law.internal) if machine and law else None
+    _check_initial(sections["initial"], states, complaints)
+    _check_run(sections["run"], complaints)
+    system = None
+    if len(parts) == len(CHOICES) and None not in parts.values():
+        try:
+            system = System(**parts)
+        except ArgumentError as error:
+            complaints.append(error.complaint)
+    if complaints or system is None:
+        raise CaseError(complaints, source)
+    return Case(system, {name: float(value) for name, value in sections["initial"].items()}, **sections["run"])
+
+
+def case_text(case: Case) -> str:
+    """The case as TOML, every parameter written out, so that it reads back equal and stays so if a default changes."""
+    lines = []
+    for section, (key, _) in CHOICES.items():
+        part = getattr(case.system, "friction" if section == "friction" else section)
+        lines += [f"[{section}]", f"{key} = {_toml(part.name)}"]
+        values = {info.name: getattr(part, info.name) for info in parameter_table(part)}
+        lines += [f"{name} = {_toml(value)}" for name, value in values.items() if value is not None] + [""]
+    lines += ["[initial]", *(f"{name} = {_toml(value)}" for name, value in case.initial.items()), ""]
+    lines += ["[run]", *(f"{name} = {_toml(value)}" for name, value in case.run.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, int):
+        return str(value)
+    return repr(float(value))
+
+
+def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:
+    """The class that a section asks for, or None with a complaint."""
+    key, catalogue = CHOICES[section]
+    known = catalogue()
+    choice = given.get(key)
+    if isinstance(choice, str) and choice in known:
+        return known[choice]
+    if key not in given:
+        complaints.add(f"{section}.{key}", f"is missing; should be {_one_of(known)}")
+    elif isinstance(choice, str):
+        complaints.add(f"{section}.{key}", f"no {key} is called {choice!r}; {suggestion(choice, known)}")
+    else:
+        complaints.add(f"{section}.{key}", f"should be {_one_of(known)}, got {shown(choice)}")
+    return None
+
+
+def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
+    """The part with its good values, so that checks between fields go on; complaints about the others."""
+    key, catalogue = CHOICES[section]
+    names = [info.name for info in parameter_table(cls)]
+    values = {name: value for name, value in given.items() if name != key}
+    for name in [name for name in values if name not in names]:
+        del values[name]
+        owner = next((other for other, kin in catalogue().items() if _has(kin, name)), None)
+        hint = f"it belongs to {key} = {owner!r}; here " if owner else ""
+        complaints.add(f"{section}.{name}", f"no such key for {key} = {cls.name!r}; {hint}{suggestion(name, names)}")
+    bad: set[str] = set()
+    for _ in range(2):  # all values; then the good ones, for what is to be said between them
+        try:
+            return cls(**values)
+        except ValidationError as error:
+            for problem in error.errors():
+                field, wanted = _said(problem)
+                if problem["loc"] or not any(name in f"{field} {wanted}" for name in bad):
+                    complaints.add(f"{section}.{field}", wanted)
+                    bad.add(field)
+            values = {name: value for name, value in values.items() if name not in bad}
+    return cls()
+
+
+def _has(cls: Any, name: str) -> bool:
+    return any(info.name == name for info in parameter_table(cls))
+
+
+def _said(problem: Any) -> tuple[str, str]:
+    """(field, what would be right and what was given) in our words, from one of pydantic's errors."""
+    context = problem.get("ctx", {})
+    place = ".".join(str(step) for step in problem["loc"])
+    if problem["type"] == "value_error":  # raised by a part itself, in its own words
+        wanted = str(context["error"])
+        if not place:
+            field, _, rest = wanted.partition(" ")
+            return field, rest
+    else:
+        wanted = {
+            "greater_than": f"should be greater than {context.get('gt', 0):g}",
+            "greater_than_equal": f"should be at least {context.get('ge', 0):g}",
+            "less_than": f"should be less than {context.get('lt', 0):g}",
+            "less_than_equal": f"should be at most {context.get('le', 0):g}",
+            "finite_number": "should be a finite number",
+            "float_type": "should be a number",
+        }.get(problem["type"], problem["msg"].replace("Input should", "should"))
+    return place, f"{wanted}, got {shown(problem['input'])}"
+
+
+def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, complaints: Complaints) -> None:
+    for name, value in given.items():
+        if states is not None and name not in states:
+            complaints.add(f"initial.{name}", f"no such state; {suggestion(name, states)}")
+        elif not (is_number(value) and abs(value) <= sys.float_info.max):
+            complaints.add(f"initial.{name}", f"should be a finite number, got {shown(value)}")
+
+
+def _check_run(given: Mapping[str, Any], complaints: Complaints) -> None:
+    for name, value in given.items():
+        if name not in RUN_DEFAULTS:
+            complaints.add(f"run.{name}", f"no such key; {suggestion(name, RUN_DEFAULTS)}")
+        else:
+            try:
+                check_run(**(RUN_DEFAULTS | {name: value}))
+            except ArgumentError as error:
+                complaints.append(error.complaint.about(f"run.{name}"))
+
+
+def _one_of(names: Iterable[str]) -> str:
+    return " or ".join(repr(name) for name in names)

@@ -1,0 +1,197 @@
+"""`vibrocap branch` and `vibrocap basins`: steady motions over a parameter, and which starts lead to which."""
+
+from pathlib import Path
+from typing import Any
+
+from vibrocap.cli.options import range_of, refusing, writable_picture
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.io.json_text import json_text
+from vibrocap.io.motion_file import read_source
+
+
+def branch(
+    case: Path,
+    /,
+    *,
+    over: str,
+    depth: int = 2,
+    points: int = 1000,
+    settle_periods: int = 2000,
+    plot: Path | None = None,
+    json: bool = False,
+) -> int:
+    """The branches of steady motions over a parameter: where symmetry breaks and travel begins.
+
+    Example: vibrocap branch examples/travels-by-stick-slip.toml --over drive.amplitude=1:3 --plot branch.png
+
+    Symmetric orbits are followed, stable or not, then what leaves them at pitchforks
+    and flips. Folds, flips, pitchforks and changes of the stick/slip word are located.
+    A case whose parameter is out of the range starts at the nearer end. Exit code 3
+    where a branch goes on but could not be followed.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv)
+    over
+        PATH=LEAST:LARGEST, such as drive.amplitude=1:3
+    depth
+        generations of branches after the first
+    points
+        most points of a branch each way
+    settle_periods
+        most drive periods simulated to find the first motion
+    plot
+        PNG, SVG or PDF: mean velocity over the parameter; of a machine held to its place the period
+    json
+        print one JSON object in full precision instead of a table
+    """
+    from vibrocap.orbits.continuation.branch_diagram import branches
+
+    given = read_source(case)
+    path, low, high = range_of(over)
+    writable_picture("--plot", plot)
+    with progress(f"Following steady motions over {path}"), refusing():
+        found = branches(
+            given.system,
+            path,
+            (low, high),
+            initial=given.initial,
+            depth=depth,
+            points=points,
+            settle_periods=settle_periods,
+        )
+    if json:
+        print(json_text(_diagram_record(found)))
+    else:
+        Page().say(str(found))
+    if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
+        from vibrocap.plotting.branches import plot_branches
+
+        plot_branches(found, plot, "mean_velocity" if found.system.machine.cyclic is not None else "period")
+        if not json:
+            Page().say(f"picture    {plot}")
+    if not any(len(each) for each in found.branches):
+        complain("No steady motion closed at the start; simulate the case, or raise --settle-periods.")
+        return INCOMPLETE
+    early = {end: i for i, each in enumerate(found.branches) for end in each.ends if end.early}
+    for end, i in early.items():
+        complain(f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}")
+    return INCOMPLETE if early else OK
+
+
+def basins(
+    case: Path,
+    /,
+    *,
+    plane: list[str],
+    resolution: int = 100,
+    phase: float = 0.0,
+    settle_periods: int = 500,
+    plot: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Which starts of a plane lead to which steady motion, and which way it travels.
+
+    Example: vibrocap basins examples/travels-by-stick-slip.toml --plane angle,angle_rate
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv)
+    plane
+        two axes, NAME or NAME=LEAST:LARGEST each: states, or "phase", a share of the drive's period. Without a range
+        a state's is what motions visit
+    resolution
+        cells along each axis
+    phase
+        where in the drive's period all runs start, as a share of it, unless it is an axis
+    settle_periods
+        drive periods in which a motion must settle
+    plot
+        PNG, SVG or PDF
+    json
+        print one JSON object in full precision instead of a table
+    """
+    from vibrocap.orbits.attractors.basins import basins as basins_of
+
+    given = read_source(case)
+    axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
+    writable_picture("--plot", plot)
+    with progress("Running the starts of the plane") as report, refusing():
+        found = basins_of(
+            given.system,
+            axes,
+            resolution,
+            phase=phase,
+            initial=given.initial,
+            settle_periods=settle_periods,
+            progress=report,
+        )
+    record = _basin_record(found)
+    if json:
+        print(json_text(record))
+    else:
+        _print_basins(record)
+    if plot is not None:
+        from vibrocap.plotting.basins import plot_basins
+
+        plot_basins(found, plot)
+        if not json:
+            Page().say(f"picture    {plot}")
+    return OK
+
+
+def _axis(text: str) -> tuple[str, tuple[float, float] | None]:
+    """NAME, or NAME=LEAST:LARGEST."""
+    if "=" not in text:
+        return text, None
+    name, low, high = range_of(text, "--plane", "angle=-3:3")
+    return name, (low, high)
+
+
+def _diagram_record(found: Any) -> dict[str, Any]:
+    """Branches with their points and special points, by name."""
+    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "word")
+    branches = [
+        {"response_period": each.response_period, "symmetric": each.symmetric}
+        | {name: getattr(each, name).tolist() for name in columns}
+        | {"special_points": each.table()}
+        | {"ends": [end.value for end in each.ends], "advice": [end.advice for end in each.ends]}
+        for each in found.branches
+    ]
+    joins = [{"parent": join.parent, "special": join.special, "child": join.child} for join in found.joins]
+    return {"over": found.over, "between": found.between, "branches": branches, "joins": joins}
+
+
+def _basin_record(found: Any) -> dict[str, Any]:
+    """Shares of the plane, by direction and by attractor."""
+    size = found.direction.size
+    words = {1: "forward", 0: "no travel", -1: "back", -2: "not settled", -3: "failed"}
+    return {
+        "axes": found.axes,
+        "starts": size,
+        "directions": {word: int((found.direction == code).sum()) / size for code, word in words.items()},
+        "attractors": [
+            {"index": i, "share": int((found.label == i).sum()) / size, "drift": _drift(found, i)}
+            for i in range(len(found.attractors))
+        ],
+    }
+
+
+def _drift(found: Any, index: int) -> float | None:
+    """Drift per drive period of the motions that lead to an attractor."""
+    drifts = found.drift[found.label == index]
+    return float(drifts[0]) if len(drifts) else None
+
+
+def _print_basins(record: dict[str, Any]) -> None:
+    """The table of shares."""
+    page = Page()
+    page.say(f"{record['starts']:,} starts over {record['axes'][0]} and {record['axes'][1]}", style="bold")
+    for word, share in record["directions"].items():
+        if share:
+            page.print(f"  {word:<12}{share:.2%}")
+    for each in record["attractors"]:
+        drift = "none" if each["drift"] is None else f"{each['drift']:.10g} per drive period"
+        page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts, drift {drift}")

@@ -1,0 +1,238 @@
+"""`vibrocap friction`: which laws there are, what each is, what it does, and what it asks of a solver."""
+
+import inspect
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+
+from vibrocap.arguments import suggestion
+from vibrocap.cli.options import Refusal, refusing, writable_picture
+from vibrocap.cli.terminal import OK, Page, progress
+from vibrocap.io.json_text import json_text
+from vibrocap.physics.friction.law import Law
+
+friction = App(
+    name="friction",
+    help="Friction laws: which there are, their equations, canonical tests and reports.",
+    help_epilogue="Example: vibrocap friction test lugre --plot tests.png",
+)
+KINDS = {
+    "set-valued": "sticks: at rest it holds any force up to its limit",
+    "kinked": "dynamic: it remembers through internal states",
+    "smooth": "smooth: a function of velocity that never sticks",
+}
+Settings = Annotated[list[str], Parameter(name="--set", negative=())]
+
+
+@friction.command(name="list")
+def list_laws() -> int:
+    """The friction laws, a line each, and what can be put around them.
+
+    Example: vibrocap friction list
+    """
+    from vibrocap.physics.catalogue import laws, wrappers
+
+    page = Page()
+    width = max(map(len, laws())) + 2
+    for name, law in laws().items():
+        creeps = "creeps" if law.creeps else "does not creep"
+        page.say(f"{name:<{width}}{inspect.cleandoc(law.__doc__ or '').splitlines()[0]}")
+        page.say(f"{'':<{width}}{law.kind}; {creeps} under an oscillating force below break-away", style="dim")
+    words = " and ".join(f"{word}-" for word in wrappers())
+    page.say(f"\nBefore a name may stand {words}, as in backlash-anisotropic-lugre.")
+    page.say("Next: vibrocap friction show lugre")
+    return OK
+
+
+@friction.command
+def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
+    """One friction law: equations, parameters, source, passivity and time scales, and its picture.
+
+    Example: vibrocap friction show lugre --plot lugre.png
+
+    Parameters
+    ----------
+    name
+        a law, as `vibrocap friction list` shows them
+    set_
+        a parameter that differs from its default, such as bristle_stiffness=1e5; may be repeated
+    plot
+        PNG, SVG or PDF: steady curve and presliding loops
+    """
+    from rich.table import Table
+
+    from vibrocap.laboratory.passivity import passivity
+    from vibrocap.laboratory.stiffness import stiffness_report
+    from vibrocap.physics.parameters import parameter_table
+    from vibrocap.physics.symbols import printed
+
+    law = _law(name, set_)
+    writable_picture("--plot", plot)
+    page = Page()
+    page.say(f"{name}: {KINDS[law.kind]}", style="bold")
+    page.say("\n" + inspect.cleandoc(type(law).__doc__ or ""))
+    table = Table(box=None, pad_edge=False)
+    for title in ("parameter", "symbol", "value", "meaning"):
+        table.add_column(title, justify="right" if title == "value" else "left")
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        table.add_row(info.name, printed(info.symbol), "none" if value is None else f"{value:g}", info.meaning)
+    page.print()
+    page.print(table)
+    with progress(f"Looking for cycles of {name} that create energy"):
+        passive = passivity(law)
+        scales = stiffness_report(law)
+    page.say(f"\nsource     {law.source}")
+    page.say(f"passivity  {passive.verdict}. {passive.condition}")
+    page.say(f"stiffness  {scales.method}")
+    creeps = "yes" if law.creeps else "no"
+    page.say(f"creeps     {creeps}, under an oscillating force below break-away")
+    if plot is not None:
+        from vibrocap.plotting.laboratory import plot_law_card
+
+        with progress(f"Drawing {name}"):
+            page.say(f"picture    {plot_law_card(law, plot)}")
+    return OK
+
+
+@friction.command(name="test")
+def canonical_tests(
+    name: str,
+    /,
+    *,
+    set_: Settings = [],  # noqa: B006 (never changed)
+    load: float = 1.0,
+    mass: float | None = None,
+    stiffness: float | None = None,
+    speed: float | None = None,
+    plot: Path | None = None,
+    json: bool = False,
+) -> int:
+    """The canonical tests of a friction law: presliding, lag, break-away, stick-slip, creep.
+
+    Example: vibrocap friction test lugre --plot tests.png
+
+    Any consistent units serve: with coefficients in newtons take --load 1.
+
+    Parameters
+    ----------
+    name
+        a law, as `vibrocap friction list` shows them
+    set_
+        a parameter that differs from its default, such as bristle_stiffness=1e5; may be repeated
+    load
+        normal load of the contact
+    mass
+        of the block in the tests of break-away and stick-slip [default: from the law's own sizes]
+    stiffness
+        of the spring that pulls it [default: a hundredth of the contact's]
+    speed
+        of the spring's end [default: 0.3 of the speed at which friction changes]
+    plot
+        PNG, SVG or PDF: all tests in one sheet
+    json
+        print the numbers as JSON, in full precision
+    """
+    from vibrocap.laboratory.test_sheet import test_sheet
+
+    law = _law(name, set_)
+    writable_picture("--plot", plot)
+    with progress(f"Testing {name}") as report, refusing():
+        sheet = test_sheet(
+            law,
+            load=load,
+            mass=mass,
+            stiffness=stiffness,
+            speed=speed,
+            progress=lambda now: report(0.0, f"Testing {name}: {now}"),
+        )
+    page = Page()
+    if json:
+        page.say(json_text(sheet_record(sheet)))
+    else:
+        print_sheet(page, name, sheet)
+    if plot is not None:
+        from vibrocap.plotting.laboratory import plot_sheet
+
+        plot_sheet(sheet, plot)
+        if not json:
+            page.say(f"  picture      {plot}")
+    return OK
+
+
+def sheet_record(sheet: Any) -> dict[str, Any]:
+    """The numbers of a test sheet by name."""
+    from vibrocap.physics.parameters import parameter_table
+
+    def chosen(found: Any, names: str) -> dict[str, Any]:
+        values = {name: getattr(found, name) for name in names.split()}
+        return {name: value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
+
+    cycle = "regime period stick_time slip_time amplitude largest_pull least_pull static_force kinetic_force settled"
+    parameters = {info.name: getattr(sheet.law, info.name) for info in parameter_table(sheet.law)}
+    return {
+        "law": sheet.law.name,
+        "parameters": parameters,
+        **chosen(sheet, "load mass stiffness speed"),
+        "presliding": [chosen(loop, "amplitude area peak_force deflection closure") for loop in sheet.presliding],
+        "lag": chosen(sheet.lag, "frequency width at area"),
+        "break_away": chosen(sheet.break_away, "rate force applied peaked"),
+        "stick_slip": chosen(sheet.stick_slip, cycle),
+        "creep": chosen(sheet.creep, "bias amplitude drift_per_cycle creeps"),
+    }
+
+
+def print_sheet(page: Page, name: str, sheet: Any) -> None:
+    """The summary of a test sheet."""
+    slip, creep = sheet.stick_slip, sheet.creep
+    page.say(f"Canonical tests of {name}, load {sheet.load:g}, in the units of its parameters", style="bold")
+    for loop in sheet.presliding:
+        page.print(f"  presliding   amplitude {loop.amplitude:.6g}: area {loop.area:.6g}, peak {loop.peak_force:.6g}")
+    lag = sheet.lag  # width: accelerating less decelerating
+    for frequency, width in zip(lag.frequency, lag.width, strict=True):
+        page.print(f"  lag          frequency {frequency:.6g}: width {width:.6g}")
+    found = sheet.break_away
+    for rate, force, peaked in zip(found.rate, found.force, found.peaked, strict=True):
+        page.print(f"  break-away   rate {rate:.6g}: {force:.6g}{'' if peaked else ' (friction has no peak)'}")
+    words = f"period {slip.period:.6g}, sticking {slip.stick_time:.6g}" if slip.regime == "stick-slip" else "no cycle"
+    words = f"period {slip.period:.6g}" if slip.regime == "oscillation" else words
+    page.say(f"  stick-slip   {slip.regime}: {words}; friction up to {slip.static_force:.6g}")
+    drift = f"{creep.drift_per_cycle:.3g} per cycle" if creep.creeps else "none"
+    page.say(f"  creep        {drift}, under {creep.bias:.4g} +- {creep.amplitude:.4g}")
+
+
+def _law(name: str, settings: list[str]) -> Law:
+    """The law of that name with the parameters set; refused with the nearest name and every bad value."""
+    from pydantic import ValidationError
+
+    from vibrocap.physics.catalogue import law, laws, wrappers
+    from vibrocap.physics.parameters import parameter_table
+
+    try:
+        kind = law(name)
+    except KeyError:
+        plain = name
+        for word in wrappers():
+            plain = plain.replace(f"{word}-", "")
+        raise Refusal(f"no friction law is called {name!r}; {suggestion(plain, laws(), cutoff=0.0)}") from None
+    except ValueError as error:
+        raise Refusal(str(error)) from None
+    known = [info.name for info in parameter_table(kind)]
+    values: dict[str, float] = {}
+    for setting in settings:
+        path, equals, text = setting.partition("=")
+        if not equals:
+            raise Refusal(f"--set should be NAME=VALUE, such as {known[0]}=1.0, got {setting!r}")
+        if path not in known:
+            near = suggestion(path, known, cutoff=0.0)
+            raise Refusal(f"--set {setting}: {name} has no parameter {path!r}; {near}")
+        try:
+            values[path] = float(text)
+        except ValueError:
+            raise Refusal(f"--set {setting}: {text!r} should be a number") from None
+    try:
+        return kind(**values)
+    except ValidationError as error:
+        faults = "; ".join(f"{'.'.join(map(str, each['loc'])) or name}: {each['msg']}" for each in error.errors())
+        raise Refusal(f"--set: {faults}") from None

@@ -1,0 +1,124 @@
+"""The command line: its commands from their modules, their exit codes, and `main`, which runs one.
+
+Exit codes: 0 done; 2 wrong input, each bad field named on stderr before any work; 3 a run that could not be completed,
+with its status and what was computed until then; 130 interrupted.
+"""
+
+import collections
+import io
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from cyclopts import App, CycloptsError, Parameter
+
+from vibrocap.case.case import CaseError
+from vibrocap.cli.branch import basins, branch
+from vibrocap.cli.fit import fit
+from vibrocap.cli.friction import friction
+from vibrocap.cli.options import Refusal, needs, writable_folder
+from vibrocap.cli.orbit import crossing, orbit
+from vibrocap.cli.records import datasets, stick_slip
+from vibrocap.cli.simulate import limits, simulate
+from vibrocap.cli.sweep import measures, plot, sweep
+from vibrocap.cli.terminal import BROKEN_PIPE, INTERRUPTED, OK, WRONG_INPUT, Page, complain, progress, table
+
+WIDE = 120  # columns of a terminal
+EXAMPLES = """Examples:
+
+  vibrocap reproduce --only fig09
+  vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
+  vibrocap simulate examples/bristles-lugre.toml --json --out run.nc
+  vibrocap limits examples/bristles-lugre.toml
+  vibrocap sweep examples/travels-by-stick-slip.toml --over drive.amplitude=1:3:40 --out map
+  vibrocap plot map --measure mean_velocity --out map.png
+  vibrocap orbit examples/travels-by-stick-slip.toml
+  vibrocap friction test lugre --plot tests.png
+
+`vibrocap COMMAND --help` explains a command. Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
+"""
+
+
+def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
+    """The paper: its figures from our own runs, its claims with their verdicts, one HTML report.
+
+    Example: vibrocap reproduce --out out --only fig09
+
+    Parameters
+    ----------
+    out
+        folder for report.html, the figures and their data; made where it is missing
+    only
+        one figure and its claims, such as fig09
+    """
+    from vibrocap.paper.figures import KEYS
+
+    if only is not None and only not in KEYS:
+        raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
+    needs("reproduce", "plot", "matplotlib")
+    writable_folder("--out", out)
+    from vibrocap.report.reproduce import reproduce as reproduced
+
+    with progress("The paper") as report:
+        result = reproduced(out, only, lambda what, share: report(share, what))
+    print_claims(result)
+    return OK
+
+
+def print_claims(result: Any) -> None:
+    """The summary of `vibrocap reproduce`: every claim with its verdict, and where the report lies.
+
+    The numbers found stand beside it where the terminal is wide enough; the report has them all.
+    """
+    page = Page()
+    wide = page.width >= WIDE
+    made = table("Claims of the paper", "claim", "where", "verdict", *(["found"] if wide else []))
+    made.columns[1].no_wrap = False
+    for verdict in result.claims:
+        found = ", ".join(f"{name} {value:.5g}" for name, value in verdict.finding.found.items())
+        made.add_row(verdict.claim.key, verdict.claim.where, verdict.verdict, *([found] if wide else []))
+    page.print(made)
+    counts = collections.Counter(verdict.finding.outcome.value for verdict in result.claims)
+    tally = ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common())
+    page.print(f"{len(result.claims)} claims in {result.seconds:.0f} s: {tally}.")
+    page.say(f"Report: {result.report}")
+
+
+app = App(
+    name="vibrocap",
+    help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
+    help_epilogue=EXAMPLES,
+    help_format="plaintext",
+    version=lambda: version("vibrocap"),
+    result_action="return_value",
+    default_parameter=Parameter(negative=()),
+    suppress_keyboard_interrupt=False,  # `main` says what was interrupted
+)
+for command in (
+    reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit, stick_slip,
+    datasets,
+):  # fmt: skip
+    app.command(command)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns its exit code."""
+    for stream in (sys.stdout, sys.stderr):  # a terminal without Greek letters still gets the numbers
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    try:
+        return int(app(arguments, exit_on_error=False, print_error=False) or OK)
+    except (CaseError, Refusal) as error:
+        complain(str(error))
+    except CycloptsError as error:
+        complain(f"{error}\nvibrocap --help shows the commands with an example each.")
+    except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    except KeyboardInterrupt as interruption:
+        complain(str(interruption) or "Interrupted.")
+        return INTERRUPTED
+    return WRONG_INPUT

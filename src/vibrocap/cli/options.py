@@ -1,0 +1,130 @@
+"""Options: how their texts are read, and the checks of what a command is to write, all of it before any work."""
+
+import contextlib
+import importlib.util
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from vibrocap.arguments import Complaint, Complaints
+
+PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv"), (".mp4", ".gif")
+
+
+class Refusal(ValueError):
+    """Input that cannot be used: each complaint names an option and what would be right. The exit code is 2."""
+
+    def __init__(self, *complaints: str):
+        super().__init__("\n".join(complaints))
+        self.complaints = complaints
+
+
+@contextlib.contextmanager
+def refusing() -> Iterator[None]:
+    """ValueErrors in the `with` block are about what was asked for: they are refusals."""
+    try:
+        yield
+    except ValueError as error:
+        raise Refusal(str(error)) from None
+
+
+def by_option(complaints: Iterable[str], options: Mapping[str, str]) -> list[str]:
+    """The same complaints, with options in place of the fields that they set; options: their names by field."""
+    return [
+        each.about(options[each.field]) if isinstance(each, Complaint) and each.field in options else each
+        for each in complaints
+    ]
+
+
+# --- texts ------------------------------------------------------------------------------------------------------------
+def split(texts: "list[str] | None") -> list[str]:
+    """Texts, each of which may be several with commas between."""
+    return [piece.strip() for text in texts or () for piece in text.split(",") if piece.strip()]
+
+
+def pairs(option: str, texts: "list[str] | None", complaints: Complaints, wanted: str) -> dict[str, str]:
+    """KEY=VALUE pairs; wanted: what a complaint says they should be."""
+    found: dict[str, str] = {}
+    for text in texts or ():
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not (key and equals and value):
+            complaints.add(f"--{option} {text}", f"should be {wanted}")
+        elif key in found:
+            complaints.add(f"--{option} {key}", "is given twice")
+        else:
+            found[key] = value
+    return found
+
+
+def range_of(
+    text: str, option: str = "--over", example: str = "machine.mass_ratio=0.2:8.1"
+) -> tuple[str, float, float]:
+    """PATH=LEAST:LARGEST."""
+    path, _, ends = text.partition("=")
+    try:
+        low, high = (float(end) for end in ends.split(":"))
+    except ValueError:
+        raise Refusal(f"{option} should be PATH=LEAST:LARGEST, such as {example}, got {text!r}") from None
+    return path, low, high
+
+
+# --- what is written --------------------------------------------------------------------------------------------------
+def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> None:
+    """Refusal for a file that cannot be written; its folder is made when it comes to that. None is no file."""
+    if path is None:
+        return
+    if path.suffix.lower() not in kinds:
+        given = f"ends in {path.suffix!r}" if path.suffix else "has no ending"
+        raise Refusal(f"{option}: should end in {' or '.join(kinds)}, but {str(path)!r} {given}")
+    if path.is_dir():
+        raise Refusal(f"{option}: {str(path)!r} is a folder; give the name of a file in it")
+    writable_folder(option, path.parent)
+    if path.exists() and not os.access(path, os.W_OK):
+        raise Refusal(f"{option}: {str(path)!r} exists and cannot be overwritten; give another name")
+
+
+def writable_picture(option: str, path: Path | None) -> None:
+    """Refusal for a picture that cannot be drawn or written. None is no picture."""
+    if path is not None:
+        writable_file(option, path, PICTURES)
+        needs(option, "plot", "matplotlib")
+
+
+def writable_film(option: str, path: Path | None) -> None:
+    """Refusal for a film that cannot be made or written. None is no film."""
+    if path is not None:
+        writable_file(option, path, FILMS)
+        needs(option, "plot", "matplotlib")
+        if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+            raise Refusal(
+                f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
+            )
+
+
+def writable_table(option: str, path: Path | None, *packages: str) -> None:
+    """Refusal for numbers that cannot be written as NetCDF, for which packages are needed, or CSV. None is no file."""
+    writable_file(option, path, TABLES)
+    if path is not None and path.suffix.lower() == ".nc":
+        needs(option, "export", *packages)
+
+
+def writable_folder(option: str, folder: Path) -> None:
+    """Refusal for a folder that cannot be written into, or made."""
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise Refusal(f"{option}: {str(there)!r} is a file; give a folder")
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        reason = f"cannot write into {str(there)!r} ({error.strerror or error})"
+        raise Refusal(f"{option}: {reason}; give a folder that can be written") from None
+
+
+def needs(option: str, extra: str, *packages: str) -> None:
+    """Refusal if packages of an optional extra are not installed."""
+    missing = [package for package in packages if importlib.util.find_spec(package) is None]
+    if missing:
+        raise Refusal(f"{option}: needs {' and '.join(missing)}; install it with: pip install 'vibrocap[{extra}]'")

@@ -1,0 +1,297 @@
+"""`vibrocap orbit` and `vibrocap crossing`: the steady motion of a case, and where a measure of it takes a value."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case.case import CaseError
+from vibrocap.cli.options import Refusal, range_of, refusing
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.io.json_text import json_text
+from vibrocap.io.motion_file import read_source
+
+LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
+
+
+def orbit(
+    case: Path,
+    /,
+    *,
+    response_period: int | None = None,
+    half: bool = False,
+    settle_periods: int = 2000,
+    tolerance: float = 1e-12,
+    json: bool = False,
+) -> int:
+    """The steady motion of a case: period, drift, stability, symmetry, mirror twin and word.
+
+    Example: vibrocap orbit examples/travels-by-stick-slip.toml
+
+    The motion is simulated from the case's start until it settles, then closed by
+    shooting; what is printed holds to rounding. A start that leads to an unstable
+    orbit is followed on to what the capsule really does. Where the orbit asked for
+    is unstable, the motions to which it gives way are printed too. Exit code 3
+    where it does not settle or close.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv)
+    response_period
+        look for an orbit of so many drive periods, stable or not, near the case's start
+    half
+        look for a symmetric orbit, stable or not, near the case's start
+    settle_periods
+        most drive periods simulated
+    tolerance
+        of the runs, error per step over the natural size of each state
+    json
+        print one JSON object in full precision instead of a table
+    """
+    from vibrocap.orbits.attractors.classification import classify
+    from vibrocap.orbits.closing.orbit import orbit as steady_motion
+    from vibrocap.orbits.closing.periodic_solution import OrbitStatus
+
+    given = read_source(case)
+    try:
+        with progress("Closing the steady motion"):
+            found = steady_motion(
+                given.system,
+                initial=given.initial,
+                response_period=response_period,
+                half=half,
+                settle_periods=settle_periods,
+                tolerance=tolerance,
+            )
+    except ValueError as error:
+        raise CaseError([str(error)], str(case)) from None
+    left = found.passed or (found if found.status is OrbitStatus.CONVERGED and found.unstable else None)
+    record = orbit_record(found)
+    if left is not None and left.response_period:
+        record["unstable_orbit"] = {
+            "drift": left.drift,
+            "state": left.state,
+            "largest_multiplier": float(np.max(np.abs(left.multipliers))),
+            "gives_way_to": [orbit_record(each) for each in left.pushed_off(settle_periods=settle_periods)],
+        }
+    if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
+        what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
+        record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
+    if json:
+        print(json_text(record))
+    else:
+        _print_orbit(record, str(case))
+    if found.status is OrbitStatus.CONVERGED:
+        return OK
+    complain(f"No closed steady motion ({found.status.value}). {found.status.advice}")
+    return INCOMPLETE
+
+
+def orbit_record(found: Any) -> dict[str, Any]:
+    """What is known of an orbit, by name."""
+    from vibrocap.orbits.closing.orbit import OrbitStatus
+
+    closed = found.status is OrbitStatus.CONVERGED
+    twin = None
+    if closed and found.mirrored_state is not None and not found.symmetric:
+        twin = {"state": found.mirrored_state, "drift": None if found.drift is None else -found.drift}
+    return {
+        "status": found.status.value,
+        "residual": found.residual,
+        "period": found.period,
+        "response_period": found.response_period,
+        "drift": found.drift,
+        "mean_velocity": found.mean_velocity if found.period else None,
+        "stable": found.stable if closed else None,
+        "stability": _stability(found) if closed else "not known",
+        "multipliers": [{"real": float(np.real(m)), "imaginary": float(np.imag(m))} for m in found.multipliers],
+        "symmetric": found.symmetric,
+        "word": found.word if closed else None,
+        "state": found.state,
+        "twin": twin,
+    }
+
+
+def _print_orbit(record: dict[str, Any], title: str) -> None:
+    """The table of an orbit."""
+    page = Page()
+    closed = record["stable"] is not None
+    page.say(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold")
+    state = ", ".join(f"{name} {number:.12g}" for name, number in record["state"].items())
+    if not closed:
+        rows = [("status", f"{record['status']}; what was tried last does not close by {record['residual']:.2g}")]
+        rows += [("last state", state)]
+        if "class" in record:
+            rows += [("class", f"{record['class']['kind']}: {record['class']['reason']}")]
+        page.rows(rows, 14)
+        return
+    periods = f" ({record['response_period']} of the drive)" if record["response_period"] else " (its own)"
+    sizes = ", ".join(_multiplier(m) for m in record["multipliers"])
+    symmetric = {True: "its own mirror image", False: "not symmetric", None: "the system has no such symmetry"}
+    rows = [
+        ("status", f"{record['status']}, residual {record['residual']:.2g}"),
+        ("period", f"{record['period']:.12g}{periods}"),
+        ("drift", "none" if record["drift"] is None else f"{record['drift']:.12g} per period"),
+        ("mean velocity", "none" if record["mean_velocity"] is None else f"{record['mean_velocity']:.12g}"),
+        ("stable", record["stability"]),
+        ("multipliers", sizes),
+        ("symmetry", symmetric[record["symmetric"]]),
+        ("word", record["word"]),
+        ("state", state),
+    ]
+    if record["twin"] is not None:
+        start = ", ".join(f"{name} {number:.12g}" for name, number in record["twin"]["state"].items())
+        rows.append(("mirror twin", f"drift {record['twin']['drift']:.12g}, state {start}"))
+    if "unstable_orbit" in record:
+        rows += _unstable_rows(record["unstable_orbit"], record["stable"])
+    page.rows(rows, 14)
+
+
+def _stability(found: Any) -> str:
+    """Whether a simulation keeps a closed orbit."""
+    if found.stable:
+        return "yes"
+    return "no" if found.unstable else "neither: a multiplier is 1, as where a whole range of motions is steady"
+
+
+def _unstable_rows(left: dict[str, Any], kept: bool | None) -> list[tuple[str, str]]:
+    """What is to be said of an unstable orbit: that no simulation keeps it, and what it gives way to."""
+    growth = f"pushes grow {left['largest_multiplier']:.4g} times per response"
+    rows = [("unstable", f"no motion stays on this orbit: {growth}")]
+    if kept:
+        drift = "" if left["drift"] is None else f" of drift {left['drift']:.12g}"
+        text = f"the start leads close to an orbit{drift} on which no motion stays ({growth}); which of these follows"
+        rows = [("passed", f"{text} may be a matter of rounding")]
+    for each in left["gives_way_to"]:
+        travel = "no drift" if each["drift"] is None else f"drift {each['drift']:.12g}"
+        start = ", ".join(f"{name} {number:.12g}" for name, number in each["state"].items())
+        periods = f"period {each['response_period']} of the drive"
+        rows.append(("gives way to", f"{travel}, {periods}, stable {each['stability']}, word {each['word']}, {start}"))
+    if not left["gives_way_to"]:
+        rows.append(("gives way to", "nothing that settles: it may be chaotic, see `classify` in Python"))
+    return rows
+
+
+def _multiplier(multiplier: dict[str, float]) -> str:
+    """A multiplier in words: exactly zero where sticking forgets a direction."""
+    real, imaginary = multiplier["real"], multiplier["imaginary"]
+    if real == 0.0 and imaginary == 0.0:
+        return "0 (forgotten while it sticks)"
+    return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
+
+
+def crossing(
+    case: Path,
+    /,
+    *,
+    over: str,
+    measure: str = "drift",
+    value: float = 0.0,
+    against: str | None = None,
+    points: int = 200,
+    periods: int = 2000,
+    json: bool = False,
+) -> int:
+    """Where a steady measure takes a value, or agrees with that of another law, over a parameter.
+
+    Example: vibrocap crossing examples/buckled-pendulum-travels.toml --over machine.mass_ratio=0.2:8.1
+
+    Each place comes with a bracket and an error. Where the measure equals the value
+    over a whole range (the drift of symmetric motions is zero) or jumps over it
+    (from a motion to its mirror twin), that is said instead. Exit code 3 where
+    motions did not settle, so that places may be missing.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv)
+    over
+        PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1
+    measure
+        a measure that is a number, see `vibrocap measures`
+    value
+        that is looked for
+    against
+        friction.law=NAME or PATH=VALUE: look for where the measures of the case and of the case so changed differ by
+        the value (zero: agree). Another law takes over the parameters that both laws have
+    points
+        parameters of the scan that brackets the places
+    periods
+        drive periods in which a motion of the scan must settle
+    json
+        print one JSON object in full precision instead of a table
+    """
+    from vibrocap.orbits.crossings.crossing import crossing as crossings
+    from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+
+    given = read_source(case)
+    path, low, high = range_of(over)
+    other = None if against is None else _other(given.system, against)
+    with progress(f"Looking for {measure} = {value:g}") as report, refusing():
+        found = crossings(
+            given.system,
+            measure,
+            path,
+            (low, high),
+            value=value,
+            against=other,
+            initial=given.initial,
+            points=points,
+            periods=periods,
+            progress=report,
+        )
+    if json:
+        print(json_text(_crossings_record(found)))
+    else:
+        page = Page()
+        wanted = f"{found.measure} = {found.value:g}"
+        if against is not None:
+            wanted = f"{found.measure} less that with {against} = {found.value:g}"
+        page.say(f"{wanted} over {found.over}", style="bold")
+        for line in str(found).splitlines():
+            page.say(f"  {line}")
+    lost = [each for each in found.found if each.kind is CrossingKind.LOST]
+    if found.unsettled or lost:
+        many = f"{len(found.unsettled)} of {len(found.parameters)} motions of the scan did not settle"
+        what = many if found.unsettled else CrossingKind.LOST.advice
+        complain(f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic.")
+        return INCOMPLETE
+    return OK
+
+
+def _crossings_record(found: Any) -> dict[str, Any]:
+    """What was found and what the scan saw, by name; NaN where a motion did not settle is null."""
+    return {
+        "measure": found.measure,
+        "over": found.over,
+        "value": found.value,
+        "found": [dataclasses.asdict(each) | {"kind": each.kind.value} for each in found.found],
+        "equal": found.equal,
+        "unsettled": found.unsettled,
+        "parameters": found.parameters.tolist(),
+        "differences": found.differences.tolist(),
+    }
+
+
+def _other(system: Any, text: str) -> Any:
+    """The system with another friction law, which takes over the parameters that both have, or another parameter."""
+    from vibrocap.physics.catalogue import law, laws
+    from vibrocap.physics.parameters import given_parameters
+
+    path, _, wanted = text.partition("=")
+    if not path or not wanted:
+        raise Refusal(f"--against should be friction.law=NAME or PATH=VALUE, got {text!r}")
+    try:
+        if path != "friction.law":
+            return system.with_parameters({path: float(wanted)})
+        kind = law(wanted)
+        shared = {field.name for field in dataclasses.fields(kind)}
+        given = {name: each for name, each in given_parameters(system.friction).items() if name in shared}
+        return dataclasses.replace(system, friction=kind(**given))
+    except KeyError as error:
+        raise Refusal(f"--against {text}: {error.args[0]}") from None
+    except ValueError as error:
+        told = f"; there is {', '.join(laws())}" if path == "friction.law" else ""
+        raise Refusal(f"--against {text}: {error}{told}") from None

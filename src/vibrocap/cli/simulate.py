@@ -1,0 +1,302 @@
+"""`vibrocap simulate` and `vibrocap limits`: one motion of a case, and the limits of its friction."""
+
+import collections
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from vibrocap.arguments import Complaints
+from vibrocap.case.case import CHOICES, CaseError
+from vibrocap.cli.options import Refusal, by_option, writable_film, writable_picture, writable_table
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
+from vibrocap.io.json_text import json_text, plain
+from vibrocap.io.motion_file import read_source, write_motion
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.parameters import described
+
+VELOCITY_PERIODS = 10  # the mean velocity is taken over the last so many whole periods, or all where there are fewer
+# kind of event: what the contact does
+EVENTS = {
+    "stick": "comes to rest and sticks",
+    "slip_forward": "leaves stick forward",
+    "slip_back": "leaves stick backward",
+    "reversal": "reverses without sticking",
+    "graze": "touches its limit and stays",
+    "switch": "goes over to another piece of its law",
+}
+# channel of energy: what it is
+CHANNELS = {
+    "drive": "work of the drive",
+    "damper": "work of the damper",
+    "belt": "work of the belt under the block",
+    "contact_sliding": "work of sliding friction",
+    "bristle_loss": "loss in the bristles",
+    "stored": "gained by machine and contact",
+    "residual": "stored less all works: should vanish",
+}
+
+
+def simulate(
+    case: Path,
+    /,
+    *,
+    json: bool = False,
+    out: Path | None = None,
+    plot: Path | None = None,
+    animate: Path | None = None,
+    periods: float | None = None,
+    tolerance: float | None = None,
+) -> int:
+    """One motion: how it ends, how far it travels, its events, energy and certificate.
+
+    Example: vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png --out run.nc
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv), which is run again
+    json
+        print one JSON object in full precision instead of tables
+    out
+        export the motion, with its case, to FILE.nc (NetCDF) or FILE.csv
+    plot
+        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
+    animate
+        film the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
+    periods
+        drive periods to run, instead of the case's
+    tolerance
+        error per step relative to the states' natural size, instead of the case's
+    """
+    settings = {name: value for name, value in (("periods", periods), ("tolerance", tolerance)) if value is not None}
+    refused = Complaints()
+    with refused.collected():
+        writable_table("--out", out, "xarray", "h5netcdf")
+    with refused.collected():
+        writable_picture("--plot", plot)
+    with refused.collected():
+        writable_film("--animate", animate)
+    try:
+        setup = read_source(case, **settings)
+    except CaseError as error:
+        named = by_option(error.complaints, {f"run.{name}": f"--{name}" for name in settings})
+        raise CaseError([*named, *refused], error.source) from None
+    if animate is not None and "angle" not in setup.system.state_names:
+        machine = setup.system.machine.name
+        refused.append(f"--animate: draws the pendulum capsule only, not the machine {machine!r}")
+    if refused:
+        raise Refusal(*refused)
+    for path in (out, plot, animate):
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+    with progress("Simulating") as report:
+        motion = setup.simulate(report)
+        record = motion_record(motion)
+    if out is not None:
+        write_motion(motion, setup, out)
+    moved = len(motion.piece_start) > 0
+    if plot is not None and moved:
+        from vibrocap.plotting.motion import plot_motion
+
+        plot_motion(motion, plot)
+    if animate is not None and moved:
+        from vibrocap.plotting.animation import animate_motion
+
+        with progress("Filming") as report:
+            animate_motion(motion, animate, progress=report)
+    if json:
+        print(json_text(record))
+    else:
+        print_motion(motion, record, str(case))
+    if motion.status.ok:
+        return OK
+    complain(
+        f"The run could not be completed ({motion.status.value}): it stopped at time {motion.end:.10g} of "
+        f"{motion.periods * motion.period:.10g}.\n{motion.status.text}"
+        + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
+    )
+    return INCOMPLETE
+
+
+def motion_record(motion: Trajectory) -> dict[str, Any]:
+    """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
+    from vibrocap.measures.energy import energy_balance
+    from vibrocap.measures.sticking import stick_fraction
+    from vibrocap.measures.travel import drift, mean_velocity
+    from vibrocap.measures.windows import whole_periods
+
+    whole = max(0, whole_periods(motion))
+    started = len(motion.piece_start) > 0
+    velocity: dict[str, Any] = {"value": None, "window": None, "settled": False}
+    travels = whole > 0 and motion.system.machine.cyclic is not None
+    if travels:
+        velocity = dataclasses.asdict(mean_velocity(motion, min(VELOCITY_PERIODS, whole)))
+    counts = collections.Counter(motion.event_kinds)
+    return plain(
+        {
+            "state": motion.state,
+            "time": motion.end,
+            "drift": drift(motion) if travels else None,
+            "mean_velocity": velocity,
+            "events": {kind: counts[kind] for kind in EVENTS},
+            "stick_fraction": stick_fraction(motion) if started else None,
+            "energy": dataclasses.asdict(energy_balance(motion)) if started else None,
+            "certificate": dataclasses.asdict(motion.certificate) if started else None,
+            "status": motion.status.value,
+        }
+    )
+
+
+def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None:
+    """The summary of `vibrocap simulate`."""
+    page = Page()
+    page.say(title, style="bold")
+    for part in CHOICES:
+        page.say(f"  {described(getattr(motion.system, part))}", style="dim")
+    page.print(_motion_table(motion, record))
+    if record["energy"]:
+        page.print(_energy_table(record["energy"]))
+    if record["certificate"]:
+        page.print(_certificate_table(record["certificate"], motion))
+    units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
+    if motion.system.machine.cyclic is None:
+        units = "All quantities are in the units of the parameters."
+    page.say(units, style="dim")
+
+
+def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
+    done = record["time"] / motion.period
+    made = table("Motion", "quantity", "value", "what it rests on")
+    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {motion.period:.8g}"
+    made.add_row("time reached", f"{record['time']:.10g}", periods)
+    for name, value in record["state"].items():
+        made.add_row(name.replace("_", " "), f"{value:.10g}", "at the end")
+    made.add_section()
+    if record["drift"] is not None:
+        made.add_row("drift", f"{record['drift']:.10g}", "travel in the last whole period")
+        velocity = record["mean_velocity"]
+        start, end = (mark / motion.period for mark in velocity["window"])
+        count = round(end - start)
+        settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
+        window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
+        made.add_row("mean velocity", f"{velocity['value']:.10g}", window)
+        made.add_row("response", *_response(motion))
+    if record["stick_fraction"] is not None:
+        made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
+    elif motion.system.friction.kind != "set-valued":
+        made.add_row("stick fraction", "none", f"the {motion.system.friction.name} law creeps instead of sticking")
+    made.add_section()
+    for kind, words in EVENTS.items():
+        if record["events"][kind]:
+            made.add_row(kind.replace("_", " "), str(record["events"][kind]), f"times the contact {words}")
+    return made
+
+
+def _response(motion: Trajectory) -> tuple[str, str]:
+    """(class of the response, what that rests on)."""
+    from vibrocap.measures.response import response_class
+
+    response = response_class(motion)
+    if response.residual is None:
+        return response.kind, "fewer than two whole periods"
+    symmetry = {True: "; its own mirror image, so it cannot travel", False: "; differs from its mirror image", None: ""}
+    return response.kind, f"modulo the drift, to {response.residual:.1e}{symmetry[response.symmetric]}"
+
+
+def _energy_table(energy: dict[str, Any]) -> Table:
+    made = table(f"Energy from {energy['window'][0]:.6g} to {energy['window'][1]:.6g}", "channel", "value", "meaning")
+    for name, text in CHANNELS.items():
+        if name == "belt" and energy[name] == 0.0:
+            continue
+        number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
+        made.add_row(name.replace("_", " "), number, text)
+    return made
+
+
+def _certificate_table(certificate: dict[str, Any], motion: Trajectory) -> Table:
+    made = table("Certificate", "evidence", "value", "meaning")
+    if certificate["stick_force_ratio"] is not None:
+        ratio = certificate["stick_force_ratio"]
+        made.add_row("stick force ratio", f"{ratio:.6g}", "largest |R|/(N eta_s) while stuck: at most 1")
+    made.add_row(
+        "event velocity", f"{certificate['event_velocity']:.1e}", "largest contact velocity at a located event"
+    )
+    kept = "yes" if certificate["sign_kept"] else "NO"
+    made.add_row("sign kept", kept, "sliding keeps its direction between events")
+    made.add_row("energy residual", f"{certificate['energy_residual']:.1e}", "largest over the run")
+    made.add_row("momentum residual", f"{certificate['momentum_residual']:.1e}", "largest over the run")
+    error = f"of the states, by a second run at ten times the tolerance {motion.tolerance:.1e}"
+    estimate = certificate["estimated_error"]
+    made.add_row("estimated error", "none" if estimate is None else f"{estimate:.1e}", error)
+    steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
+    made.add_row("steps", steps, "Taylor + implicit (where the law is stiff)")
+    return made
+
+
+# --- limits -----------------------------------------------------------------------------------------------------------
+def limits(case: Path, /, *, json: bool = False) -> int:
+    """Frictional limits of a case (the paper's eqs 10-15): exact, as printed, and why where they do not exist.
+
+    Example: vibrocap limits examples/bristles-lugre.toml
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv)
+    json
+        print one JSON object in full precision instead of tables
+    """
+    from vibrocap.measures.limits import frictional_limits
+
+    system = read_source(case).system
+    try:
+        found = frictional_limits(system.friction, float(system.machine.load()))
+    except (TypeError, ValueError) as error:
+        raise CaseError([f"friction: {error}"], str(case)) from None
+    if json:
+        print(json_text(dataclasses.asdict(found)))
+    else:
+        print_limits(found, system.friction)
+    return OK
+
+
+def print_limits(limits: Any, law: Any) -> None:
+    """The summary of `vibrocap limits`."""
+    page = Page()
+    page.say(f"{limits.law} friction at normal load N = {limits.load:.10g}", style="bold")
+    made = table("Limits", "limit", "value", "meaning")
+    made.add_row("breakaway force", f"{limits.breakaway_force:.12g}", "N eta_s: approached, not reached, by bristles")
+    made.add_row("Coulomb force", f"{limits.coulomb_force:.12g}", "N eta_c")
+    if limits.deflection_limit is not None:
+        made.add_row("deflection limit", f"{limits.deflection_limit:.12g}", "g(0), eq. 10: |xi| never exceeds it")
+    if limits.boundary_velocity is not None:
+        words = "v*: below it friction is larger while accelerating, above it while decelerating (erratum 7)"
+        made.add_row("boundary velocity", f"{limits.boundary_velocity:.12g}", words)
+    page.print(made)
+    curve = table("Steady sliding (eqs 11, 12)", "velocity", "friction", "slope")
+    for point in limits.curve:
+        curve.add_row(f"{point.velocity:.6g}", f"{point.friction:.10g}", f"{point.slope:.10g}")
+    page.print(curve)
+    if limits.offset is not None:
+        page.print(_offset_table(limits.offset))
+
+
+def _offset_table(offset: Any) -> Table:
+    made = table("Offset points, where the steady curve is level (eqs 13-15)", "point", "value", "meaning")
+    if offset.exist:
+        made.add_row("lower, exact", f"{offset.lower:.15g}", "of eq. 13; for exponent 2 Lambert's W")
+        made.add_row("upper, exact", f"{offset.upper:.15g}", "likewise")
+    else:
+        made.add_row("exact", "none", offset.reason)
+    printed = {"lower, as printed": offset.printed_lower, "upper, as printed": offset.printed_upper.value}
+    for (name, value), equation in zip(printed.items(), ("eq. 14", "eq. 15"), strict=True):
+        made.add_row(name, "none" if value is None else f"{value:.15g}", equation)
+    upper = offset.corrected_upper
+    made.add_row(
+        "upper, eq. 15 corrected", "none" if upper.value is None else f"{upper.value:.15g}", "any exponent (erratum 4)"
+    )
+    if offset.greatest_viscous_damping is not None:
+        made.add_row("largest delta2", f"{offset.greatest_viscous_damping:.10g}", "above it there are no offset points")
+    return made

@@ -1,0 +1,312 @@
+"""`vibrocap sweep`, `vibrocap measures` and `vibrocap plot`: many runs, measured on the way, and their pictures."""
+
+import math
+import time
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibrocap.arguments import Complaints
+from vibrocap.case.case import CaseError
+from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, progress, table
+from vibrocap.io.motion_file import read_source
+
+if TYPE_CHECKING:
+    from vibrocap.cli.sweep_request import SweepRequest
+    from vibrocap.studies.study import Study
+
+BLOCK = 4_000_000  # runs whose status is counted at a time
+
+
+def sweep(
+    case: Path,
+    /,
+    *,
+    over: list[str] | None = None,
+    measure: list[str] | None = None,
+    out: Path | None = None,
+    resume: bool = False,
+    export: Path | None = None,
+    cases: Path | None = None,
+    design: str | None = None,
+    runs: int | None = None,
+    seed: int | None = None,
+    adaptive: bool = False,
+    periods: float | None = None,
+    window: int | None = None,
+    settle: float | None = None,
+    tolerance: float | None = None,
+    threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    device: str = "cpu",
+    yes: bool = False,
+) -> int:
+    """Many runs of a case with other values: a map, a list of cases or a design, measured during the run.
+
+    What varies is named by its path: a parameter (machine.mass_ratio), a start
+    (initial.angle), or a kind (friction.law=exponential,lugre).
+
+    Example: vibrocap sweep examples/travels-by-stick-slip.toml --over drive.amplitude=1:3:40 --out map
+
+    Exit codes: 0 done; runs that failed are results like others, with their
+    status, and the summary counts them. 2 wrong input, all of it named before
+    any work; a folder that holds another study; a study too large without
+    --yes. 3 the work could not be completed, such as on a full disk: what was
+    stored is whole, and --resume goes on. 130 stopped by Ctrl-C: likewise.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv)
+    over
+        what varies, PATH=LOW:HIGH:N, PATH=log:LOW:HIGH:N or PATH=1,2,3 for each axis; with --design PATH=LOW:HIGH
+    measure
+        what is measured, such as mean_velocity,word; `vibrocap measures` lists them [default: mean_velocity]
+    out
+        folder for the results, stored as they come
+    resume
+        go on with the study that --out holds; begin where it holds none
+    export
+        write the results to FILE.nc (NetCDF) or FILE.csv, at the end
+    cases
+        instead of --over, a table FILE.csv: a row of paths, then a row of values for each run
+    design
+        spread --runs over the ranges of --over: sobol, halton, latin-hypercube or random
+    runs
+        how many runs a design has
+    seed
+        of a design; the same seed gives the same runs [default: 0]
+    adaptive
+        a map into --export whose points are run along borders of word, travel and response period only
+    periods
+        drive periods of a run at most, a whole number, instead of the case's
+    window
+        drive periods at the end over which a run is measured that does not settle [default: 10]
+    settle
+        how near to a steady motion a run ends, as a share of each state's size; 0: never [default: 1e-6]
+    tolerance
+        error per step relative to the states' natural size, instead of the case's
+    threads
+        of this process [default: all cores]
+    workers
+        so many processes on this machine, by Dask
+    scheduler
+        the address of a Dask cluster whose workers see the folder --out
+    device
+        cpu or cuda
+    yes
+        run a study that is larger than ten million runs
+    """
+    options = dict(locals())
+    from vibrocap.cli.sweep_request import SweepRequest
+    from vibrocap.studies.sweep import MAX_RUNS, size_in_words
+
+    request = SweepRequest(**options)
+    study = request.study()
+    if study.plan.count > MAX_RUNS and not yes:
+        size = size_in_words(study, threads)
+        raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
+    begun = time.monotonic()
+    try:
+        dataset = _adaptive(study, request) if adaptive else _run(study, request)
+        seconds = time.monotonic() - begun
+        if export is not None:
+            from vibrocap.io.study_file import write_study
+
+            export.parent.mkdir(parents=True, exist_ok=True)
+            write_study(dataset if out is None else out, export)
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            raise
+        complain(_disk_failure(error, request))
+        return INCOMPLETE
+    print_study(dataset, seconds, out, export)
+    return OK
+
+
+def measures(case: Path | None = None, /) -> int:
+    """What `vibrocap sweep --measure` can ask for, with what it means.
+
+    Example: vibrocap measures examples/bristles-lugre.toml
+
+    Parameters
+    ----------
+    case
+        list only what the machine and the law of this case file have; without it, those of all
+    """
+    from vibrocap.measures.during_run import measure_table
+
+    made = table(None, "measure", "meaning", no_wrap=1)
+    for name, each in measure_table(None if case is None else read_source(case).system).items():
+        made.add_row(name, each.meaning)
+    page = Page()
+    page.print(made)
+    page.print("Of every run there are also status, settled, response_period, window_start and window_periods.")
+    return OK
+
+
+def _run(study: "Study", request: "SweepRequest") -> Any:
+    """The results of a study that is stored as it runs, or kept in memory."""
+    from vibrocap.studies.sweep import Stopped, run_study
+
+    left = TimeLeft()
+    try:
+        with progress("Sweeping") as report:
+            return run_study(
+                study,
+                out=request.out,
+                resume=request.resume,
+                yes=True,
+                threads=request.threads,
+                workers=request.workers,
+                scheduler=request.scheduler,
+                device=request.device,
+                progress=lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip()),
+            )
+    except CaseError as error:
+        if request.out is None or error.source != str(request.out):
+            raise
+        raise Refusal(*(f"--out: {request.out} {complaint}" for complaint in error.complaints)) from None
+    except Stopped as stopped:
+        done = str(stopped).partition(";")[0]
+        raise KeyboardInterrupt(f"{done}. The same command with --resume goes on.") from None
+
+
+def _adaptive(study: "Study", request: "SweepRequest") -> Any:
+    """An adaptive map of a study over two axes."""
+    from vibrocap.studies.adaptive import adaptive_map
+
+    with progress("Mapping") as report:
+        return adaptive_map(
+            study.case.system,
+            {axis.path: axis.array for axis in study.plan.axes},  # type: ignore[attr-defined]
+            measures=[name for name in study.measures if isinstance(name, str)],
+            initial=study.case.initial,
+            threads=request.threads,
+            progress=lambda done, wanted: report(done / wanted, f"Mapping, {done:,} runs so far"),
+            **{name: value for name, value in study.settings.items() if name != "device"},
+        )
+
+
+def _disk_failure(error: OSError, request: "SweepRequest") -> str:
+    """One paragraph about a disk that did not take the results."""
+    from vibrocap.studies.writing import StoreError
+
+    if isinstance(error, StoreError):
+        return f"The study could not be completed: {str(error).replace(' (resume=True)', '')}."
+    reason = error.strerror or str(error)
+    kept = f" The results are whole in {request.out}; with --resume nothing is run twice." if request.out else ""
+    return f"The study could not be completed: {error.filename or request.export}: {reason}.{kept}"
+
+
+def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | None) -> None:
+    """The summary of a study: its runs, how they ended, where the results are and what to do next."""
+    from vibrocap.plotting.study_view import status_label
+
+    statuses, settled = status_counts(dataset)
+    sizes = ", ".join(f"{dim} {size:,}" for dim, size in dataset.sizes.items())
+    runs = sum(statuses.values())
+    finished = statuses.pop(0, 0)
+    page = Page()
+    page.say(f"{runs:,} runs ({sizes}) in {duration(seconds)}")
+    if "runs_computed" in dataset.attrs:
+        made = int(dataset.attrs["runs_computed"])
+        page.say(f"  made       {made:,} ({made / runs:.1%}); the others are filled in between")
+    page.print(f"  finished   {finished:,}")
+    for code, count in statuses.most_common():
+        page.say(f"  failed     {count:,}: {status_label(code)}")
+    if "settle" in dataset.attrs:
+        unsettled = finished - settled
+        more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
+        page.say(f"  settled    {settled / max(1, finished):.1%} of these{more}")
+    for place in (out, export):
+        if place is not None:
+            page.say(f"  stored in  {place}")
+    drawn = out or (export if export is not None and export.suffix.lower() == ".nc" else None)
+    if drawn is not None:
+        page.say(f"Next: vibrocap plot {drawn}")
+
+
+def status_counts(dataset: Any) -> tuple[Counter[int], int]:
+    """(runs by status, how many of the finished ones settled), in memory that does not grow with the study."""
+    dims = [str(dim) for dim in dataset["status"].dims]
+    rest = math.prod(dataset.sizes[dim] for dim in dims[1:])
+    rows = max(1, BLOCK // max(1, rest))
+    statuses: Counter[int] = Counter()
+    settled = 0
+    for start in range(0, dataset.sizes[dims[0]], rows):
+        part = dataset.isel({dims[0]: slice(start, start + rows)})
+        status = part["status"].values
+        statuses.update({code: int((status == code).sum()) for code in set(status.ravel().tolist())})
+        settled += int((part["settled"].values.astype(bool) & (status == 0)).sum())
+    return statuses, settled
+
+
+def plot(
+    source: Path,
+    /,
+    *,
+    measure: str | None = None,
+    out: Path | None = None,
+    at: list[str] | None = None,
+    border: str | None = None,
+    dead_band: float | None = None,
+) -> int:
+    """A picture of a study: a map over two axes, lines over one, panels for friction laws side by side.
+
+    Failed, unsettled and missing runs are hatched and counted in the legend; no travel has a colour of its own.
+
+    Example: vibrocap plot map --measure mean_velocity --border word --out map.png
+
+    Parameters
+    ----------
+    source
+        the folder of a study (`vibrocap sweep --out`), or FILE.nc with an exported one
+    measure
+        which of its measures, or status, settled, response_period [default: the first measure]
+    out
+        FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
+    at
+        where further axes are fixed: PATH=VALUE, once for each; the nearest value is taken
+    border
+        draw the lines where this changes over a map, such as word or response_period
+    dead_band
+        travel up to this size is none [default: 10 times the threshold to which the runs settled, or 1e-6]
+    """
+    needs("plot", "sweep", "xarray", "zarr")
+    needs("plot", "plot", "matplotlib")
+    from vibrocap.plotting.study_view import first_measure, study_view
+
+    complaints = Complaints()
+    fixed = pairs("at", at, complaints, "PATH=VALUE, such as drive.frequency=1.2")
+    if dead_band is not None and not 0.0 <= dead_band < float("inf"):
+        complaints.append(f"--dead-band: should be a number >= 0, got {dead_band:g}")
+    with complaints.collected():
+        writable_file("--out", out, PICTURES)
+    from vibrocap.studies.dataset import open_study
+
+    try:
+        dataset = open_study(source)
+    except CaseError as error:
+        raise Refusal(*complaints, *(f"{source}: {complaint}" for complaint in error.complaints)) from None
+    path = out or picture_path(source, measure or first_measure(dataset))
+    with complaints.collected():
+        view = study_view(dataset, measure, fixed, dead_band)
+        writable_file("--out", path, PICTURES)
+        if not complaints:
+            from vibrocap.plotting.maps import plot_view
+
+            path.parent.mkdir(parents=True, exist_ok=True)
+            plot_view(view, path, border)
+    if complaints:
+        raise Refusal(*dict.fromkeys(complaints))
+    Page().say(f"Picture: {path}")
+    return OK
+
+
+def picture_path(source: Path, measure: str) -> Path:
+    """Where the picture of a study goes that is given no place: beside it."""
+    place = source if source.name not in ("", "..") else source.resolve()
+    return place.with_name(f"{place.stem if place.is_file() else place.name}-{measure}.png")

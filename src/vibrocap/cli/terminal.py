@@ -1,0 +1,105 @@
+"""The terminal: exit codes, complaints on stderr, pages and tables for people, progress and the time left."""
+
+import contextlib
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+OK, WRONG_INPUT, INCOMPLETE, INTERRUPTED, BROKEN_PIPE = 0, 2, 3, 130, 141
+SHOWN_AFTER = 2.0  # seconds; what takes less needs no progress bar
+MINUTE, HOUR, DAY = 60.0, 3600.0, 86_400.0
+FIRST_ESTIMATE = 1.0  # seconds of work before an estimate of the time left is worth showing
+
+
+def complain(message: str) -> None:
+    """Print a message to stderr."""
+    print(message, file=sys.stderr)
+
+
+class Page(Console):
+    """Where summaries are printed; a reader of a pipe who has seen enough is left to `main`."""
+
+    def __init__(self):
+        super().__init__(highlight=False)
+
+    def on_broken_pipe(self):
+        """Raise the error on, where rich would end the program."""
+        raise BrokenPipeError
+
+    def say(self, text: str = "", style: str | None = None) -> None:
+        """A line as it is, however long."""
+        self.print(text, style=style, soft_wrap=True, markup=False)
+
+    def rows(self, rows: Iterable[tuple[str, str | None]], width: int) -> None:
+        """Names and what is to be said of them, below each other; a row without words is left out."""
+        for name, words in rows:
+            if words:
+                self.say(f"  {name:<{width}}{words}")
+
+
+def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
+    """An empty table; columns called "value" are set to the right, the first `no_wrap` are not broken."""
+    made = Table(title=title, title_justify="left", title_style="bold", header_style="dim", box=SIMPLE_HEAD)
+    for index, column in enumerate(columns):
+        made.add_column(column, justify="right" if column == "value" else "left", no_wrap=index < no_wrap)
+    return made
+
+
+@contextlib.contextmanager
+def progress(what: str) -> Iterator[Callable[..., None]]:
+    """A bar on the terminal (stderr, and never in a pipe) for work that takes more than two seconds.
+
+    Yields a function to be called now and then with the share done and, if it changes, what is being done.
+    """
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda share, now=None: None
+        return
+    words = TextColumn("{task.description}")
+    columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    bar = Progress(*columns, console=console, transient=True)
+    task = bar.add_task(what, total=None)  # until the first share is known the bar only shows that it lives
+    begin = threading.Timer(SHOWN_AFTER, bar.start)
+    begin.daemon = True
+    begin.start()
+    try:
+        yield lambda share, now=None: bar.update(task, completed=share, total=1.0, description=now or what)
+    finally:
+        begin.cancel()
+        begin.join()
+        bar.stop()
+
+
+class TimeLeft:
+    """The time that work still takes, from the first share reported on (above 0 for work that was resumed)."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic):
+        self._clock = clock
+        self._begun: tuple[float, float] | None = None  # (when, share done) of the first report
+
+    def words(self, share: float) -> str:
+        """Such as "about 3 min left"; empty while nothing can be said."""
+        now = self._clock()
+        if self._begun is None:
+            self._begun = (now, share)
+        start, before = self._begun
+        if share <= before or now - start < FIRST_ESTIMATE:
+            return ""
+        return f"about {duration((now - start) * (1.0 - share) / (share - before))} left"
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit that suits it, to two digits or so."""
+    if seconds < 9.5:
+        return f"{seconds:.1f} s"
+    for limit, length, unit in ((99.5, 1.0, "s"), (99.5 * MINUTE, MINUTE, "min"), (47.5 * HOUR, HOUR, "h")):
+        if seconds < limit:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{seconds / DAY:.1f} days"

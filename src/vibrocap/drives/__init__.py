@@ -1,1 +1,0 @@
-"""Drives, one waveform per file."""

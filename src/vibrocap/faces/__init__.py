@@ -1,1 +1,0 @@
-"""Command line, plots, exports and reports."""

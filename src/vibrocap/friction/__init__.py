@@ -1,1 +1,0 @@
-"""Friction laws, one per file."""

@@ -1,0 +1,106 @@
+"""Bootstrap: how parameters scatter when the fit sees the records, or stretches of them, in other numbers."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.result.fit_result import Fit, Problem
+from vibrocap.identification.search.descent import warm_descent
+from vibrocap.identification.search.loss import Minimum
+
+FEWEST_RECORDS = 4
+BLOCKS = 20  # stretches that a single record is cut into
+LARGE = 10_000  # samples from which thinned records are fitted
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Bootstrap:
+    """Parameters of repeated fits to records (or stretches) drawn with replacement.
+
+    names [p]; values [replicates, p]; over: "records" or "blocks"; low, high: percentile intervals (95 %) by name;
+    failed: replicates that did not settle, which are left out.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    over: str
+    low: Mapping[str, float]
+    high: Mapping[str, float]
+    failed: int
+
+
+def bootstrap(fit: Fit, *, replicates: int = 200, over: str | None = None, seed: int = 0) -> Bootstrap:
+    """Bootstrap the parameters of a finished fit, each replicate searched from the fit's own minimum.
+
+    over: "records" draws whole records, which asks for at least four; "blocks" draws stretches of each record (20 of
+    them, so that stretches are longer than the errors' correlation where that is below a twentieth of the record).
+    The law is
+    driven through whole records in either case; drawn is how often a sample counts. None: records where there are four.
+    What it tells beyond the profiles: whether records want different parameters, with no model of their errors.
+    """
+    if fit.problem is None or not fit.ok:
+        raise ValueError(
+            "fit: should be a fit of this session that found a law; fit again after reading one from a file"
+        )
+    if isinstance(replicates, bool) or not isinstance(replicates, int) or replicates < 10:
+        raise ValueError(f"replicates: should be a whole number of at least 10, got {replicates!r}")
+    problem = fit.problem
+    count = len(problem.prediction.records)
+    over = over or ("records" if count >= FEWEST_RECORDS else "blocks")
+    if over not in ("records", "blocks"):
+        raise ValueError(f"over: should be 'records' or 'blocks', got {over!r}")
+    if over == "records" and count < 2:
+        raise ValueError("over: 'records' needs several records; there is one, use 'blocks'")
+    base = problem.draft if problem.prediction.size > LARGE else problem.prediction
+    rng = np.random.default_rng(seed)
+    begin = _refit(base, problem.best.u, problem)
+    columns = [base.space.names.index(name) for name in base.law_names]
+    found, failed = [], 0
+    for _ in range(replicates):
+        u = _refit(_drawn(base, over, rng), begin.u, problem)
+        if np.isfinite(u.cost):
+            found.append(base.space.values(u.u)[columns])
+        else:
+            failed += 1
+    values = np.array(found)
+    low, high = np.quantile(values, [0.025, 0.975], axis=0)
+    names = base.law_names
+    return Bootstrap(
+        names,
+        values,
+        over,
+        dict(zip(names, low.tolist(), strict=True)),
+        dict(zip(names, high.tolist(), strict=True)),
+        failed,
+    )
+
+
+def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Prediction:
+    """The same records, in which a sample that was drawn k times counts k times."""
+    units: list[Any] = []
+    if over == "records":
+        counts = np.bincount(
+            rng.integers(0, len(prediction.records), len(prediction.records)), minlength=len(prediction.records)
+        )
+        units = [_unit(unit, np.array(float(k))) for unit, k in zip(prediction.units, counts, strict=True)]
+    else:
+        for record, unit in zip(prediction.records, prediction.units, strict=True):
+            block = np.minimum(np.arange(len(record)) * BLOCKS // len(record), BLOCKS - 1)
+            counts = np.bincount(rng.integers(0, BLOCKS, BLOCKS), minlength=BLOCKS)
+            units.append(_unit(unit, counts[block].astype(float)))
+    return prediction.of(prediction.records, units)
+
+
+def _unit(unit: Any, count: np.ndarray) -> np.ndarray:
+    """Unit of an error that counts `count` times; infinite for none."""
+    with np.errstate(divide="ignore"):
+        return unit / np.sqrt(count)
+
+
+def _refit(prediction: Prediction, start: np.ndarray, problem: Problem) -> Minimum:
+    """The minimum of all coordinates near a start."""
+    slopes = prediction.slopes(start)
+    return warm_descent(prediction, start, slopes, problem.loss, held=-1, evaluations=40, stop=1e-6)

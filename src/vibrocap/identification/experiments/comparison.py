@@ -1,0 +1,163 @@
+"""Comparison of laws on the same records: held-out error, information criteria, number of parameters, time."""
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.fitting.fit import fit, split_records
+from vibrocap.identification.problem.parametrisation import law_class
+from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.result.fit_result import Fit, relative_rmse, table
+
+FEW = 8  # records up to which each one is left out in turn
+KEPT = 2 / 3  # of a single record, which is fitted; the rest is held out
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ComparedLaw:
+    """One law of a comparison.
+
+    parameters: number of searched ones, those of the measurement included; relative_rmse: of the fit to all records;
+    held_out: relative RMSE where the law was not fitted, NaN where that failed; aic, bic: see `compare`, their least
+    among the laws is 0; seconds: of all its fits; fit: to all records.
+    """
+
+    law: str
+    parameters: int
+    relative_rmse: float
+    held_out: float
+    aic: float
+    bic: float
+    seconds: float
+    fit: Fit
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Comparison:
+    """Laws ranked by their held-out error, the best first; those that failed stand last.
+
+    method: what was held out. effective_samples: number of independent samples that the criteria used.
+    """
+
+    laws: tuple[ComparedLaw, ...]
+    method: str
+    effective_samples: float
+
+    @property
+    def best(self) -> ComparedLaw:
+        """The law with the least held-out error."""
+        return self.laws[0]
+
+    def summary(self) -> str:
+        """The comparison as text."""
+        head = ("law", "held out", "fitted", "parameters", "AIC", "BIC", "time")
+        rows = [
+            (
+                each.law,
+                f"{100 * each.held_out:.1f} %" if math.isfinite(each.held_out) else "failed",
+                f"{100 * each.relative_rmse:.1f} %" if math.isfinite(each.relative_rmse) else "failed",
+                str(each.parameters),
+                f"{each.aic:+.1f}",
+                f"{each.bic:+.1f}",
+                f"{each.seconds:.1f} s",
+            )
+            for each in self.laws
+        ]
+        tail = (
+            f"Held out: {self.method}. AIC and BIC: over the least, for {self.effective_samples:.0f} effective samples."
+        )
+        return "\n".join([*table([head, *rows]), "", tail])
+
+
+def compare(
+    records: Any,
+    laws: Sequence[Any],
+    *,
+    held_out: Any = (),
+    load: float | None = None,
+    progress: Callable[[float], None] | None = None,
+    options: Mapping[str, Mapping[str, Any]] | None = None,
+    **settings: Any,
+) -> Comparison:
+    """Fit several laws to the same records and rank them by the error where they were not fitted.
+
+    held_out: records (or names of some) that no fit sees; without: each record is left out in turn where there are 2
+        to 8, the last third of a single record otherwise.
+    options: settings of `fit` for single laws, by law name; **settings: of `fit` for all.
+    With n_eff independent samples, p parameters and the mean square error s^2 (over the records' units)
+
+        AIC = n_eff ln s^2 + 2 p        BIC = n_eff ln s^2 + p ln n_eff                      Akaike 1974, Schwarz 1978
+
+    n_eff is that of the law that fits best: what its errors leave is nearest to noise. It is the same for all laws, as
+    the criteria ask for. They hold where the errors are noise; held-out error holds where they are the law's own, too.
+    """
+    if not laws:
+        raise ValueError("laws: there is none to compare")
+    names = [law_class(law).name for law in laws]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise ValueError(f"laws: {name!r} is given twice")
+    fitted, unseen = split_records(records, held_out, load)
+    folds, method = _folds(fitted, unseen)
+    said = progress or (lambda _: None)
+    settings = {"intervals": "covariance", **settings}
+    rows, done, total = [], 0, len(laws) * (1 + len(folds))
+    for law, name in zip(laws, names, strict=True):
+        begin = clock.perf_counter()
+        own = {**settings, **(options or {}).get(name, {})}
+        whole = fit(fitted, law, held_out=unseen, **own)
+        done += 1
+        said(done / total)
+        measured, predicted = [], []
+        if unseen and whole.ok:
+            held = [r for r in whole.records if r.held_out]
+            measured, predicted = [r.measured for r in held], [r.predicted for r in held]
+        for seen, hidden in folds:
+            part = fit(seen, law, held_out=hidden, **own)
+            done += 1
+            said(done / total)
+            measured += [each.force for each in hidden]
+            results = [r for r in part.records if r.held_out]
+            predicted += [r.predicted for r in results] or [np.full(len(each), math.nan) for each in hidden]
+        rows.append((name, whole, relative_rmse(measured, predicted)[0], clock.perf_counter() - begin))
+    return _ranked(rows, method)
+
+
+def _folds(fitted: list[Samples], unseen: list[Samples]) -> tuple[list[tuple[list[Samples], list[Samples]]], str]:
+    """(seen, hidden) records of each further fit, and what that is called."""
+    if unseen:
+        return [], "records " + ", ".join(each.name for each in unseen)
+    if len(fitted) == 1:
+        (only,) = fitted
+        cut = int(KEPT * len(only))
+        tail = dataclasses.replace(only.between(cut, len(only)), name=f"{only.name}, last third")
+        return [([only.between(0, cut)], [tail])], "the last third of the record"
+    if len(fitted) <= FEW:
+        return [([each for each in fitted if each is not one], [one]) for one in fitted], "each record in turn"
+    folds = [fitted[i::FEW] for i in range(FEW)]
+    return [
+        ([each for each in fitted if each not in hidden], hidden) for hidden in folds
+    ], f"an {FEW}th of the records in turn"
+
+
+def _ranked(rows: list[tuple[str, Fit, float, float]], method: str) -> Comparison:
+    good = [whole for _, whole, _, _ in rows if whole.ok]
+    effective = min(good, key=lambda each: each.cost).effective_samples if good else math.nan
+    found = []
+    for name, whole, held, seconds in rows:
+        count = len(whole.problem.best.u) if whole.problem else 0
+        square = 2.0 * whole.cost / whole.samples
+        fit_term = effective * math.log(square) if whole.ok and square > 0 else math.nan
+        aic, bic = fit_term + 2 * count, fit_term + count * math.log(max(effective, 2.0))
+        found.append(ComparedLaw(name, count, whole.relative_rmse, held, aic, bic, seconds, whole))
+    least = [
+        min((getattr(each, k) for each in found if math.isfinite(getattr(each, k))), default=0.0)
+        for k in ("aic", "bic")
+    ]
+    found = [dataclasses.replace(each, aic=each.aic - least[0], bic=each.bic - least[1]) for each in found]
+    found.sort(key=lambda each: each.held_out if math.isfinite(each.held_out) else math.inf)
+    return Comparison(tuple(found), method, effective)

@@ -1,0 +1,228 @@
+"""Experiment design: which motions would tell the most about a law's parameters."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import suggestion
+from vibrocap.identification.experiments.motions import Motion, multisine, ramp, sinusoid
+from vibrocap.identification.inference.identifiability import LOOSE
+from vibrocap.identification.problem.parameter_roles import role
+from vibrocap.identification.problem.prediction import Prediction, is_nuisance
+from vibrocap.identification.result.fit_result import Fit
+from vibrocap.laboratory.driven import driven_forces
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
+
+CRITERIA = ("D", "A")
+STEP = 1e-4  # of a logarithm, for differences
+VAGUE = 10.0  # standard deviation of a logarithm before any experiment: a factor of 2e4
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RatedMotion:
+    """One candidate: what it would tell by itself.
+
+    deviations: standard deviation of the logarithm of each parameter after this motion (and what was known before);
+    gain: how much the criterion falls; determines: parameters below LOOSE that were not before.
+    """
+
+    motion: Motion
+    deviations: Mapping[str, float]
+    gain: float
+    determines: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ExperimentDesign:
+    """Which motions to impose.
+
+    chosen: the best sequence, each the best addition to those before it; rated: all candidates by themselves, the best
+    first; before, after: standard deviations of the parameters' logarithms without and with the chosen motions;
+    sentences: which of them determine what.
+    """
+
+    parameters: tuple[str, ...]
+    criterion: str
+    chosen: tuple[RatedMotion, ...]
+    rated: tuple[RatedMotion, ...]
+    before: Mapping[str, float]
+    after: Mapping[str, float]
+    sentences: tuple[str, ...]
+
+
+def candidate_motions(
+    *, amplitude: tuple[float, float], frequency: tuple[float, float], speed: float | None = None, samples: int = 600
+) -> tuple[Motion, ...]:
+    """Motions that a rig can make: sinusoids over a grid of amplitude and frequency, ramps, and two multi-sines.
+
+    amplitude m, frequency Hz: (lowest, highest), of which 4 and 3 values are taken on a logarithmic grid; speed m/s:
+    the rig's largest, which leaves out what is faster (by default what the largest sinusoid asks for).
+    """
+    for name, (low, high) in (("amplitude", amplitude), ("frequency", frequency)):
+        if not 0 < low < high:
+            raise ValueError(f"{name}: should be (lowest, highest) with 0 < lowest < highest, got {(low, high)!r}")
+    largest = speed or 2 * math.pi * amplitude[1] * frequency[1]
+    found = [
+        sinusoid(a, f, samples=samples)
+        for a in np.geomspace(*amplitude, 4).tolist()
+        for f in np.geomspace(*frequency, 3).tolist()
+    ]
+    for top in np.geomspace(0.01 * largest, largest, 3).tolist():
+        found.append(ramp(top, 8 * amplitude[1] / top, samples))
+    tones = np.geomspace(*frequency, 4).tolist()
+    found += [multisine(a, tones, samples) for a in amplitude]
+    return tuple(each for each in found if np.abs(each.velocity).max() <= largest * (1 + 1e-9))
+
+
+def experiment_design(
+    law: Law | Fit,
+    candidates: Sequence[Motion],
+    *,
+    noise: float | None = None,
+    load: float = 1.0,
+    parameters: Iterable[str] | None = None,
+    criterion: str = "D",
+    experiments: int = 3,
+) -> ExperimentDesign:
+    """The motions that determine a law's parameters best, by the Fisher information of the driven law.
+
+        information M = sum over samples of (dR/dlog p)^T (dR/dlog p) / noise^2,  covariance of log p at least M^-1
+
+    D maximises log det M (the volume of what remains possible), A minimises the trace of M^-1 (the mean variance).
+    What is
+    known before is that each logarithm has a standard deviation of 10, and with a `Fit` also what its records told.
+
+    law: a law with the parameters as far as they are known, or a fit; the design is as good as these (it is local)
+    noise: standard deviation of the force's error, in its unit; a fit knows its own
+    parameters: names; None: all numbers above 0 that are not whole exponents or conventions
+    Raises ValueError for input that makes no sense, and where no candidate can be driven.
+    """
+    fitted = law if isinstance(law, Fit) else None
+    if fitted is not None and (fitted.law is None or fitted.problem is None):
+        raise ValueError("law: the fit should be one of this session that found a law")
+    base: Any = law if fitted is None else fitted.law
+    if not isinstance(base, Law):
+        raise ValueError(f"law: should be a friction law with its parameters, or a fit, got {law!r}")
+    if noise is None:
+        if fitted is None:
+            raise ValueError("noise: is missing; should be the standard deviation of the force's error")
+        noise = fitted.rmse
+    if not (np.isfinite(noise) and noise > 0):
+        raise ValueError(f"noise: should be > 0, got {noise!r}")
+    if criterion not in CRITERIA:
+        raise ValueError(f"criterion: should be 'D' or 'A', got {criterion!r}")
+    if not candidates:
+        raise ValueError("candidates: there is none")
+    names = _names(base, parameters, fitted)
+    known = np.eye(len(names)) / VAGUE**2 + (_known(fitted, names) if fitted is not None else 0.0)
+    told = []
+    for motion in candidates:
+        information = _information(base, names, motion, noise, load)
+        if information is not None:
+            told.append((motion, information))
+    if not told:
+        raise ValueError(f"candidates: {base.name} can be driven through none of them")
+    rated = sorted((_rated(m, names, known, i, criterion) for m, i in told), key=lambda each: -each.gain)
+    chosen, so_far = [], known
+    for _ in range(min(experiments, len(told))):
+        best = max(((_rated(m, names, so_far, i, criterion), i) for m, i in told), key=lambda pair: pair[0].gain)
+        chosen.append(best[0])
+        so_far = so_far + best[1]
+    before, after = _deviations(names, known), _deviations(names, so_far)
+    return ExperimentDesign(
+        names, criterion, tuple(chosen), tuple(rated), before, after, _sentences(names, chosen, before, after)
+    )
+
+
+def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tuple[str, ...]:
+    numbers = [
+        info.name
+        for info in parameter_table(law)
+        if isinstance(getattr(law, info.name), float) and getattr(law, info.name) > 0
+    ]
+    if parameters is None:
+        wanted = (
+            fitted.free
+            if fitted is not None
+            else [
+                name
+                for name in numbers
+                if role(name).fitted
+                and not (name in law.shape_parameters and getattr(law, name) == int(getattr(law, name)))
+            ]
+        )
+        return tuple(name for name in wanted if name in numbers)
+    chosen = tuple(parameters)
+    for name in chosen:
+        if name not in numbers:
+            raise ValueError(f"parameters: {law.name} has no parameter {name!r} above 0; {suggestion(name, numbers)}")
+    if not chosen:
+        raise ValueError("parameters: there is none")
+    return chosen
+
+
+def _information(law: Law, names: Sequence[str], motion: Motion, noise: float, load: float) -> np.ndarray | None:
+    """Fisher information of the logarithms in one motion; None where the law cannot be driven through it."""
+    values = np.array([getattr(law, name) for name in names])
+    table = np.tile(values, (len(names) + 1, 1))
+    table[range(len(names)), range(len(names))] *= math.exp(STEP)
+    forces = driven_forces(law, table, names, motion.time, motion.velocity, load=load).force
+    if not np.isfinite(forces).all():
+        return None
+    slopes = (forces[:-1] - forces[-1]) / STEP / noise
+    return slopes @ slopes.T
+
+
+def _known(fit: Fit, names: Sequence[str]) -> np.ndarray:
+    """Information of the fit's records on the logarithms, after the nuisance parameters have taken their share."""
+    problem = fit.problem
+    assert problem is not None
+    prediction: Prediction = problem.prediction
+    space, best = prediction.space, problem.best
+    to_parameters = np.linalg.inv(space.slopes(best.u))
+    values = dict(zip(space.names, space.values(best.u).tolist(), strict=True))
+    slopes = best.slopes @ to_parameters
+    others = [j for j, name in enumerate(space.names) if is_nuisance(name)]
+    mine = slopes[:, [space.names.index(name) for name in names]] * [values[name] for name in names]
+    if others:
+        basis, _ = np.linalg.qr(slopes[:, others])
+        mine = mine - basis @ (basis.T @ mine)
+    return mine.T @ mine / (problem.uncertainty.unit * float(np.median(problem.uncertainty.inflation)))
+
+
+def _rated(motion: Motion, names: Sequence[str], known: np.ndarray, told: np.ndarray, criterion: str) -> RatedMotion:
+    before, after = _deviations(names, known), _deviations(names, known + told)
+    if criterion == "D":
+        gain = float(np.linalg.slogdet(known + told)[1] - np.linalg.slogdet(known)[1])
+    else:
+        gain = float(sum(d * d for d in before.values()) - sum(d * d for d in after.values()))
+    new = tuple(name for name in names if after[name] < LOOSE <= before[name])
+    return RatedMotion(motion, after, gain, new)
+
+
+def _deviations(names: Sequence[str], information: np.ndarray) -> dict[str, float]:
+    variances = np.diag(np.linalg.inv(information))
+    return dict(zip(names, np.sqrt(np.maximum(variances, 0.0)).tolist(), strict=True))
+
+
+def _sentences(
+    names: Sequence[str], chosen: Sequence[RatedMotion], before: Mapping[str, float], after: Mapping[str, float]
+) -> tuple[str, ...]:
+    found = []
+    for each in chosen:
+        if each.determines:
+            found.append(f"{each.motion.name} determines {', '.join(each.determines)}.")
+    still = [name for name in names if after[name] >= LOOSE]
+    if still:
+        found.append(
+            f"None of these motions determines {', '.join(still)}: "
+            + "; ".join(f"{role(name).experiment.rstrip(',')} would" for name in still)
+            + "."
+        )
+    elif all(deviation < LOOSE for deviation in before.values()):
+        found.append("Every parameter is determined already; the chosen motions sharpen them.")
+    return tuple(found)

@@ -1,0 +1,116 @@
+"""Motions to impose on a contact: sinusoids, ramps, steps, multi-sines, and records that a law would give."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.physics.friction.law import Law
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Motion:
+    """A motion of a contact from rest: time [n] s, velocity [n] m/s."""
+
+    name: str
+    time: np.ndarray
+    velocity: np.ndarray
+
+    @property
+    def displacement(self) -> np.ndarray:
+        """Displacement from the start, m."""
+        steps = 0.5 * (self.velocity[1:] + self.velocity[:-1]) * np.diff(self.time)
+        return np.concatenate(([0.0], np.cumsum(steps)))
+
+
+def sinusoid(amplitude: float, frequency: float, cycles: float = 3, samples: int = 600) -> Motion:
+    """Harmonic displacement about its middle, x = -amplitude cos(2 pi frequency t), from rest."""
+    _check(amplitude=amplitude, frequency=frequency, cycles=cycles)
+    time = np.linspace(0.0, cycles / frequency, samples)
+    omega = 2 * np.pi * frequency
+    return Motion(
+        f"sinusoid of {amplitude:.3g} m at {frequency:.3g} Hz", time, amplitude * omega * np.sin(omega * time)
+    )
+
+
+def ramp(speed: float, duration: float, samples: int = 600) -> Motion:
+    """Velocity that rises to `speed` and falls to rest, then the same backward: a slow one sweeps the steady curve."""
+    _check(speed=speed, duration=duration)
+    time = np.linspace(0.0, duration, samples)
+    velocity = np.interp(time / duration, [0, 0.25, 0.5, 0.75, 1], [0, speed, 0, -speed, 0])
+    return Motion(f"ramps to {speed:.3g} m/s in {duration / 4:.3g} s", time, velocity)
+
+
+def steps(speeds: Sequence[float], distance: float, samples: int = 600) -> Motion:
+    """Constant speeds one after the other, each over the same distance; a hundredth of the time is for each change."""
+    _check(distance=distance, **{f"speeds[{i}]": abs(v) for i, v in enumerate(speeds)})
+    knots, values = [0.0], [0.0]
+    for speed in speeds:
+        span = distance / abs(speed)
+        knots += [knots[-1] + 0.01 * span, knots[-1] + span]
+        values += [speed, speed]
+    time = np.linspace(0.0, knots[-1], samples)
+    time = np.unique(np.concatenate([time, knots]))
+    names = ", ".join(f"{v:.3g}" for v in speeds)
+    return Motion(f"steps of velocity {names} m/s", time, np.interp(time, knots, values))
+
+
+def multisine(amplitude: float, frequencies: Sequence[float], samples: int = 1200, seed: int = 0) -> Motion:
+    """Sum of sinusoids of velocity with random phases, of equal speed, scaled to a largest displacement; from rest.
+
+    It begins and ends with a tenth of its time in which it swells and fades.
+    """
+    _check(amplitude=amplitude, **{f"frequencies[{i}]": f for i, f in enumerate(frequencies)})
+    lowest = min(frequencies)
+    time = np.linspace(0.0, 4 / lowest, samples)
+    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, len(frequencies))
+    velocity = sum(np.sin(2 * np.pi * f * time + phase) for f, phase in zip(frequencies, phases, strict=True))
+    velocity = velocity * np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1)
+    velocity = velocity - np.mean(velocity) * np.clip(10 * np.minimum(time, time[-1] - time) / time[-1], 0, 1) / 0.9
+    found = Motion("", time, velocity)
+    scale = amplitude / max(0.5 * float(np.ptp(found.displacement)), 1e-300)
+    name = f"multi-sine of {amplitude:.3g} m with {', '.join(f'{f:.3g}' for f in frequencies)} Hz"
+    return Motion(name, time, velocity * scale)
+
+
+def joined(motions: Sequence[Motion], name: str = "") -> Motion:
+    """Motions one after the other."""
+    times, velocities, begin = [], [], 0.0
+    for i, motion in enumerate(motions):
+        first = 0 if i == 0 else 1  # the last sample of one motion is the first of the next
+        times.append(begin + motion.time[first:] - motion.time[0])
+        velocities.append(motion.velocity[first:])
+        begin = times[-1][-1]
+    return Motion(name or ", ".join(m.name for m in motions), np.concatenate(times), np.concatenate(velocities))
+
+
+def synthetic_record(law: Law, motion: Motion, *, noise: float = 0.0, load: float = 1.0, seed: int = 0) -> Any:
+    """The `Record` that a law would give under a motion, with white noise on the force.
+
+    noise: its standard deviation over that of the force. Raises ValueError where the law cannot be driven so.
+    """
+    from vibrocap.laboratory.driven import driven_force
+    from vibrocap.records.record import Record
+
+    driven = driven_force(law, motion.time, motion.velocity, load=load)
+    if not driven.status.ok:
+        raise ValueError(f"law: {law.name} cannot be driven by {motion.name}: {driven.status}")
+    wobble = np.random.default_rng(seed).standard_normal(len(motion.time))
+    force = driven.force + noise * float(np.std(driven.force)) * wobble
+    return Record(
+        name=motion.name or "motion",
+        time=motion.time,
+        force=force,
+        velocity=motion.velocity,
+        displacement=motion.displacement,
+        acceleration=np.gradient(motion.velocity, motion.time),
+        normal_force=load,
+        source=f"{law.name} law, {100 * noise:g} % noise, seed {seed}",
+    )
+
+
+def _check(**numbers: float) -> None:
+    for name, value in numbers.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{name}: should be > 0, got {value!r}")

@@ -1,0 +1,125 @@
+"""Fits of a friction law to records: the law is driven by the measured motion and answers with the measured force."""
+
+import time as clock
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import suggestion
+from vibrocap.identification.fitting.solution import Settings, solution
+from vibrocap.identification.problem.data_scales import data_scales
+from vibrocap.identification.problem.parametrisation import parametrisation
+from vibrocap.identification.problem.prediction import Prediction, nuisances
+from vibrocap.identification.problem.samples import Samples, drafts, samples
+from vibrocap.identification.result.fit_result import Fit
+
+DRAFT = 4000  # samples, in all, of a draft
+STARTS = ("fitted", "relaxed")
+WEIGHTS = ("power", "equal")
+
+
+def fit(
+    records: Any,
+    law: Any,
+    *,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    starts: int = 8,
+    loss: str = "linear",
+    loss_scale: float | None = None,
+    weights: str = "power",
+    offset: bool = False,
+    mass: bool = False,
+    start: str = "fitted",
+    intervals: str = "profile",
+    held_out: Any = (),
+    load: float | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Fit:
+    """Fit a friction law to measured records, all of them together.
+
+    The law is driven by the measured velocity, and its parameters minimise the error of its force,
+
+        sum over records and samples of loss[(R(law; v(t), N) + offset + mass a - F) / unit of the record].
+
+    records: a `Record` or several. held_out: names of some of them, or further records: they are predicted, not fitted,
+        from a relaxed contact.
+    law: an instance (its values are the first start and the values of what is held), a class or a name (then the data
+        suggest the start). free, fixed, bounds: see `parametrisation`; a static level is searched as a ratio, at least
+        1, over the Coulomb level; whole exponents and conventions are held unless named in `free`.
+    starts: local searches, from points of a scrambled Sobol sequence (seed) around a start made from the data; they are
+        drafted on thinned records and the best draft is polished on all samples.
+    loss: linear, or soft_l1, huber, cauchy, arctan, which outliers pull less; loss_scale: error from which it bends,
+        over the record's unit (by default one and a half robust deviations of a linear draft's errors).
+    weights: "power": the unit of a record is the standard deviation of its force, so that each record counts the same
+        per sample; "equal": one unit for all, right where the noise has the same size in newtons.
+    offset, mass: search a constant force (N) and an inertia (kg) that the force sensor also carries.
+    start: the contact's states at the first sample of each record: "fitted" (nobody measured them) or "relaxed" (zero).
+    intervals: "profile" (likelihood profiles) or "covariance" (quicker; symmetric in the logarithm).
+    load: normal force (N) of records without their own; without both, coefficients are forces in N.
+    progress: called with the share that is done.
+
+    Returns a `Fit`; where all starts fail its status says so and its law is None. Same input, same numbers.
+    Raises ValueError for input that makes no sense: unknown names (with the nearest), bounds reversed, nothing free,
+    fewer samples than parameters, unusable records.
+    """
+    begin = clock.perf_counter()
+    settings = Settings(starts, loss, loss_scale, intervals, seed)
+    for field, value, known in (("weights", weights, WEIGHTS), ("start", start, STARTS)):
+        if value not in known:
+            raise ValueError(f"{field}: should be one of {', '.join(known)}, got {value!r}")
+    fitted, unseen = split_records(records, held_out, load)
+    scales = data_scales(fitted)
+    chosen = parametrisation(law, scales, free, fixed, bounds)
+    extra = nuisances(chosen.template, fitted, offset=offset, mass=mass, start=start, level=scales.level)
+    space = chosen.space.with_more(extra)
+    prediction = Prediction(chosen.template, space, tuple(fitted), units(fitted, weights), threads)
+    draft = prediction.of(drafts(fitted, DRAFT), prediction.units)
+    options = {
+        "method": "driven by the measured motion",
+        "weights": weights,
+        "offset": offset,
+        "mass": mass,
+        "start": start,
+        "load": load,
+        "fixed": dict(fixed or {}),
+        "bounds": {name: tuple(pair) for name, pair in (bounds or {}).items()},
+    }
+    return solution(prediction, draft, chosen, settings, unseen, options, begin, progress)
+
+
+def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:
+    """Error that counts as 1, of each record."""
+    if weights == "power":
+        return tuple(each.deviation for each in fitted)
+    return (float(np.std(np.concatenate([each.force for each in fitted]))),) * len(fitted)
+
+
+def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list[Samples], list[Samples]]:
+    """Samples to fit and samples held out."""
+    given = list(records) if isinstance(records, (list, tuple)) else [records]
+    if not given:
+        raise ValueError("records: there is none")
+    if load is not None and not (np.isfinite(load) and load > 0):
+        raise ValueError(f"load: should be a normal force > 0 in N, got {load!r}")
+    all_samples = [samples(record, load) for record in given]
+    names = [each.name for each in all_samples]
+    if len(set(names)) < len(names):
+        raise ValueError(f"records: should have different names, got {', '.join(names)}")
+    unseen: list[Samples] = []
+    for item in held_out if isinstance(held_out, (list, tuple)) else [held_out]:
+        if isinstance(item, str):
+            if item not in names:
+                raise ValueError(f"held_out: no record is called {item!r}; {suggestion(item, names)}")
+            unseen.append(all_samples[names.index(item)])
+        else:
+            unseen.append(samples(item, load))
+    hidden = {each.name for each in unseen}
+    fitted = [each for each in all_samples if each.name not in hidden]
+    if not fitted:
+        raise ValueError("held_out: leaves no record to fit")
+    return fitted, unseen

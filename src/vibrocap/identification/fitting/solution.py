@@ -1,0 +1,150 @@
+"""The solution of a fit: search, intervals and report for any prediction."""
+
+import dataclasses
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.inference.profile import INTERVALS, with_intervals
+from vibrocap.identification.problem.coordinates import Space
+from vibrocap.identification.problem.parametrisation import Parametrisation
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.result.fit_report import failed_fit, finished_fit
+from vibrocap.identification.result.fit_result import Fit, Problem
+from vibrocap.identification.search.descent import COARSE_STOP, descent
+from vibrocap.identification.search.loss import LOSSES, Loss, SearchStatus, robust_scale
+from vibrocap.identification.search.multistart import search
+from vibrocap.laboratory.driven import driven_force
+
+BESIDE = 2  # samples on either side of a closing that are left out
+REMAINING = 0.5  # share of the samples that must remain
+JOINT = "engaged"
+
+
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    """How a fit searches; see `fit.fit`. Raises ValueError for settings that make no sense."""
+
+    starts: int
+    loss: str
+    loss_scale: float | None
+    intervals: str
+    seed: int
+
+    def __post_init__(self):
+        if isinstance(self.starts, bool) or not isinstance(self.starts, int) or self.starts < 1:
+            raise ValueError(f"starts: should be a whole number of at least 1, got {self.starts!r}")
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise ValueError(f"seed: should be a whole number of at least 0, got {self.seed!r}")
+        if self.loss_scale is not None and not (np.isfinite(self.loss_scale) and self.loss_scale > 0):
+            raise ValueError(f"loss_scale: should be > 0, got {self.loss_scale!r}")
+        for field, known in (("loss", LOSSES), ("intervals", INTERVALS)):
+            if getattr(self, field) not in known:
+                raise ValueError(f"{field}: should be one of {', '.join(known)}, got {getattr(self, field)!r}")
+
+
+def solution(
+    prediction: Prediction,
+    draft: Prediction,
+    chosen: Parametrisation,
+    settings: Settings,
+    unseen: Sequence[Samples],
+    options: Mapping[str, Any],
+    begin: float,
+    progress: Callable[[float], None] | None = None,
+) -> Fit:
+    """The fit of a prediction, whose first coordinates are those of the choice.
+
+    draft: the same for few samples; unseen: held-out samples; options: for the report; begin: perf_counter at start.
+    """
+    space = prediction.space
+    if prediction.size <= len(space.coordinates):
+        raise ValueError(
+            f"records: have {prediction.size} samples for {len(space.coordinates)} free parameters; "
+            "more samples are needed"
+        )
+    said = progress or (lambda _: None)
+    rest = np.zeros(len(space.coordinates) - len(chosen.start))
+    # the last one is the centre of the other starts
+    first = [np.concatenate([u, rest]) for u in (chosen.own_start, chosen.start) if u is not None]
+    rule = Loss(settings.loss, settings.loss_scale or 1.0)
+    if settings.loss != "linear" and settings.loss_scale is None:
+        linear = descent(draft, first[-1], Loss(), evaluations=12, stop=1e-4)
+        rule = Loss(settings.loss, robust_scale(linear.errors))
+    all_options = {**options, **dataclasses.asdict(settings)}
+    all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
+    best, ended = search(
+        prediction, draft, first, starts=settings.starts, loss=rule, seed=settings.seed, progress=progress
+    )
+    if best.status == SearchStatus.FAILED:
+        seconds = clock.perf_counter() - begin
+        return failed_fit(prediction.template.name, ended, prediction.size, all_options, seconds)
+    ordered = elements_in_order(prediction.space, best.u)
+    if ordered is not None:
+        best = descent(prediction, ordered, rule, stop=1e-8)
+    smooth = away_from_jumps(prediction, best.u)
+    jumps = smooth is not prediction
+    thin, low = (
+        (away_from_jumps(draft, best.u), descent(smooth, best.u, rule, stop=COARSE_STOP)) if jumps else (draft, best)
+    )
+    low, spread, found = with_intervals(
+        smooth, thin, low, rule, settings.intervals, lambda done: said(0.8 + 0.2 * done)
+    )
+    problem = Problem(smooth, thin, rule, low, spread)
+    said(1.0)
+    end = best if jumps else low  # a profile may have come upon a lower minimum
+    return finished_fit(problem, end, found, unseen, ended, all_options, lambda: clock.perf_counter() - begin)
+
+
+def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:
+    """Coordinates at which elements in parallel stand in the order in which they give way; None where they do.
+
+    Elements of a Maxwell-slip law may change places without changing the force: stiffness_i with share_i, of which the
+    last share is what the others leave. Without an order a fit would name them by chance.
+    """
+    values = dict(zip(space.names, space.values(u).tolist(), strict=True))
+    stiffness = sorted(name for name in values if name.startswith("stiffness_"))
+    shares = sorted(name for name in values if name.startswith("share_"))
+    if len(stiffness) < 2 or len(shares) != len(stiffness) - 1:
+        return None
+    parts = [values[name] for name in shares]
+    elements = list(zip([values[name] for name in stiffness], [*parts, 1.0 - sum(parts)], strict=True))
+    order = sorted(elements, key=lambda each: each[1] / each[0])
+    if order == elements:
+        return None
+    values |= dict(zip(stiffness, (k for k, _ in order), strict=True))
+    values |= dict(zip(shares, (share for _, share in order[:-1]), strict=True))
+    return space.of(values)
+
+
+def away_from_jumps(prediction: Prediction, u: np.ndarray) -> Prediction:
+    """The prediction in which samples beside a jump do not count; itself where the law has none.
+
+    Whether such a sample lies before or after the jump hangs on a parameter by steps, not smoothly: one sample on the
+    wrong side costs more than all the noise. The cost then has cliffs, on which a descent and a profile get stuck, and
+    slopes and covariance mean nothing. So these samples take part in the search, which needs to know where the joint
+    closes, and are left out of the last descent and of the intervals: what remains tells of the gap by the contact's
+    deflection after it has closed, which is smooth. Intervals are then wider than they would have to be.
+
+    Samples count where they did; they stay if fewer than half would remain (a joint that closes all the time).
+    """
+    law = prediction.law(u)
+    if JOINT not in law.internal:
+        return prediction
+    units: list[Any] = []
+    left = total = 0
+    for i, (record, unit) in enumerate(zip(prediction.records, prediction.units, strict=True)):
+        driven = driven_force(
+            law, record.time, record.velocity, load=record.load, internal=prediction.start(u, i),
+            tolerance=prediction.tolerance,
+        )  # fmt: skip
+        closed = driven.internal[:, law.internal.index(JOINT)]
+        beside = np.zeros(len(record), bool)
+        for at in np.flatnonzero(closed[1:] != closed[:-1]) + 1:
+            beside[max(at - BESIDE, 0) : at + BESIDE] = True
+        units.append(np.where(beside, np.inf, unit))
+        left, total = left + int(np.sum(~beside)), total + len(record)
+    return prediction.of(prediction.records, units) if left >= REMAINING * total else prediction

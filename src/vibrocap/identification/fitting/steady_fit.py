@@ -1,0 +1,105 @@
+"""Fits of the steady curve: force against velocity, sample by sample, without the memory of the contact."""
+
+import dataclasses
+import time as clock
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.fitting.fit import DRAFT, split_records, units
+from vibrocap.identification.fitting.solution import Settings, solution
+from vibrocap.identification.problem.data_scales import data_scales
+from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation, partner_of
+from vibrocap.identification.problem.prediction import nuisances
+from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.problem.steady_prediction import SteadyPrediction
+from vibrocap.identification.result.fit_result import Fit
+
+
+def steady_fit(
+    records: Any,
+    law: Any,
+    *,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    starts: int = 8,
+    loss: str = "linear",
+    loss_scale: float | None = None,
+    weights: str = "power",
+    offset: bool = False,
+    intervals: str = "profile",
+    held_out: Any = (),
+    least_speed: float = 0.0,
+    load: float | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Fit:
+    """Fit the steady curve R(v) of a law to samples of force and velocity.
+
+    For measurements at constant speeds, and for set-valued laws, which have nothing else. Samples at rest tell nothing
+    of the curve and are left out, as are those slower than `least_speed` (m/s): near a reversal the contact is elastic.
+    Parameters that the steady curve does not show (stiffness, bristle damping) are held at the law's own values, which
+    nobody measured, and `options["not_shown"]` names them; `free` may not.
+    The other arguments, the result and the errors are those of `fit.fit`.
+    """
+    begin = clock.perf_counter()
+    settings = Settings(starts, loss, loss_scale, intervals, seed)
+    if not (np.isfinite(least_speed) and least_speed >= 0):
+        raise ValueError(f"least_speed: should be a speed >= 0 in m/s, got {least_speed!r}")
+    fitted, unseen = split_records(records, held_out, load)
+    fitted, unseen = [_moving(each, least_speed) for each in fitted], [_moving(each, least_speed) for each in unseen]
+    scales = data_scales(fitted)
+    chosen = parametrisation(law, scales, free, fixed, bounds)
+    prediction = SteadyPrediction(chosen.template, chosen.space, tuple(fitted), units(fitted, weights))
+    slopes = prediction.slopes(chosen.start)
+    shown = [name for name, column in zip(chosen.space.names, slopes.T, strict=True) if np.abs(column).max() > 1e-9]
+    if free is not None and len(shown) < len(chosen.space.names):
+        hidden = next(name for name in chosen.space.names if name not in shown)
+        raise ValueError(f"free: {hidden} does not change the steady curve; fit the driven law for it")
+    if not shown:
+        raise ValueError(f"law: no parameter of {chosen.template.name} changes the steady curve at these speeds")
+    # a static level that is not shown must not be held below the Coulomb level that is searched: it goes along
+    searched = [name for name in chosen.space.names if name in shown or partner_of(name, shown)]
+    hidden = [name for name in chosen.space.names if name not in searched]
+    if hidden:
+        chosen = _reduced(law, scales, searched, fixed, bounds)
+    extra = nuisances(chosen.template, fitted, offset=offset, mass=False, start="relaxed", level=scales.level)
+    prediction = SteadyPrediction(chosen.template, chosen.space.with_more(extra), tuple(fitted), units(fitted, weights))
+    options = {
+        "method": "steady curve",
+        "weights": weights,
+        "offset": offset,
+        "least_speed": least_speed,
+        "load": load,
+        "fixed": dict(fixed or {}),
+        "not_shown": hidden,
+    }
+    every = max(1, prediction.size // DRAFT)
+    draft = prediction.of([_each(record, every) for record in fitted], prediction.units)
+    return solution(prediction, draft, chosen, settings, unseen, options, begin, progress)
+
+
+def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -> Parametrisation:
+    kept = {name: pair for name, pair in (bounds or {}).items() if name in shown}
+    return parametrisation(law, scales, shown, fixed, kept)
+
+
+def _moving(record: Samples, least_speed: float) -> Samples:
+    """The samples that move."""
+    moving = np.abs(record.velocity) > least_speed
+    if moving.sum() < 8:
+        raise ValueError(f"record {record.name!r}: has {int(moving.sum())} samples faster than {least_speed:g} m/s")
+    return _kept(record, moving)
+
+
+def _each(record: Samples, every: int) -> Samples:
+    """Each `every`-th sample, for a draft."""
+    return _kept(record, slice(None, None, every))
+
+
+def _kept(record: Samples, which: Any) -> Samples:
+    load = record.load if np.ndim(record.load) == 0 else record.load[which]
+    columns = {name: getattr(record, name)[which] for name in ("time", "velocity", "force", "acceleration")}
+    return dataclasses.replace(record, **columns, load=load)

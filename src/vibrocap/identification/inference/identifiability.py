@@ -1,0 +1,172 @@
+"""Identifiability: what the data determine of a law's parameters, what they do not, and which experiment would."""
+
+import dataclasses
+import enum
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vibrocap.identification.inference.profile import Interval
+from vibrocap.identification.problem.parameter_roles import role
+
+WIDE = 10.0  # an interval whose ends differ by more than this factor does not determine a positive parameter
+LOOSE = 0.5  # standard deviation of the logarithm of a combination from which it counts as undetermined
+MEMBER = 0.3  # least share of a parameter in a combination that is named
+NO_EFFECT = 1e-9  # change of the errors (root mean square) per e-fold below which a parameter does nothing
+ROUNDING = 1e-12  # exponent of a combination that is rounding
+
+
+class Verdict(enum.StrEnum):
+    """What the data say about one parameter."""
+
+    DETERMINED = "determined"
+    BOUNDED_ABOVE = "only bounded above"
+    BOUNDED_BELOW = "only bounded below"
+    WIDE = "loosely determined"
+    UNDETERMINED = "not determined"
+    NO_EFFECT = "not determined: without effect in these data"
+    HELD = "held"
+
+
+@dataclasses.dataclass(frozen=True)
+class Direction:
+    """A combination of parameters, prod p_i^e_i, and the standard deviation of its logarithm (Fisher information).
+
+    exponents: by name, of unit length; determined: whether the deviation is below LOOSE.
+    """
+
+    exponents: Mapping[str, float]
+    deviation: float
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data determine this combination."""
+        return self.deviation < LOOSE
+
+    def __str__(self) -> str:
+        named = {name: e for name, e in self.exponents.items() if abs(e) >= MEMBER}
+        largest = max((abs(e) for e in named.values()), default=1.0)
+        return " ".join(
+            name if math.isclose(e / largest, 1.0, abs_tol=0.05) else f"{name}^{e / largest:.2g}"
+            for name, e in named.items()
+        )
+
+
+@dataclasses.dataclass(frozen=True)
+class Identifiability:
+    """What the data determine.
+
+    verdicts: by parameter; directions: combinations, the best determined first; effects: change of the force (root mean
+    square, over the force's standard deviation) per e-fold of each parameter; sentences: all of it in words;
+    experiments: by parameter that is not determined, what would determine it.
+    """
+
+    verdicts: Mapping[str, Verdict]
+    directions: tuple[Direction, ...]
+    effects: Mapping[str, float]
+    sentences: tuple[str, ...]
+    experiments: Mapping[str, str]
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Parameters that the data leave open on at least one side, or that span more than a factor of WIDE."""
+        return tuple(
+            name for name, verdict in self.verdicts.items() if verdict not in (Verdict.DETERMINED, Verdict.HELD)
+        )
+
+
+def identifiability(
+    names: Sequence[str],
+    values: Sequence[float],
+    slopes: np.ndarray,
+    nuisances: np.ndarray,
+    unit: float,
+    inflation: float,
+    intervals: Mapping[str, Interval],
+) -> Identifiability:
+    """The report for a law's parameters.
+
+    slopes [n, p]: change of the errors per e-fold of each parameter (at a parameter of zero: per its smallest visible
+    amount); nuisances [n, q]: change with the nuisance parameters, which take their share of the information first;
+    unit, inflation: s^2 and the median correlation time of `uncertainty`; intervals: by name.
+    """
+    n = len(slopes)
+    effects = {name: float(np.linalg.norm(slopes[:, i]) / math.sqrt(n)) for i, name in enumerate(names)}
+    if nuisances.shape[1]:
+        basis, _ = np.linalg.qr(nuisances)
+        slopes = slopes - basis @ (basis.T @ slopes)
+    directions = _directions(names, slopes, unit * inflation)
+    verdicts = {
+        name: _verdict(effects[name], value, intervals.get(name)) for name, value in zip(names, values, strict=True)
+    }
+    sentences = [_sentence(name, verdicts[name], intervals.get(name)) for name in names]
+    loose = [each for each in directions if not each.determined and _is_combination(each)]
+    for each in loose:
+        firm = _determined_partner(each, directions)
+        sentences.append(
+            f"The combination {each} is not determined (its logarithm has a standard deviation of "
+            f"{_number(each.deviation)})" + (f"; what is determined is {firm}." if firm else ".")
+        )
+    open_ones = [name for name in names if verdicts[name] not in (Verdict.DETERMINED, Verdict.HELD)]
+    experiments = {name: f"{role(name).experiment.rstrip(',')} would determine {name}" for name in open_ones}
+    return Identifiability(verdicts, directions, effects, tuple(s for s in sentences if s), experiments)
+
+
+def _directions(names: Sequence[str], slopes: np.ndarray, unit: float) -> tuple[Direction, ...]:
+    _, singular, right = np.linalg.svd(slopes, full_matrices=False)
+    found = []
+    for value, row in zip(singular, right, strict=True):
+        row = np.where(np.abs(row) > ROUNDING, row * np.sign(row[np.argmax(np.abs(row))]), 0.0)
+        deviation = math.sqrt(unit) / value if value > NO_EFFECT * math.sqrt(len(slopes)) else math.inf
+        found.append(Direction(dict(zip(names, row.tolist(), strict=True)), float(deviation)))
+    return tuple(found)
+
+
+def _verdict(effect: float, value: float, interval: Interval | None) -> Verdict:
+    if effect < NO_EFFECT:
+        return Verdict.NO_EFFECT
+    if interval is None:
+        return Verdict.UNDETERMINED
+    if interval.low_open and interval.high_open:
+        return Verdict.UNDETERMINED
+    if interval.high_open:
+        return Verdict.BOUNDED_BELOW
+    if interval.low_open:
+        return Verdict.BOUNDED_ABOVE
+    if interval.low > 0 and interval.high > WIDE * interval.low:
+        return Verdict.WIDE
+    return Verdict.DETERMINED
+
+
+def _sentence(name: str, verdict: Verdict, interval: Interval | None) -> str:
+    if verdict == Verdict.NO_EFFECT:
+        return f"{name} is not determined: it does not change the force here; {role(name).experiment} would show it."
+    if interval is None or verdict in (Verdict.DETERMINED, Verdict.HELD):
+        return ""
+    experiment = f"{role(name).experiment} would determine it."
+    if verdict == Verdict.UNDETERMINED:
+        return f"{name} is not determined: the data agree with any value of the search's range; {experiment}"
+    if verdict == Verdict.BOUNDED_BELOW:
+        return f"{name} is only bounded below, by {_number(interval.low)}: any larger value agrees; {experiment}"
+    if verdict == Verdict.BOUNDED_ABOVE:
+        return f"{name} is only bounded above, by {_number(interval.high)}: any smaller value agrees; {experiment}"
+    return f"{name} is loosely determined, {_number(interval.low)} to {_number(interval.high)}; {experiment}"
+
+
+def _is_combination(direction: Direction) -> bool:
+    return sum(abs(e) >= MEMBER for e in direction.exponents.values()) > 1
+
+
+def _determined_partner(loose: Direction, directions: Sequence[Direction]) -> Direction | None:
+    """The best determined combination of the same parameters."""
+    members = {name for name, e in loose.exponents.items() if abs(e) >= MEMBER}
+    for each in directions:
+        own = {name for name, e in each.exponents.items() if abs(e) >= MEMBER}
+        if each.determined and len(own) > 1 and own <= members:
+            return each
+    return None
+
+
+def _number(value: float) -> str:
+    return f"{float(f'{value:.3g}'):g}"

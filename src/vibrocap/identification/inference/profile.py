@@ -1,0 +1,243 @@
+"""Profile likelihood: how far one parameter may go while the others follow it, before the data object."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from vibrocap.identification.inference.uncertainty import Uncertainty, inverse, uncertainty
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.search.descent import descent, warm_descent
+from vibrocap.identification.search.loss import Loss, Minimum
+
+CLOSE = 0.03  # relative accuracy of an interval's half width
+TRIALS = 9
+NO_EFFECT = 1e-9  # change of every error per coordinate, below which a parameter does nothing
+REFIT = 25  # evaluations of the others' search at one value
+LONGEST = 2.5  # first step of a coordinate at most: a factor of 12
+INTERVALS = ("profile", "covariance")
+WORTH = 3  # times fewer samples from which a draft is used
+ALIKE = 0.25  # logarithm of the ratio of standard errors up to which a draft says the same
+AGAIN = 4  # how often a better fit that a profile comes upon is taken up
+
+
+@dataclasses.dataclass(frozen=True)
+class Interval:
+    """A 95 % interval of one parameter.
+
+    An end that the data do not set is open: it is 0 or -inf below and inf above where the parameter went to the bound
+    of its search without objection. curve: (value, rise), rise = sqrt(2 (cost - least)/s^2), below `threshold` inside.
+    """
+
+    low: float
+    high: float
+    low_open: bool
+    high_open: bool
+    curve: tuple[tuple[float, float], ...] = ()
+    threshold: float = math.nan
+
+    @property
+    def closed(self) -> bool:
+        """Whether the data set both ends."""
+        return not (self.low_open or self.high_open)
+
+    def times(self, factor: float) -> "Interval":
+        """The interval of a multiple of the parameter."""
+        curve = tuple((value * factor, rise) for value, rise in self.curve)
+        return dataclasses.replace(self, low=self.low * factor, high=self.high * factor, curve=curve)
+
+    def __contains__(self, value: float) -> bool:
+        return self.low <= value <= self.high
+
+
+class BetterFound(Exception):
+    """A profile came upon a lower cost than that of the minimum; carries its parameters by name."""
+
+    def __init__(self, values: dict[str, float]):
+        super().__init__("a profile found a better fit")
+        self.values = values
+
+
+def profile_intervals(
+    prediction: Prediction,
+    best: Minimum,
+    spread: Uncertainty,
+    loss: Loss,
+    names: Sequence[str],
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Interval]:
+    """Profile-likelihood intervals (95 %) of the named parameters; the others are searched anew at each value.
+
+    Each side is warm_descent from the minimum by the secant of the square root of the cost's rise, which is a straight
+    line for a linear model, and the others start from where the covariance says they go. Raises BetterFound.
+    """
+    found = {}
+    for i, name in enumerate(names):
+        j = prediction.space.names.index(name)
+        if np.abs(best.slopes[:, j]).max() < NO_EFFECT:
+            signed = prediction.space.coordinates[j].form == "linear"
+            found[name] = Interval(-math.inf if signed else 0.0, math.inf, True, True)
+        else:
+            found[name] = _Profile(prediction, best, spread, loss, name).interval()
+        if progress is not None:
+            progress((i + 1) / len(names))
+    return found
+
+
+class _Profile:
+    """The profile of one parameter, in coordinates in which it depends on no other."""
+
+    def __init__(self, prediction: Prediction, best: Minimum, spread: Uncertainty, loss: Loss, name: str):
+        space = prediction.space.with_leader(name)
+        own = prediction.space
+        values = dict(zip(own.names, own.values(best.u).tolist(), strict=True))
+        self.prediction, self.loss, self.spread = dataclasses.replace(prediction, space=space), loss, spread
+        self.least = best.cost
+        self.u = space.of(values)
+        self.j = space.names.index(name)
+        order = [own.names.index(each) for each in space.names]
+        back = np.linalg.inv(space.slopes(self.u))
+        covariance = back @ spread.covariance[np.ix_(order, order)] @ back.T
+        self.slopes = (
+            best.slopes @ np.linalg.solve(own.slopes(best.u), np.eye(len(order)))[:, order] @ space.slopes(self.u)
+        )
+        self.first_slopes = self.slopes
+        self.threshold = float(spread.threshold[own.names.index(name)])
+        self.sigma = float(np.sqrt(max(covariance[self.j, self.j], 0.0)))
+        self.direction = covariance[:, self.j] / max(covariance[self.j, self.j], 1e-300)
+        self.curve: list[tuple[float, float]] = [(values[name], 0.0)]
+        # the rise that ends the interval must be known to a hundredth: the search need not settle closer than that
+        self.stop = float(np.clip(0.005 * spread.unit * self.threshold**2 / max(best.cost, 1e-300), 1e-10, 1e-4))
+
+    def interval(self) -> Interval:
+        below, below_open = self._side(-1)
+        above, above_open = self._side(1)
+        signed = self.prediction.space.coordinates[self.j].form == "linear"
+        low = (-math.inf if signed else 0.0) if below_open else below
+        high = math.inf if above_open else above
+        return Interval(low, high, below_open, above_open, tuple(sorted(self.curve)), self.threshold)
+
+    def _side(self, side: int) -> tuple[float, bool]:
+        """Value at which the data object on one side, and whether they do not up to the bound."""
+        threshold = self.threshold
+        bound = (self.prediction.space.low, self.prediction.space.high)[side > 0][self.j]
+        room = abs(bound - self.u[self.j])
+        if room < 1e-9:
+            return self._value(bound), True
+        step = min(threshold * self.sigma, LONGEST, room)
+        self.slopes = self.first_slopes
+        inside, outside = (0.0, 0.0), None
+        where = self.u
+        for _ in range(TRIALS):
+            rise, where_now = self._rise(side * step, where)
+            if abs(rise - threshold) <= CLOSE * threshold:
+                inside = (step, rise)
+                break
+            if rise < threshold:
+                inside, where = (step, rise), where_now
+                if step >= room * (1 - 1e-9):
+                    return self._value(bound), True
+            else:
+                outside = (step, rise)
+            if outside is None:
+                step = min(step * min(max(threshold / max(rise, 1e-9), 1.1), 6.0), room)
+            else:
+                share = (threshold - inside[1]) / (outside[1] - inside[1])
+                step = inside[0] + (outside[0] - inside[0]) * min(max(share, 0.1), 0.9)
+        reached = abs(inside[1] - threshold) <= CLOSE * threshold
+        return self._value(self.u[self.j] + side * (inside[0] if reached else step)), outside is None and not reached
+
+    def _rise(self, change: float, start: np.ndarray) -> tuple[float, np.ndarray]:
+        u = start + self.direction * (self.u[self.j] + change - start[self.j])
+        u = np.clip(np.where(np.abs(u - start) > 3.0, start, u), self.prediction.space.low, self.prediction.space.high)
+        u[self.j] = self.u[self.j] + change
+        found = warm_descent(self.prediction, u, self.slopes, self.loss, held=self.j, evaluations=REFIT, stop=self.stop)
+        self.slopes = found.slopes
+        deviance = 2.0 * (found.cost - self.least) / self.spread.unit
+        if deviance < -0.02 * self.threshold**2:
+            space = self.prediction.space
+            raise BetterFound(dict(zip(space.names, space.values(found.u).tolist(), strict=True)))
+        rise = math.sqrt(max(deviance, 0.0))
+        self.curve.append((self._value(u[self.j]), rise))
+        return rise, found.u
+
+    def _value(self, u: float) -> float:
+        place = self.u.copy()
+        place[self.j] = u
+        return float(self.prediction.space.values(place)[self.j])
+
+
+Profiles = dict[str, Interval]
+
+
+def with_intervals(
+    prediction: Prediction,
+    draft: Prediction,
+    best: Minimum,
+    rule: Loss,
+    intervals: str,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Minimum, Uncertainty, Profiles | None]:
+    """The minimum, its uncertainty and the profiles of the law's parameters (None where they were not asked for).
+
+    A lower minimum that a profile comes upon takes the place of the first, and the profiles begin again.
+    """
+    spread = spread_of(prediction, best, rule)
+    for _ in range(AGAIN if intervals == "profile" else 0):
+        try:
+            quick = _draft_profiles(prediction, draft, best, spread, rule, progress)
+            found = quick or profile_intervals(prediction, best, spread, rule, prediction.law_names, progress)
+            return best, spread, found
+        except BetterFound as better:
+            best = descent(prediction, prediction.space.of(better.values), rule, evaluations=100, stop=1e-10)
+            spread = spread_of(prediction, best, rule)
+    return best, spread, None
+
+
+def spread_of(prediction: Prediction, best: Minimum, rule: Loss) -> Uncertainty:
+    """The uncertainty at a minimum of a prediction."""
+    counts = prediction.counts
+    errors = np.split(best.errors, np.cumsum([len(each) for each in prediction.records])[:-1])
+    errors = [each[count] for each, count in zip(errors, counts, strict=True)]
+    return uncertainty(errors, best.slopes[np.concatenate(counts)], prediction.space.slopes(best.u), rule)
+
+
+def _draft_profiles(
+    prediction: Prediction,
+    draft: Prediction,
+    best: Minimum,
+    spread: Uncertainty,
+    rule: Loss,
+    progress: Callable[[float], None] | None,
+) -> Profiles | None:
+    """Profiles on thinned samples; None where these do not say the same as all.
+
+    The cost's rise per sample is the same on both as long as the change of the force is seen by the thinned samples as
+    well. So they serve where the standard errors that follow from the slopes agree within ALIKE, and the minimum is off
+    by no more than half of a standard error. The intervals are moved to the minimum on all samples.
+    """
+    if prediction.size < WORTH * draft.size:
+        return None
+    low = descent(draft, best.u, rule, evaluations=60, stop=1e-8)
+    share = draft.size / prediction.size
+    space, law = prediction.space, [prediction.space.names.index(name) for name in prediction.law_names]
+    full, thin = _errors(prediction, best), _errors(draft, low) * np.sqrt(share)
+    values, thin_values = space.values(best.u), space.values(low.u)
+    error = np.sqrt(np.diag(spread.covariance))
+    alike = (np.abs(np.log(thin / full)) < ALIKE) & (np.abs(thin_values - values) < 0.5 * error)
+    unseen = (error > values) & (np.sqrt(spread.inflation * spread.unit) * thin > thin_values)
+    if not (alike | unseen)[law].all():
+        return None
+    scaled = dataclasses.replace(spread, unit=spread.unit * share)
+    found = profile_intervals(draft, low, scaled, rule, prediction.law_names, progress)
+    for name, j in zip(prediction.law_names, law, strict=True):
+        if alike[j] and thin_values[j] > 0 and values[j] > 0:
+            found[name] = found[name].times(values[j] / thin_values[j])
+    return found
+
+
+def _errors(prediction: Prediction, best: Minimum) -> np.ndarray:
+    """Standard errors of the parameters, for errors of size 1 that are independent."""
+    to_parameters = prediction.space.slopes(best.u)
+    return np.sqrt(np.diag(to_parameters @ inverse(best.slopes.T @ best.slopes) @ to_parameters.T))

@@ -1,0 +1,131 @@
+"""Uncertainty of least squares whose errors are correlated: covariance, effective samples and the unit of deviance."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.identification.search.loss import Loss
+
+WINDOW = 5.0  # correlation times over which correlations are summed (Sokal 1997)
+LEVEL = 0.95
+FAINT = 1e-9  # length of a column of slopes that are rounding
+FEWEST = 2.0  # degrees of freedom that an interval has at least
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """How far a cost may rise, and parameters may be off, by chance.
+
+    Errors of real records are correlated: neighbouring samples say the same. What counts is how the contributions
+    psi_i = (J^T J)^-1 J_i e_i of the samples to a parameter's estimate are correlated: with their correlation time
+    tau = 1 + 2 sum_k rho_k, the variance of the estimate is tau times that of independent errors. (A mean error that
+    pushes no parameter does not count; records that want different values of a parameter do.) Where few samples
+    determine a parameter, their own errors are fitted away; so tau is also taken as for stationary errors,
+    1 + 2 sum_k rho_k(e) c_k, with the correlations c of the parameter's leverage J (J^T J)^-1, and the larger counts.
+
+    unit: s^2 = sum psi^2/(n - p) / mean psi', the cost by which -2 log(likelihood) changes by 2 for independent errors
+        (psi: derivative of the loss; for squares s^2 = sum e^2/(n - p)).
+    inflation [p]: tau of each parameter, at least 1; n/tau samples count as independent for it.
+    threshold [p]: t such that the interval of a parameter (95 %) ends where 2 (cost - least cost) = s^2 t^2; the
+        quantile of Student's t for n/tau - p degrees of freedom, times sqrt(tau).
+    covariance [p, p]: of the parameters, with the inflation; huge along what the data do not determine.
+    tau: correlation time of each record's errors in samples; effective: sum of the records' n/tau.
+    """
+
+    unit: float
+    inflation: np.ndarray
+    threshold: np.ndarray
+    covariance: np.ndarray
+    tau: tuple[float, ...]
+    effective: float
+
+
+def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters: np.ndarray, loss: Loss) -> Uncertainty:
+    """The uncertainty at a minimum.
+
+    errors: [n] per record; slopes [n, p]: their derivatives by the coordinates, all records in a row; to_parameters
+    [p, p]: derivatives of the parameters by the coordinates.
+    """
+    from scipy.special import stdtrit
+
+    n, p = slopes.shape
+    psi, bend = _influence(np.concatenate(errors), loss)
+    unit = float(np.sum(psi**2) / max(n - p, 1) / bend)
+    base = inverse(slopes.T @ slopes)
+    influence = (slopes * psi[:, None]) @ (base @ to_parameters.T)
+    cuts = np.cumsum([len(each) for each in errors])[:-1]
+    parts = np.split(influence, cuts)
+    leverage = np.split(slopes @ (base @ to_parameters.T), cuts)
+    inflation = np.array(
+        [
+            max(_inflation([part[:, j] for part in parts]), _inflation(errors, [part[:, j] for part in leverage]))
+            for j in range(p)
+        ]
+    )
+    spare = np.maximum(n / inflation - p, FEWEST)
+    root = np.sqrt(inflation)
+    covariance = unit / bend * (to_parameters @ base @ to_parameters.T) * np.outer(root, root)
+    threshold = stdtrit(spare, 0.5 + 0.5 * LEVEL) * root
+    tau = tuple(correlation_time(each) for each in errors)
+    effective = sum(len(each) / t for each, t in zip(errors, tau, strict=True))
+    return Uncertainty(unit, inflation, threshold, covariance, tau, effective)
+
+
+def correlation_time(errors: np.ndarray) -> float:
+    """Integrated correlation time of errors in samples, at least 1."""
+    return _inflation([errors])
+
+
+def _inflation(series: Sequence[np.ndarray], leverage: Sequence[np.ndarray] | None = None) -> float:
+    """tau of several stretches of one quantity of mean zero, at least 1 and at most half the longest stretch.
+
+    leverage: weights of the samples in a sum whose variance is asked for; the quantity's correlations then count as
+    often as the weights have them. The sum of the correlations ends at the first lag that is WINDOW times the time
+    found until there; beyond, it would gather noise.
+    """
+    longest = max(len(each) for each in series)
+    correlation = _correlation(series, longest)
+    if not correlation[0] > 0:
+        return 1.0
+    correlation = correlation / correlation[0]
+    if leverage is not None:
+        weights = _correlation(leverage, longest)
+        correlation = correlation * weights / max(weights[0], 1e-300)
+    times = 2.0 * np.cumsum(correlation) - 1.0
+    enough = np.flatnonzero(np.arange(longest) >= WINDOW * times)
+    return float(min(max(times[enough[0] if len(enough) else longest - 1], 1.0), longest / 2))
+
+
+def _correlation(series: Sequence[np.ndarray], longest: int) -> np.ndarray:
+    """Sums of products at each lag [longest]."""
+    found = np.zeros(longest)
+    for each in series:
+        power = np.abs(np.fft.rfft(each, 2 * len(each))) ** 2
+        found[: len(each)] += np.fft.irfft(power)[: len(each)]
+    return found
+
+
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """Inverse of a matrix J^T J; directions that it does not determine get a huge variance instead of an error.
+
+    J: changes of errors that are themselves of the order of 1, so that a column shorter than FAINT says nothing.
+    """
+    scale = np.maximum(np.sqrt(np.diag(matrix)), FAINT)
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    values = np.maximum(values, 1e-14)
+    return (vectors / values) @ vectors.T / np.outer(scale, scale)
+
+
+def _influence(errors: np.ndarray, loss: Loss) -> tuple[np.ndarray, float]:
+    """psi, the derivative of the loss by the error, and the mean of its own derivative."""
+    z = (errors / loss.scale) ** 2
+    if loss.kind == "linear":
+        return errors, 1.0
+    bend = {
+        "soft_l1": (1 + z) ** -1.5,
+        "huber": (z <= 1).astype(float),
+        "cauchy": (1 - z) / (1 + z) ** 2,
+        "arctan": (1 - 3 * z * z) / (1 + z * z) ** 2,
+    }[loss.kind]
+    return errors * loss.slope(errors), max(float(np.mean(bend)), 0.05)

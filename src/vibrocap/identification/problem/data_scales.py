@@ -1,0 +1,113 @@
+"""Scales of measured data: levels, speed, length, stiffness and noise, from which fits start and get their bounds."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.identification.problem.samples import Samples
+
+
+@dataclasses.dataclass(frozen=True)
+class DataScales:
+    """What a look at the data tells before any law is fitted.
+
+    level N: median |force| above half of `speed`; forward, backward N: the same by direction (level where there is
+    none); peak: 98 % quantile of |force| over level; load N: typical normal force; speed m/s: 95 % quantile of |v|;
+    length m: half the range of displacement; stiffness N/m: slope of force against displacement after reversals, or
+    none where there is no reversal; step m: displacement between samples where it is small (5 % quantile of |v| dt);
+    noise N: standard deviation of what changes from sample to sample.
+    """
+
+    level: float
+    forward: float
+    backward: float
+    peak: float
+    load: float
+    speed: float
+    length: float
+    stiffness: float | None
+    step: float
+    interval: float
+    noise: float
+    drop_speed: float | None
+
+    def natural(self, dimension: tuple[float, float, float, float]) -> float:
+        """Product of the scales (coefficient, force, length, time) to these exponents."""
+        scales = (self.level / self.load, self.level, self.length, self.length / self.speed)
+        return float(np.prod([scale**exponent for scale, exponent in zip(scales, dimension, strict=True)]))
+
+
+def data_scales(all_samples: Sequence[Samples]) -> DataScales:
+    """The scales of records together."""
+    velocity = np.concatenate([each.velocity for each in all_samples])
+    force = np.concatenate([each.force for each in all_samples])
+    load = np.concatenate([np.broadcast_to(each.load, len(each)) for each in all_samples])
+    speed = max(float(np.quantile(np.abs(velocity), 0.95)), 1e-300)
+    fast = np.abs(velocity) >= 0.5 * speed
+    level = max(float(np.median(np.abs(force[fast]))), 1e-3 * float(np.sqrt(np.mean(force**2))))
+    sides = [force[fast & (np.sign(velocity) == side)] * side for side in (1, -1)]
+    forward, backward = (max(float(np.median(side)), 0.05 * level) if len(side) else level for side in sides)
+    steps = np.concatenate([np.abs(each.velocity[1:]) * np.diff(each.time) for each in all_samples])
+    return DataScales(
+        level=level,
+        forward=forward,
+        backward=backward,
+        peak=max(1.0, float(np.quantile(np.abs(force), 0.98)) / level),
+        load=max(float(np.median(load)), 1e-300),
+        speed=speed,
+        length=max(max(float(np.ptp(each.displacement)) for each in all_samples) / 2, 1e-300),
+        stiffness=_stiffness(all_samples, level),
+        step=max(float(np.quantile(steps[steps > 0], 0.05)), 1e-300),
+        interval=float(np.median(np.concatenate([np.diff(each.time) for each in all_samples]))),
+        noise=_noise(all_samples),
+        drop_speed=_drop_speed(velocity, force, speed, level),
+    )
+
+
+def _noise(all_samples: Sequence[Samples]) -> float:
+    """Robust standard deviation of second differences of the force, which a smooth force does not have."""
+    second = np.concatenate([np.diff(each.force, 2) for each in all_samples])
+    return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
+
+
+def _stiffness(all_samples: Sequence[Samples], level: float) -> float | None:
+    """Median slope of force against displacement from a reversal until the force has changed by half the level."""
+    slopes = []
+    for each in all_samples:
+        displacement, side = each.displacement, np.sign(each.velocity)
+        moving = np.flatnonzero(side)
+        turns = moving[1:][side[moving][1:] != side[moving][:-1]]
+        ends = [*turns[1:], len(each) - 1] if len(turns) else []
+        for turn, following in zip(turns, ends, strict=True):
+            change = np.abs(each.force[turn : following + 1] - each.force[turn])
+            reached = np.flatnonzero(change >= 0.5 * level)
+            if len(reached):
+                path = abs(displacement[turn + reached[0]] - displacement[turn])
+                if path > 0:
+                    slopes.append(change[reached[0]] / path)
+    return float(np.median(slopes)) if slopes else None
+
+
+def _drop_speed(velocity: np.ndarray, force: np.ndarray, speed: float, level: float) -> float | None:
+    """Speed at which the force has lost half of its excess over the level, from medians over bins of speed.
+
+    None where friction does not drop by more than 5 % of the level.
+    """
+    sliding = (np.sign(velocity) * force > 0.5 * level) & (np.abs(velocity) > 1e-4 * speed)
+    if sliding.sum() < 40:
+        return None
+    edges = np.quantile(np.abs(velocity[sliding]), np.linspace(0, 1, 21))
+    places = np.clip(np.searchsorted(edges, np.abs(velocity[sliding])) - 1, 0, 19)
+    medians = np.array(
+        [np.median(np.abs(force[sliding][places == i])) if np.any(places == i) else np.nan for i in range(20)]
+    )
+    centres = 0.5 * (edges[1:] + edges[:-1])
+    good = np.isfinite(medians)
+    medians, centres = medians[good], centres[good]
+    top = int(np.argmax(medians))
+    excess = medians - medians[top:].min()
+    if excess[top] < 0.05 * level:
+        return None
+    below = np.flatnonzero((np.arange(len(medians)) > top) & (excess <= 0.5 * excess[top]))
+    return float(centres[below[0]]) if len(below) else None

@@ -1,0 +1,249 @@
+"""The choice of what a fit searches: free parameters, their bounds and a start that the data suggest."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import suggestion
+from vibrocap.identification.problem.coordinates import COARSE_STEP, Coordinate, Space
+from vibrocap.identification.problem.data_scales import DataScales
+from vibrocap.identification.problem.parameter_roles import Role, is_gap, role
+from vibrocap.physics import catalogue
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
+
+STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Parametrisation:
+    """What a fit searches.
+
+    template: a law with the fixed values and the start; space: the free parameters as coordinates; start [p]:
+    coordinates from the data; own_start [p] or None: those of the law that was given as an instance.
+    """
+
+    template: Law
+    space: Space
+    start: np.ndarray
+    own_start: np.ndarray | None
+
+    def law(self, u: np.ndarray) -> Law:
+        """The law at coordinates."""
+        return with_values(self.template, dict(zip(self.space.names, self.space.values(u).tolist(), strict=True)))
+
+
+def with_values(law: Any, values: Mapping[str, float]) -> Any:
+    """The law with other parameters."""
+    return dataclasses.replace(law, **{name: float(value) for name, value in values.items()})
+
+
+def law_class(law: Any) -> type[Law]:
+    """The class of a law given as an instance, a class or a name."""
+    if isinstance(law, str):
+        try:
+            return catalogue.law(law)
+        except KeyError:
+            raise ValueError(f"law: no law is called {law!r}; {suggestion(law, catalogue.laws())}") from None
+    cls = law if isinstance(law, type) else type(law)
+    if not issubclass(cls, Law):
+        raise ValueError(f"law: should be a friction law, its class or its name, got {law!r}")
+    return cls
+
+
+def parametrisation(
+    law: Any,
+    scales: DataScales,
+    free: Iterable[str] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+) -> Parametrisation:
+    """The free parameters of a law, their bounds and their start.
+
+    free: names; None: all numbers but those that choose the law's formula and those that are conventions. fixed: values
+    that are held. bounds: (low, high) by name in place of those that physics and the data set.
+    Raises ValueError: unknown names (with the nearest), bounds reversed, a start outside them, nothing free.
+    """
+    cls = law_class(law)
+    given = isinstance(law, Law)
+    template = law if given else cls()
+    fixed, bounds = dict(fixed or {}), dict(bounds or {})
+    names = [info.name for info in parameter_table(cls) if _is_number(getattr(template, info.name))]
+    chosen = _free_names(template, names, free, fixed, bounds)
+    limits = {name: _limits(cls, name) for name in names}
+    own = {name: float(getattr(template, name)) for name in names}
+    if not given:  # a convention of a law without numbers of its own: a size that suits the data
+        sized = [name for name in names if role(name).name in ("reference", "cutoff")]
+        own |= {name: role(name).share * scales.natural(role(name).dimension) for name in sized}
+    start = {**own, **{name: float(value) for name, value in fixed.items()}}
+    guessed = {name: _guess(role(name), name, own[name], scales, names) for name in chosen}
+    springs = [name for name in chosen if role(name).name == "stiffness"]
+    for name in springs:  # springs in parallel share the stiffness in the proportions that the law has
+        guessed[name] *= own[name] / sum(own[each] for each in springs)
+    for name in chosen:  # a static level is guessed over its Coulomb level
+        partner = partner_of(name, names)
+        if partner:
+            guessed[name] = guessed.get(partner, start[partner]) * min(max(scales.peak, 1.05), 3.0)
+    coordinates, constants = [], {}
+    for name in _partners_first(chosen, names):
+        partner = partner_of(name, names)
+        led = partner_led(name, names)
+        coordinate = _coordinate(name, limits[name], guessed[name], scales, bounds.get(name))
+        if name not in bounds:
+            if partner:
+                coordinate = dataclasses.replace(coordinate, form="above", partner=partner, low=0.0, high=math.inf)
+                constants[partner] = start[partner]
+            elif led and led not in chosen:
+                coordinate = dataclasses.replace(coordinate, form="below", partner=led)
+                constants[led] = start[led]
+        if any(is_gap(each) for each in names):
+            coordinate = dataclasses.replace(coordinate, step=COARSE_STEP)
+        coordinates.append(coordinate)
+    shares = tuple(name for name in names if name.startswith("share_"))
+    constants |= {name: start[name] for name in shares}
+    space = Space(tuple(coordinates), {k: v for k, v in constants.items() if k not in chosen}, shares)
+    if given:
+        for each in coordinates:
+            if each.name in bounds and not each.low <= own[each.name] <= each.high:
+                raise ValueError(
+                    f"bounds: {each.name} starts at {own[each.name]:g}, outside its bounds "
+                    f"{each.low:g} to {each.high:g}; start the law within them"
+                )
+    own_start = space.of({**start, **{name: own[name] for name in chosen}}) if given else None
+    u = space.of({**start, **guessed})
+    values = dict(zip(space.names, space.values(u).tolist(), strict=True))
+    held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
+    template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
+    return Parametrisation(template, space, u, own_start)
+
+
+def partner_of(name: str, names: Iterable[str]) -> str:
+    """The Coulomb level of a static level, or ''."""
+    other = name.replace("static", "coulomb")
+    return other if other != name and other in names else ""
+
+
+def partner_led(name: str, names: Iterable[str]) -> str:
+    """The static level of a Coulomb level, or ''."""
+    other = name.replace("coulomb", "static")
+    return other if other != name and other in names else ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float) or (isinstance(value, int) and not isinstance(value, bool))
+
+
+def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, bounds: Mapping) -> list[str]:
+    for what, given in (("free", free or ()), ("fixed", fixed), ("bounds", bounds)):
+        for name in given:
+            if name not in names:
+                raise ValueError(f"{what}: {template.name} has no parameter {name!r}; {suggestion(name, names)}")
+    for name, value in fixed.items():
+        if not (_is_number(value) and math.isfinite(value)):
+            raise ValueError(f"fixed: {name} should be a finite number, got {value!r}")
+    for name, pair in bounds.items():
+        low, high = pair
+        if not low < high:
+            raise ValueError(f"bounds: {name} should have its lower bound first, got {low!r} and {high!r}")
+    if free is None:
+        shapes = [name for name in template.shape_parameters if getattr(template, name) == int(getattr(template, name))]
+        chosen = [
+            name
+            for name in names
+            if name not in fixed
+            and name not in shapes
+            and isinstance(getattr(template, name), float)
+            and role(name).fitted
+        ]
+    else:
+        chosen = [name for name in names if name in set(free)]
+        both = [name for name in chosen if name in fixed]
+        if both:
+            raise ValueError(f"free: {both[0]} is also in fixed; name it in one of them")
+    if not chosen:
+        raise ValueError(f"free: no parameter of {template.name} is free; there are {', '.join(names)}")
+    return chosen
+
+
+def _partners_first(chosen: list[str], names: list[str]) -> list[str]:
+    return [name for name in chosen if not partner_of(name, names)] + [
+        name for name in chosen if partner_of(name, names)
+    ]
+
+
+def _limits(cls: Any, name: str) -> tuple[float, float, bool]:
+    """Limits that the law's own checks set: (low, high, whether low itself is allowed)."""
+    low, high, inclusive = -math.inf, math.inf, True
+    for constraint in cls.__pydantic_fields__[name].metadata:
+        for field in ("gt", "ge"):
+            if getattr(constraint, field, None) is not None:
+                low, inclusive = float(getattr(constraint, field)), field == "ge"
+        for field in ("lt", "le"):
+            if getattr(constraint, field, None) is not None:
+                high = float(getattr(constraint, field))
+    return low, high, inclusive
+
+
+def _coordinate(
+    name: str, limits: tuple[float, float, bool], guess: float, scales: DataScales, own: tuple[float, float] | None
+) -> Coordinate:
+    """The form and the bounds of one parameter."""
+    kind = role(name)
+    natural = _natural(kind, guess, scales)
+    low, high, inclusive = limits
+    signed = low < 0
+    upper = kind.high * natural
+    if kind.name == "stiffness":
+        upper = max(STIFFEST * scales.level / scales.step, 10 * guess)
+    upper = (
+        min(upper, high) if math.isfinite(upper) else (high if math.isfinite(high) else 1e4 * max(abs(guess), natural))
+    )
+    if signed and kind.name == "softening":
+        return Coordinate(name, "linear", *(own or (kind.low, kind.high)), scale=0.5)
+    if signed:
+        reach = max(abs(guess) * 10, natural)
+        return Coordinate(
+            name, "linear", *(own or (max(low, -reach), min(high, reach))), scale=max(abs(guess), 0.1 * natural)
+        )
+    spread = kind.decades * math.log(10)
+    if inclusive and low == 0 and kind.dimension != (1, 0, 0, 0):
+        foot = natural * (kind.low or 1e-4)
+        return Coordinate(name, "foot", *(own or (0.0, upper)), scale=foot, spread=spread)
+    lower = max(low, kind.low * natural, 1e-12 * guess)
+    if own:
+        lower, upper = max(own[0], 1e-12 * max(abs(own[1]), 1e-300)), own[1]
+    return Coordinate(name, "log", lower, max(upper, lower * 1.001), spread=spread)
+
+
+def _natural(kind: Role, guess: float, scales: DataScales) -> float:
+    if kind.name == "unknown":
+        return abs(guess) or 1.0
+    return scales.natural(kind.dimension)
+
+
+def _guess(kind: Role, name: str, own: float, scales: DataScales, names: list[str]) -> float:
+    """Where the data suggest to start."""
+    natural = _natural(kind, own, scales)
+    if kind.name in ("unknown", "share", "convention", "softening"):
+        return own
+    if kind.name == "level":  # with ratios by direction, the level is that of sliding forward
+        return (scales.forward if "back_ratio" in names else scales.level) / scales.load
+    if kind.name == "ratio":
+        return scales.backward / scales.forward
+    if kind.name == "stiffness" and scales.stiffness is not None:
+        return scales.stiffness / 1.5  # between the slopes sigma_0 (from rest) and 2 sigma_0 (after a reversal)
+    if kind.name == "Stribeck velocity" and scales.drop_speed is not None:
+        return scales.drop_speed
+    if kind.name == "decay over speed" and scales.drop_speed is not None:
+        return 0.7 / scales.drop_speed
+    if kind.name == "bristle damping" and scales.stiffness is not None:
+        return scales.stiffness * math.sqrt(scales.interval * scales.length / scales.speed) / 3
+    return kind.share * natural
+
+
+def _not_whole(law: Any, name: str, value: float) -> float:
+    """A searched exponent starts off whole numbers, which would choose the formula of a product of powers."""
+    return value * 0.97 if name in law.shape_parameters and value == int(value) else value

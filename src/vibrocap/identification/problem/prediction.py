@@ -1,0 +1,221 @@
+"""Prediction: the force of a law driven by the measured motions, its error and how that changes with each parameter."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.problem.coordinates import Coordinate, Space
+from vibrocap.identification.problem.samples import Samples
+from vibrocap.laboratory.driven import driven_forces
+from vibrocap.physics.friction.law import Law
+
+TOLERANCE = 1e-8  # of the driven law, over the natural size of its states
+SMALL = 20_000  # samples, over all rows, below which starting threads takes longer than the work they share
+START = "start"  # prefix of the nuisance parameters that are the state of the contact at the first sample
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Prediction:
+    """The law of a fit, driven through its records, as a function of coordinates.
+
+    Error of a sample: (predicted - measured) / (weight's unit of the record), where
+    predicted = R(law) + offset + mass * acceleration.
+
+    template: the law that carries what is not searched; space: coordinates of the law's parameters, then of the
+    nuisances "offset" (N), "mass" (kg) and "start[<record>].<state>": the internal state at the first sample over its
+    natural size (`internal_scales`). units [records] N: error that counts as 1, of a record or of each of its samples.
+    """
+
+    template: Law
+    space: Space
+    records: tuple[Samples, ...]
+    units: tuple[Any, ...]
+    threads: int | None = None
+    tolerance: float = TOLERANCE
+
+    @property
+    def law_names(self) -> tuple[str, ...]:
+        """The searched parameters that belong to the law."""
+        return tuple(name for name in self.space.names if not is_nuisance(name))
+
+    @property
+    def size(self) -> int:
+        """Number of samples, those that do not count included."""
+        return sum(len(each) for each in self.records)
+
+    def of(self, records: Sequence[Samples], units: Sequence[Any]) -> "Prediction":
+        """The same law and coordinates for other samples."""
+        return dataclasses.replace(self, records=tuple(records), units=tuple(units))
+
+    def law(self, u: np.ndarray) -> Law:
+        """The law at coordinates, checked."""
+        values = dict(zip(self.space.names, self.space.values(u).tolist(), strict=True))
+        return dataclasses.replace(self.template, **{name: values[name] for name in self.law_names})  # type: ignore[type-var]
+
+    def forces(self, table: np.ndarray, which: int) -> np.ndarray:
+        """Predicted force [m, n] of record number `which` at coordinates [m, p]; NaN where a run failed."""
+        record = self.records[which]
+        values = self.space.values(np.atleast_2d(table))
+        names, law_names = self.space.names, self.law_names
+        columns = [names.index(name) for name in law_names]
+        law_values = values[:, columns]
+        lawful = np.array([self._lawful(row) for row in law_values.tolist()])
+        if not lawful.any():
+            return np.full((len(values), len(record)), np.nan)
+        found = np.full((len(values), len(record)), np.nan)
+        start = self._start(values, law_values, record)
+        found[lawful] = driven_forces(
+            self.template,
+            law_values[lawful],
+            law_names,
+            record.time,
+            record.velocity,
+            load=record.load,
+            internal=None if start is None else start[lawful],
+            tolerance=self.tolerance,
+            threads=1 if lawful.sum() * len(record) < SMALL else self.threads,
+        ).force
+        for name, column in (("offset", 1.0), ("mass", record.acceleration)):
+            if name in names:
+                found = found + values[:, [names.index(name)]] * column
+        return found
+
+    def _lawful(self, row: list[float]) -> bool:
+        """Whether the law takes these parameters: some laws check them together."""
+        try:
+            dataclasses.replace(self.template, **dict(zip(self.law_names, row, strict=True)))  # type: ignore[type-var]
+        except ValueError:
+            return False
+        return True
+
+    def errors(self, u: np.ndarray) -> np.ndarray:
+        """Errors [n] of all samples, over the records' units."""
+        return self.error_table(u[None])[0]
+
+    def error_table(self, table: np.ndarray) -> np.ndarray:
+        """Errors [m, n] at coordinates [m, p]."""
+        return np.concatenate(
+            [
+                (self.forces(table, i) - record.force) / unit
+                for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True))
+            ],
+            axis=1,
+        )
+
+    def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
+        """Errors' derivatives [n, p] by coordinates, by differences into the box; zero for the `held` ones.
+
+        All rows of one record are one call of the driven law. A state at the start changes its own record only.
+        """
+        low, high = self.space.low, self.space.high
+        own = np.array([each.step for each in self.space.coordinates])
+        steps = np.where(u + own <= high, own, -own)
+        steps = np.where((steps < 0) & (u - own < low), 0.5 * (high - low), steps)
+        found = np.zeros((self.size, len(u)))
+        begin = 0
+        for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True)):
+            end = begin + len(record)
+            moved = [j for j, name in enumerate(self.space.names) if j not in held and concerns(name, record.name)]
+            if moved:
+                table = np.tile(u, (len(moved) + (errors is None), 1))
+                table[range(len(moved)), moved] += steps[moved]
+                rows = self.forces(table, i)
+                base = (rows[-1] - record.force) / unit if errors is None else errors[begin:end]
+                for row, j in zip(rows, moved, strict=False):
+                    found[begin:end, j] = ((row - record.force) / unit - base) / steps[j]
+            begin = end
+        return found
+
+    def start(self, u: np.ndarray, which: int) -> np.ndarray | None:
+        """Internal states [k] at the first sample of record number `which`; None where the contact is relaxed."""
+        values = self.space.values(u[None])
+        columns = [self.space.names.index(name) for name in self.law_names]
+        found = self._start(values, values[:, columns], self.records[which])
+        return None if found is None else found[0]
+
+    @property
+    def counts(self) -> list[np.ndarray]:
+        """Which samples of each record count: an infinite unit leaves one out."""
+        return [
+            np.broadcast_to(np.isfinite(unit), len(record))
+            for record, unit in zip(self.records, self.units, strict=True)
+        ]
+
+    def _start(self, values: np.ndarray, law_values: np.ndarray, record: Samples) -> np.ndarray | None:
+        """Internal states [m, k] at the first sample of a record."""
+        prefix = f"{START}[{record.name}]."
+        mine = {name[len(prefix) :]: i for i, name in enumerate(self.space.names) if name.startswith(prefix)}
+        if not mine:
+            return None
+        states = self.template.internal
+        load = float(np.ravel(record.load)[0])
+        found = np.zeros((len(values), len(states)))
+        for row, (value, own) in enumerate(zip(values, law_values, strict=True)):
+            law = unchecked(self.template, dict(zip(self.law_names, own.tolist(), strict=True)))
+            scales = start_scales(law, load)
+            for state, i in mine.items():
+                for k in range(len(states)) if state == ALL_STATES else [states.index(state)]:
+                    if states[k] not in self.template.switched:
+                        found[row, k] = value[i] * scales[k]
+        return found
+
+
+ALL_STATES = "all"
+GAP = "gap_position"  # the state of a joint with play
+
+
+def start_scales(law: Law, load: float) -> tuple:
+    """Largest value of each internal state at the start."""
+    scales = law.internal_scales(load)
+    if GAP in law.internal:
+        half = 0.5 * law.gap * (1 - 1e-9)  # type: ignore[attr-defined]
+        return tuple(half if name == GAP else scale for name, scale in zip(law.internal, scales, strict=True))
+    return scales
+
+
+def unchecked(law: Law, values: Mapping[str, Any]) -> Law:
+    """A law with other parameters, without the checks (which take longer than a driven step)."""
+    copy = object.__new__(type(law))
+    copy.__dict__.update(law.__dict__)
+    copy.__dict__.update(values)
+    return copy
+
+
+def is_nuisance(name: str) -> bool:
+    """Whether a name is that of a parameter of the measurement and not of the law."""
+    return name in ("offset", "mass", "machine_stiffness", "drift") or name.startswith(START + "[")
+
+
+def concerns(name: str, record: str) -> bool:
+    """Whether a parameter changes what is predicted for this record."""
+    return not name.startswith(START + "[") or name.startswith(f"{START}[{record}].")
+
+
+def nuisances(
+    law: Law, records: Sequence[Samples], *, offset: bool, mass: bool, start: str, level: float
+) -> tuple[Coordinate, ...]:
+    """Coordinates of the nuisance parameters, which all start at zero.
+
+    start: "fitted": the states of the contact at the first sample of each record are searched (all by one number where
+    the law has more than three); "relaxed": they are zero.
+    """
+    found: list[Coordinate] = []
+    if offset:
+        found.append(Coordinate("offset", "linear", -level, level, scale=0.1 * level, spread=0.0))
+    if mass:
+        largest = max(float(np.max(np.abs(each.acceleration))) for each in records)
+        scale = level / max(largest, 1e-300)
+        found.append(Coordinate("mass", "linear", -100 * scale, 100 * scale, scale=scale, spread=0.0))
+    signs = law.internal_symmetry or (-1,) * len(law.internal)
+    states = [(s, sign) for s, sign in zip(law.internal, signs, strict=True) if s not in law.switched]
+    if GAP in law.internal:  # behind a joint that starts open the contact is at rest
+        states = [(GAP, -1)]
+    if start == "fitted" and states:
+        for record in records:
+            for state, sign in states if len(states) <= 3 else [(ALL_STATES, -1)]:
+                # a state that changes sign with the motion cannot exceed its natural size, another may be far from it
+                reach = 1.0 if sign == -1 else 40.0
+                found.append(Coordinate(f"{START}[{record.name}].{state}", "linear", -reach, reach, spread=0.3))
+    return tuple(found)

@@ -1,0 +1,67 @@
+"""The section [friction] of a case file for a fitted law, in SI or in the units of a case."""
+
+import json
+from typing import Any
+
+from vibrocap.identification.problem.parameter_roles import role
+from vibrocap.identification.problem.parametrisation import with_values
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.scales import Scales
+
+IN_SI = """\
+# In the units of the records, which are SI: N, m, s. A case counts forces in the weight m g of the pendulum, lengths in
+# its length l and time in sqrt(l/g): give mass and length (`--pendulum`, or `fit.save(folder, scales=...)`) for these.
+"""
+
+
+def dimensionless(law: Law, scales: Scales, known_load: bool) -> Law:
+    """The law that was fitted in SI, in the dimensionless units of a case.
+
+        stiffness l/(m g)     damping l/(m g sqrt(l/g))     velocity sqrt(g l)     length l     coefficients as they are
+
+    known_load: whether coefficients are over the normal force; without it they are forces in N, from which no
+    coefficient follows: raises ValueError.
+    """
+    values = {}
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        if not isinstance(value, float):
+            continue
+        coefficient, force, length, time = role(info.name).dimension
+        if coefficient and not known_load:
+            raise ValueError(
+                f"normal_force: is not known, so that {info.name} is a force in N; "
+                "give the normal force of the records for a law in the units of a case"
+            )
+        values[info.name] = value / (scales.force_N**force * scales.length_m**length * scales.time_s**time)
+    return with_values(law, values)
+
+
+def heading(scales: Scales | None) -> str:
+    """Lines of comment that say in which units a section of a case file stands."""
+    if scales is None:
+        return IN_SI
+    return (
+        f"# Dimensionless, for a pendulum of {scales.pendulum_mass_kg:g} kg and {scales.pendulum_length_m:g} m: "
+        "forces over its weight, lengths over its length.\n"
+    )
+
+
+def case_section(law: Any) -> str:
+    """The section [friction] of a case file, every parameter written out."""
+    lines = ["[friction]", f"law = {json.dumps(law.name)}"]
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        if value is None:  # a part of the law that is not there
+            continue
+        lines.append(f"{info.name} = {_toml(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return str(value) if isinstance(value, int) else repr(float(value))

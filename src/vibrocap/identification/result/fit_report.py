@@ -1,0 +1,200 @@
+"""The report of a finished search: parameters with intervals, errors by record, identifiability."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.inference.identifiability import WIDE, Identifiability, Verdict, identifiability
+from vibrocap.identification.inference.profile import Interval
+from vibrocap.identification.inference.uncertainty import correlation_time
+from vibrocap.identification.problem.coordinates import Coordinate
+from vibrocap.identification.problem.parameter_roles import unit_of
+from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
+from vibrocap.identification.problem.samples import Samples
+from vibrocap.identification.result.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
+from vibrocap.identification.search.loss import Minimum, SearchStatus
+from vibrocap.identification.search.multistart import Start
+from vibrocap.physics.parameters import parameter_table
+
+
+def finished_fit(
+    problem: Problem,
+    best: Minimum,
+    profiles: Mapping[str, Interval] | None,
+    held_out: Sequence[Samples],
+    starts: tuple[Start, ...],
+    options: Mapping[str, Any],
+    seconds: Callable[[], float],
+) -> Fit:
+    """The `Fit` at a minimum, with the intervals of a problem."""
+    prediction, spread = problem.prediction, problem.uncertainty
+    space = prediction.space
+    values = dict(zip(space.names, space.values(best.u).tolist(), strict=True))
+    standard = dict(zip(space.names, np.sqrt(np.diag(spread.covariance)).tolist(), strict=True))
+    thresholds = dict(zip(space.names, spread.threshold.tolist(), strict=True))
+    # quantiles for the standard errors, which carry the inflation already
+    inflation = dict(zip(space.names, np.sqrt(spread.inflation).tolist(), strict=True))
+    found = {
+        name: (profiles or {}).get(name)
+        or _from_covariance(values[name], standard[name], thresholds[name] / inflation[name], each)
+        for name, each in zip(space.names, space.coordinates, strict=True)
+    }
+    found = {
+        name: dataclasses.replace(each, low=min(each.low, values[name]), high=max(each.high, values[name]))
+        for name, each in found.items()
+    }
+    report = _identifiability(problem, values, found)
+    law = prediction.law(best.u)
+    known_load = options.get("load") is not None or any(
+        np.any(np.asarray(each.load) != 1.0) for each in prediction.records
+    )
+    parameters = []
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            continue
+        unit = unit_of(info.name, known_load)
+        texts = (info.name, info.symbol, info.meaning, unit)
+        if info.name in found:
+            one = found[info.name]
+            ends = (
+                one.low,
+                one.high,
+                math.inf if report.verdicts[info.name] == Verdict.NO_EFFECT else standard[info.name],
+                report.verdicts[info.name],
+                one.curve,
+                thresholds[info.name],
+            )
+            parameters.append(FittedParameter(*texts, value, *ends))
+        else:
+            parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
+    results = _results(prediction, best, held_out, law)
+    fitted = [each for each in results if not each.held_out]
+    unseen = [each for each in results if each.held_out]
+    relative, absolute = relative_rmse([r.measured for r in fitted], [r.predicted for r in fitted])
+    return Fit(
+        law=law,
+        law_name=law.name,
+        status=best.status,
+        parameters=tuple(parameters),
+        nuisances=tuple(
+            _nuisance(each, values[each.name], found[each.name], standard[each.name])
+            for each in space.coordinates
+            if is_nuisance(each.name)
+        ),
+        records=tuple(results),
+        relative_rmse=relative,
+        rmse=absolute,
+        held_out_relative_rmse=relative_rmse([r.measured for r in unseen], [r.predicted for r in unseen])[0],
+        samples=prediction.size,
+        effective_samples=spread.effective,
+        cost=best.cost,
+        unit=spread.unit,
+        identifiability=report,
+        starts=starts,
+        seconds=seconds(),
+        options={**options, "known_load": known_load},
+        problem=problem,
+    )
+
+
+def failed_fit(
+    law_name: str, starts: tuple[Start, ...], samples: int, options: Mapping[str, Any], seconds: float
+) -> Fit:
+    """The `Fit` of which no start could be driven through the records."""
+    nan = math.nan
+    return Fit(
+        law=None,
+        law_name=law_name,
+        status=SearchStatus.FAILED,
+        parameters=(),
+        nuisances=(),
+        records=(),
+        relative_rmse=nan,
+        rmse=nan,
+        held_out_relative_rmse=nan,
+        samples=samples,
+        effective_samples=nan,
+        cost=nan,
+        unit=nan,
+        identifiability=None,
+        starts=starts,
+        seconds=seconds,
+        options=dict(options),
+    )
+
+
+def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
+    unseen = prediction.of(held_out, [1.0] * len(held_out))
+    results = []
+    for source, hidden in ((prediction, False), (unseen, True)):
+        for i, record in enumerate(source.records):
+            predicted = source.forces(best.u, i)[0]
+            relative, absolute = relative_rmse([record.force], [predicted])
+            tau = correlation_time(predicted - record.force) if np.isfinite(absolute) else math.nan
+            columns = (record.time, record.velocity, record.force, predicted)
+            results.append(RecordResult(record.name, hidden, *columns, absolute, relative, tau))
+    return results
+
+
+def _identifiability(problem: Problem, values: Mapping[str, float], found: Mapping[str, Interval]) -> Identifiability:
+    """The report, from the slopes by the logarithms of the law's parameters."""
+    prediction, best = problem.prediction, problem.best
+    space, names = prediction.space, prediction.law_names
+    to_parameters = np.linalg.inv(space.slopes(best.u))
+    columns = [space.names.index(name) for name in names]
+    amounts = [_amount(space.coordinates[j], values[space.names[j]]) for j in columns]
+    weighted = np.sqrt(problem.loss.slope(best.errors))[:, None] * best.slopes
+    slopes = weighted @ to_parameters[:, columns] * amounts
+    others = [j for j in range(len(space.names)) if j not in columns]
+    return identifiability(
+        names,
+        [values[name] for name in names],
+        slopes,
+        weighted[:, others],
+        problem.uncertainty.unit,
+        float(np.median(problem.uncertainty.inflation)),
+        {name: found[name] for name in names},
+    )
+
+
+def _amount(coordinate: Any, value: float) -> float:
+    """What counts as one e-fold of a parameter: itself, or the smallest visible amount of one that is zero."""
+    return max(abs(value), coordinate.scale) if coordinate.form in ("foot", "linear") else value
+
+
+def _from_covariance(value: float, error: float, threshold: float, coordinate: Coordinate) -> Interval:
+    """Interval from the covariance: symmetric in the logarithm, or in the parameter where it may be zero."""
+    reach = threshold * error
+    if coordinate.form == "linear":
+        low, high = value - reach, value + reach
+        low_open, high_open = low <= coordinate.low, high >= coordinate.high
+        return Interval(-math.inf if low_open else low, math.inf if high_open else high, low_open, high_open)
+    if coordinate.form == "foot":
+        low, high = value - reach, value + reach
+        return Interval(max(low, 0.0), high if high < coordinate.high else math.inf, low <= 0, high >= coordinate.high)
+    factor = math.exp(min(reach / value, 700.0))
+    low, high = value / factor, value * factor
+    # a factor of the square of WIDE is beyond what a straight line says of a logarithm: the profile knows
+    low_open, high_open = low <= coordinate.low or factor > WIDE**2, high >= coordinate.high or factor > WIDE**2
+    return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
+
+
+def _nuisance(coordinate: Coordinate, value: float, interval: Interval, error: float) -> FittedParameter:
+    """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
+    name = coordinate.name
+    text, unit = {
+        "offset": ("constant force of the sensor", "N"),
+        "mass": ("inertia that the sensor carries", "kg"),
+        "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
+        "drift": ("change of the force with the load point's displacement", "N/m"),
+    }.get(name, ("state of the contact at the first sample, over its natural size", "1"))
+    low, high = interval.low, interval.high
+    if name.startswith(START):
+        low, high = max(low, coordinate.low), min(high, coordinate.high)
+    determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
+    verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
+    return FittedParameter(name, "", text, unit, value, low, high, error, verdict)

@@ -1,0 +1,301 @@
+"""What a fit found: parameters with intervals, errors by record, and what the data do not determine."""
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.identification.inference.identifiability import Identifiability, Verdict
+from vibrocap.identification.inference.uncertainty import Uncertainty
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.result.case_section import case_section, dimensionless, heading
+from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
+from vibrocap.identification.search.multistart import Start
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.scales import Scales
+
+NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
+
+
+@dataclasses.dataclass(frozen=True)
+class FittedParameter:
+    """One parameter: value, 95 % interval [low, high] (0, -inf or inf at an end that the data leave open), verdict.
+
+    unit: of the data, in SI. standard_error: from the covariance, in that unit. curve: (value, rise) of the profile;
+    the interval ends where the rise reaches `threshold`.
+    """
+
+    name: str
+    symbol: str
+    meaning: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    standard_error: float
+    verdict: Verdict
+    curve: tuple[tuple[float, float], ...] = ()
+    threshold: float = math.nan
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data determine it."""
+        return self.verdict == Verdict.DETERMINED
+
+    def __contains__(self, value: float) -> bool:
+        return self.low <= value <= self.high
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RecordResult:
+    """How a fit does on one record: measured and predicted force [n] in N over time [n] in s.
+
+    relative_rmse: root mean square error over the standard deviation of the measured force, so that 1 is what a
+    constant force would reach. held_out: the fit did not see this record. correlation_time: of the errors, in samples.
+    """
+
+    name: str
+    held_out: bool
+    time: np.ndarray
+    velocity: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    rmse: float
+    relative_rmse: float
+    correlation_time: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fit:
+    """A friction law fitted to records.
+
+    law: with the fitted parameters, ready for a case; None where every start failed (`status` says why)
+    parameters: of the law, searched ones and held ones; nuisances: of the measurement (offset, mass, states at start)
+    records: results by record, the held-out ones last
+    relative_rmse: over all fitted records together, root mean square error over the standard deviation of the force;
+    held_out_relative_rmse: the same over the held-out ones, NaN where there are none
+    samples, effective_samples: number of samples, and of independent ones (see `uncertainty`)
+    cost, unit: least cost and its unit s^2 (see `uncertainty`)
+    starts: where the search began and ended; seconds: time it took; options: how the fit was asked for
+    problem: what was minimised, for profiles, bootstraps and designs that start from here
+    """
+
+    law: Law | None
+    law_name: str
+    status: SearchStatus
+    parameters: tuple[FittedParameter, ...]
+    nuisances: tuple[FittedParameter, ...]
+    records: tuple[RecordResult, ...]
+    relative_rmse: float
+    rmse: float
+    held_out_relative_rmse: float
+    samples: int
+    effective_samples: float
+    cost: float
+    unit: float
+    identifiability: Identifiability | None
+    starts: tuple[Start, ...]
+    seconds: float
+    options: Mapping[str, Any]
+    problem: "Problem | None" = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether a law was found."""
+        return self.law is not None
+
+    def __getitem__(self, name: str) -> FittedParameter:
+        for parameter in (*self.parameters, *self.nuisances):
+            if parameter.name == name:
+                return parameter
+        raise KeyError(f"{name!r}; there are {', '.join(p.name for p in (*self.parameters, *self.nuisances))}")
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the law's searched parameters."""
+        return tuple(p.name for p in self.parameters if p.verdict != Verdict.HELD)
+
+    def summary(self) -> str:
+        """The fit as text, for a terminal."""
+        if not self.ok:
+            return f"{self.law_name}: {self.status}"
+        lines = [f"{self.law_name}: {self.status}, relative RMSE {_percent(self.relative_rmse)} ({self.rmse:.4g} N)"]
+        if not math.isnan(self.held_out_relative_rmse):
+            lines[0] += f", held out {_percent(self.held_out_relative_rmse)}"
+        head = ("value", "95 % interval", "unit", "")
+        lines += ["", *table([("parameter", *head), *map(_row, self.parameters)])]
+        if self.nuisances:
+            lines += ["", *table([("of the measurement", *head), *map(_row, self.nuisances)])]
+        rows = [
+            (r.name, f"{len(r.time):,} samples", _percent(r.relative_rmse), "held out" if r.held_out else "fitted")
+            for r in self.records
+        ]
+        lines += ["", *table([("record", "", "relative RMSE", ""), *rows])]
+        report = self.identifiability
+        if report is not None and report.sentences:
+            lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+        if self.options.get("not_shown"):
+            names = ", ".join(self.options["not_shown"])
+            lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]
+        if self.options.get("machine_stiffness") is not None:
+            spring = number(self.options["machine_stiffness"], 4)
+            lines += ["", f"Pulled through a spring of {spring} N/m, which was held."]
+        lines += [
+            "",
+            f"Relative to the standard deviation of the force. {self.samples:,} samples, {len(self.starts)} starts, "
+            f"{self.seconds:.1f} s.",
+        ]
+        return "\n".join(lines)
+
+    def save(self, folder: str | Path, scales: Scales | None = None) -> tuple[Path, Path]:
+        """Write fit.json and friction.toml into a folder, which is made; their paths.
+
+        scales: of the pendulum in whose units friction.toml is written, as a case wants it; None: in SI, as fitted.
+        Raises ValueError where the fit found no law, and for scales where the normal force is not known.
+        """
+        if not self.ok:
+            raise ValueError(f"fit: has no law to save; {self.status}")
+        assert self.law is not None
+        law = self.law if scales is None else dimensionless(self.law, scales, bool(self.options.get("known_load")))
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        paths = folder / "fit.json", folder / "friction.toml"
+        paths[0].write_text(json.dumps(as_data(self), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        paths[1].write_text(heading(scales) + case_section(law), encoding="utf-8")
+        return paths
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Problem:
+    """What a fit minimised: the prediction on all samples and on few, the loss, the minimum and its uncertainty.
+
+    Of a law whose force jumps, without the samples beside jumps (see `solution.away_from_jumps`): its minimum is a
+    little off the fit's.
+    """
+
+    prediction: Prediction
+    draft: Prediction
+    loss: Loss
+    best: Minimum
+    uncertainty: Uncertainty
+
+
+def relative_rmse(measured: Sequence[np.ndarray], predicted: Sequence[np.ndarray]) -> tuple[float, float]:
+    """(relative, absolute) root mean square error of all records together.
+
+    Relative is over the standard deviation of the measured force about its mean: sqrt(1 - R^2) of the regression.
+    """
+    if not measured:
+        return math.nan, math.nan
+    force = np.concatenate(measured)
+    rmse = float(np.sqrt(np.mean((np.concatenate(predicted) - force) ** 2)))
+    return rmse / float(np.std(force)), rmse
+
+
+def as_data(fit: Fit) -> dict[str, Any]:
+    """The fit as numbers, texts, lists and dictionaries; an open end of an interval is null, with its verdict."""
+    report = fit.identifiability
+    return {
+        "law": fit.law_name,
+        "status": str(fit.status),
+        "values": {p.name: p.value for p in fit.parameters},
+        "parameters": [_parameter(p) for p in fit.parameters],
+        "nuisances": [_parameter(p) for p in fit.nuisances],
+        "relative_rmse": _number(fit.relative_rmse),
+        "rmse_N": _number(fit.rmse),
+        "held_out_relative_rmse": _number(fit.held_out_relative_rmse),
+        "relative_to": "standard deviation of the measured force",
+        "samples": fit.samples,
+        "effective_samples": _number(fit.effective_samples),
+        "records": [
+            {
+                "name": r.name,
+                "held_out": r.held_out,
+                "samples": len(r.time),
+                "rmse_N": _number(r.rmse),
+                "relative_rmse": _number(r.relative_rmse),
+                "correlation_time_samples": _number(r.correlation_time),
+            }
+            for r in fit.records
+        ],
+        "identifiability": None
+        if report is None
+        else {
+            "verdicts": {name: str(verdict) for name, verdict in report.verdicts.items()},
+            "sentences": list(report.sentences),
+            "experiments": dict(report.experiments),
+            "directions": [
+                {"exponents": dict(each.exponents), "deviation": _number(each.deviation)} for each in report.directions
+            ],
+        },
+        "starts": [_number(each.cost) for each in fit.starts],
+        "options": {name: _plain(value) for name, value in fit.options.items()},
+        "seconds": round(fit.seconds, 3),
+        "provenance": _provenance(),
+    }
+
+
+def _parameter(p: FittedParameter) -> dict[str, Any]:
+    texts = {"name": p.name, "symbol": p.symbol, "meaning": p.meaning, "unit": p.unit, "verdict": str(p.verdict)}
+    numbers = {"value": p.value, "low": p.low, "high": p.high, "standard_error": p.standard_error}
+    return texts | {name: _number(value) for name, value in numbers.items()}
+
+
+def _provenance() -> dict[str, str]:
+    import platform
+    from importlib.metadata import version
+
+    import scipy
+
+    return {
+        "vibrocap": version("vibrocap"),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "python": platform.python_version(),
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return _number(value) if isinstance(value, float) else value
+
+
+def number(value: float, digits: int) -> str:
+    """A number to so many digits, without an exponent where it is of a common size."""
+    return f"{float(f'{value:.{digits}g}'):.6g}"
+
+
+def _row(p: FittedParameter) -> tuple[str, ...]:
+    if p.verdict == Verdict.HELD:
+        return p.name, number(p.value, 5), "held", p.unit, ""
+    note = "" if p.verdict == Verdict.DETERMINED else str(p.verdict)
+    size = max((abs(end) for end in (p.low, p.high) if math.isfinite(end)), default=abs(p.value))
+    value = 0.0 if abs(p.value) < NOTHING * size else p.value
+    return p.name, number(value, 5), f"{_end(p.low, size)} to {_end(p.high, size)}", p.unit, note
+
+
+def _end(value: float, size: float) -> str:
+    if not math.isfinite(value):
+        return "open"
+    return number(value if abs(value) >= NOTHING * size else 0.0, 4)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def table(rows: list[tuple[str, ...]]) -> list[str]:
+    """Rows of cells as lines, in columns."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return [("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip() for row in rows]

@@ -1,0 +1,116 @@
+"""Search: the coordinates of least squares, from several starts, drafted on few samples and polished on all."""
+
+import dataclasses
+import warnings
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from vibrocap.identification.problem.parameter_roles import is_gap
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.search.descent import COARSE_STOP, STOP, descent
+from vibrocap.identification.search.loss import Loss, Minimum, finite
+
+SCREENED = 32  # points looked at per start
+SHORT, LONG, POLISH = 10, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
+CARRIED = 3  # drafts that are carried on
+SCAN, REACH, LOOKS = 41, 8.0, 5  # points of a scan, its reach in coarse steps, scans at most
+DAMPED, FARTHEST = 1e-9, 100.0  # of J^T J; of another coordinate's change along a valley
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Start:
+    """One start of a multi-start search: where it began, the draft's end and its cost per sample."""
+
+    u: np.ndarray
+    end: np.ndarray
+    cost: float
+
+
+def search(
+    prediction: Prediction,
+    draft: Prediction,
+    first: Sequence[np.ndarray],
+    *,
+    starts: int,
+    loss: Loss,
+    seed: int,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Minimum, tuple[Start, ...]]:
+    """The best minimum from several starts: `first` and the best of a scrambled Sobol sequence around the last of them.
+
+    Drafts run on `draft` (the same law and coordinates, fewer samples); the best is polished on `prediction`.
+    """
+    said = progress or (lambda _: None)
+    first = list(first)[:starts]
+    begins = [np.clip(u, prediction.space.low, prediction.space.high) for u in first]
+    if starts > len(begins):
+        begins += _promising(draft, first[-1], starts - len(begins), loss, seed)
+    said(0.05)
+    drafts: list[tuple[Minimum, np.ndarray]] = []
+    for i, u in enumerate(begins):
+        drafts.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
+        said(0.05 + 0.5 * (i + 1) / len(begins))
+    drafts.sort(key=lambda each: each[0].cost)
+    rough = any(is_gap(name) for name in prediction.space.names)
+    for i in range(min(CARRIED, len(drafts))):
+        u = drafts[i][0].u
+        drafts[i] = (_scanned(draft, descent(draft, u, loss, evaluations=LONG, stop=1e-6), loss), drafts[i][1])
+        said(0.55 + 0.15 * (i + 1) / CARRIED)
+    drafts.sort(key=lambda each: each[0].cost)
+    stop = COARSE_STOP if rough else STOP
+    best = _scanned(prediction, descent(prediction, drafts[0][0].u, loss, evaluations=POLISH, stop=stop), loss)
+    said(0.8)
+    return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in drafts)
+
+
+def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:
+    """The minimum, after looks along coordinates in which the force is not smooth: there a descent ends too soon.
+
+    The others stay, or follow as the slopes say that they should; a lower point starts a new descent.
+    """
+    for j, coordinate in enumerate(prediction.space.coordinates):
+        if not is_gap(coordinate.name):
+            continue
+        for _ in range(LOOKS):
+            moves = coordinate.step * np.linspace(-REACH, REACH, SCAN)[:, None]
+            lines = [np.eye(len(best.u))[j], _valley(best, j)]
+            table = np.concatenate([best.u + moves * line for line in lines])
+            table = np.clip(table, prediction.space.low, prediction.space.high)
+            costs = loss.cost(finite(prediction.error_table(table)))
+            lowest = table[int(np.argmin(costs))]
+            if not costs.min() < best.cost:
+                break
+            again = descent(prediction, lowest, loss, evaluations=POLISH, stop=COARSE_STOP)
+            if not again.cost < best.cost:
+                break
+            best = again
+    return best
+
+
+def _valley(best: Minimum, j: int) -> np.ndarray:
+    """How all coordinates change along the valley of the cost when coordinate j changes by 1, at most as much each."""
+    line = np.linalg.solve(best.slopes.T @ best.slopes + DAMPED * np.eye(len(best.u)), np.eye(len(best.u))[j])
+    return line / line[j] if line[j] > 0 and np.abs(line).max() <= line[j] * FARTHEST else np.eye(len(best.u))[j]
+
+
+def _promising(draft: Prediction, centre: np.ndarray, count: int, loss: Loss, seed: int) -> list[np.ndarray]:
+    """The best `count` of many points around a centre, not too near to each other."""
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    spread = np.array([each.spread for each in draft.space.coordinates])
+    with warnings.catch_warnings():  # a number that is no power of two balances the sequence less well, no more
+        warnings.simplefilter("ignore")
+        points = qmc.Sobol(len(centre), rng=seed).random(max(64, SCREENED * count))
+    normal = ndtri(np.clip(points, 1e-6, 1 - 1e-6))
+    table = np.clip(centre + spread * normal, draft.space.low, draft.space.high)
+    costs = loss.cost(finite(draft.error_table(table)))
+    order = np.argsort(costs, kind="stable")
+    chosen: list[int] = []
+    for least in (1.0, 0.0):  # first those that are apart, then any
+        for i in order:
+            apart = all(np.linalg.norm(normal[i] - normal[j]) > least for j in chosen)
+            if len(chosen) < count and i not in chosen and apart:
+                chosen.append(int(i))
+    return [table[i] for i in chosen]

@@ -1,0 +1,156 @@
+"""Motions as files, NetCDF and CSV, that carry their case: such a file can be run again."""
+
+import dataclasses
+import tomllib
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
+from vibrocap.io.json_text import json_text
+from vibrocap.motion.trajectory import Trajectory
+
+UNITS = "dimensionless"
+SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"
+MEANINGS = {
+    "time": "time",
+    "angle": "pendulum angle [rad]",
+    "angle_rate": "angular velocity of the pendulum",
+    "position": "capsule position",
+    "velocity": "capsule velocity",
+    "bristle": "mean bristle deflection",
+    "friction": "friction force on the capsule",
+    "drive": "drive torque",
+    "impulse": "integral of the friction force from the start",
+    "side": "contact: 1 slides forward, -1 slides back, 0 stuck",
+}
+
+
+def columns(motion: Trajectory) -> dict[str, np.ndarray]:
+    """What is exported, by name, on the motion's time grid."""
+    if not len(motion.piece_start):  # nothing but the start was computed
+        return {"time": np.zeros(1)} | {name: np.array([value]) for name, value in motion.state.items()}
+    names = (*motion.state_names, *motion.integral_names)
+    found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
+    return found | {name: motion[name] for name in ("friction", "drive", "side")}
+
+
+def write_motion(motion: Trajectory, case: Case, path: Path) -> Path:
+    """Write a motion, with its case, to a file ending in .nc or .csv; ValueError for any other."""
+    writers: dict[str, Callable[[Trajectory, Case, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
+    if path.suffix.lower() not in writers:
+        raise ValueError(f"a motion is written to {' or '.join(writers)}, not to {str(path)!r}")
+    writers[path.suffix.lower()](motion, case, path)
+    return path
+
+
+def read_source(path: Path, **run: Any) -> Case:
+    """The case in a case file, or the one that an exported motion carries; CaseError with every complaint at once."""
+    kind = path.suffix.lower()
+    if kind not in (".nc", ".csv") or not path.is_file():
+        return read_case(path, **run)
+    text = _case_in_netcdf(path) if kind == ".nc" else _case_in_csv(path)
+    return case_from_text(text, str(path), **run)
+
+
+def _meaning(name: str) -> str:
+    return MEANINGS.get(name) or f"{name.removesuffix('_work').replace('_', ' ')}: work into the system from the start"
+
+
+def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
+    import xarray
+
+    table = columns(motion)
+    variables = {
+        name: ("time", values.astype(np.int8) if name == "side" else values, _attributes(name))
+        for name, values in table.items()
+        if name != "time"
+    }
+    variables["event_kind"] = ("event", np.array(motion.event_kinds, dtype=object), {"long_name": "kind of event"})
+    dataset = xarray.Dataset(
+        variables,
+        coords={
+            "time": ("time", table["time"], _attributes("time")),
+            "event_time": ("event", motion.event_times, {"long_name": "time of event", "units": UNITS}),
+        },
+        attrs={
+            "title": "Motion of a vibro-driven capsule",
+            "source": f"vibrocap {version('vibrocap')}",
+            "units": f"{UNITS}: {SCALES}",
+            "status": motion.status.value,
+            "status_text": motion.status.text,
+            "certificate": _certificate_text(motion),
+            "case": case_text(case),
+        },
+    )
+    dataset.to_netcdf(path, engine="h5netcdf")
+
+
+def _attributes(name: str) -> dict[str, str]:
+    return {"long_name": _meaning(name), "units": UNITS}
+
+
+def _certificate_text(motion: Trajectory) -> str:
+    return json_text(dataclasses.asdict(motion.certificate)) if len(motion.piece_start) else "null"
+
+
+def _write_csv(motion: Trajectory, case: Case, path: Path) -> None:
+    """A header of comments, which without their `# ` are the case and the section [result] in TOML, then the table."""
+    table = columns(motion)
+    result = {
+        "source": f"vibrocap {version('vibrocap')}",
+        "status": motion.status.value,
+        "status_text": motion.status.text,
+        "certificate": " ".join(_certificate_text(motion).split()),
+        "scales": SCALES,
+    }
+    header = case_text(case).splitlines()
+    header += ["", "[result]", *(f"{key} = '''{value}'''" for key, value in result.items())]
+    header += ["", "[result.units]", *(f'{name} = "{UNITS}"' for name in table)]
+    header += ["", "[result.meaning]", *(f'{name} = "{_meaning(name)}"' for name in table)]
+    lists = [
+        [str(int(x)) for x in table[name]] if name == "side" else map(repr, table[name].tolist()) for name in table
+    ]
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(f"# {line}".rstrip() + "\n" for line in header)
+        file.write(",".join(table) + "\n")
+        file.writelines(",".join(row) + "\n" for row in zip(*lists, strict=True))
+
+
+def _case_in_csv(path: Path) -> str:
+    header = []
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            for line in file:
+                if not line.startswith("#"):
+                    break
+                header.append(line.removeprefix("#").removeprefix(" "))
+    except UnicodeDecodeError:
+        raise CaseError(["is not a text file in UTF-8"], str(path)) from None
+    text = "".join(header)
+    case, _, _ = text.partition("\n[result]\n")
+    try:
+        if tomllib.loads(case):
+            return case
+    except tomllib.TOMLDecodeError:
+        pass
+    raise CaseError(["carries no case: a CSV file of vibrocap begins with it, as comments"], str(path))
+
+
+def _case_in_netcdf(path: Path) -> str:
+    try:
+        import h5netcdf
+    except ImportError:
+        raise CaseError(
+            ["needs h5netcdf to be read; install it with: pip install 'vibrocap[export]'"], str(path)
+        ) from None
+    try:
+        with h5netcdf.File(path, "r") as file:
+            if "case" in file.attrs:
+                return str(file.attrs["case"])
+    except OSError:
+        raise CaseError(["is not a NetCDF 4 file"], str(path)) from None
+    raise CaseError(["carries no case: it was not written by vibrocap"], str(path))

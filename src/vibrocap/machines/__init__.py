@@ -1,1 +1,0 @@
-"""Machines, one per file."""

@@ -1,0 +1,291 @@
+"""ensemble(system, over, ...): one run per entry of equally long lists of parameters, a few numbers of each."""
+
+import copy
+import functools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_number, suggestion
+from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
+from vibrocap.measures.gathered import Gathered
+from vibrocap.measures.measure import Measure, own_integrands
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.simulate import STATUSES, check_run, initial_state
+from vibrocap.motion.trajectory import Status
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.run import ensemble as numerics
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.system import PARTS, System
+
+CHUNK = 32_768  # runs in memory at a time, some 40 MB
+CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
+DEVICES = ("cpu", "cuda")
+MOST_PERIODS = 2**31 - 1
+INITIAL = "initial."
+ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
+# Index into list(Status) by the number that the kernel gives.
+STATUS_CODES = np.zeros(max(STATUSES) + 1, dtype=np.int8)
+for _number, _status in STATUSES.items():
+    STATUS_CODES[_number] = list(Status).index(_status)
+FINISHED = list(Status).index(Status.FINISHED)
+
+
+def ensemble(
+    system: System,
+    over: Mapping[str, Any],
+    *,
+    measures: Sequence[str | Measure] = ("mean_velocity",),
+    initial: Mapping[str, float] | None = None,
+    periods: int = 60,
+    window: int = 10,
+    settle: float | None = None,
+    tolerance: float = 1e-8,
+    max_events_per_period: int = 10_000,
+    max_steps: int = 50_000_000,
+    threads: int | None = None,
+    device: str = "cpu",
+    progress: Callable[[int], None] | None = None,
+) -> dict[str, np.ndarray]:
+    """Many runs of one machine, law and drive, of each of which only measures are kept.
+
+    over: values by parameter path ("machine.mass_ratio") or initial state ("initial.angle"), [runs] each
+    measures: names of `measure_table()`, or measures of one's own
+    initial: start of all runs by state; what is not named starts at zero
+    periods: whole drive periods, the budget of a run
+    window: whole drive periods at the end of the budget over which is measured where nothing settles
+    settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
+        as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
+        period (one or more drive periods) more
+    tolerance: error per step, relative to the natural size of each state
+    threads: at most so many; by default all cores that the process may use
+    device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
+    progress: called now and then, from any thread, with the number of runs begun
+
+    Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
+    0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
+    measures, NaN (for "word" an empty text) where the run failed.
+
+    The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
+    those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
+    """
+    start = initial_state(system, initial)
+    asked, needed = resolved(measures)
+    check_travel(needed, system)
+    columns = _columns(system, over)
+    check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
+    check_whole("periods", periods, 1, MOST_PERIODS)
+    check_whole("window", window, 1, int(periods))
+    check_whole("threads", 1 if threads is None else threads, 1, 2**16)
+    if device not in DEVICES:
+        raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
+    if device == "cuda":
+        from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
+
+        problem = cuda_problem()
+        if problem is not None:
+            raise ValueError(problem)
+        run_all: Callable = cuda_ensemble_run
+    else:
+        run_all = functools.partial(numerics.ensemble_run, threads=threads)
+    check_threshold("settle", settle)
+    _check_values(system, columns)
+    budget = numerics.Budget(
+        periods=int(periods),
+        window=int(window),
+        threshold=float(settle or 0.0),
+        tolerance=float(tolerance),
+        max_events_per_period=int(max_events_per_period),
+        max_steps=int(max_steps),
+        asked=asked_groups(needed),
+    )
+    runs = len(next(iter(columns.values())))
+    found: dict[str, np.ndarray] = {}
+    done = 0
+    for chosen in _chunks(system, columns, CARD_CHUNK if device == "cuda" else CHUNK):
+        base = done
+        part = _measured(
+            system,
+            {path: column[chosen] for path, column in columns.items()},
+            start,
+            budget,
+            needed,
+            run_all,
+            None if progress is None else lambda begun, base=base: progress(base + begun),
+        )
+        for name in (*ALWAYS, *(measure.name for measure in asked)):
+            if name not in found:
+                found[name] = np.empty(runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype)
+            found[name][chosen] = part[name]
+        done += len(chosen)
+    return {name: column.astype(str) if column.dtype == object else column for name, column in found.items()}
+
+
+def _measured(
+    system: System,
+    columns: Mapping[str, np.ndarray],
+    start: Mapping[str, float],
+    budget: numerics.Budget,
+    needed: Sequence[Measure],
+    run_all: Callable,
+    progress: Callable[[int], None] | None,
+) -> dict[str, np.ndarray]:
+    """Status and measures of runs that all have equations of one form."""
+    runs = len(next(iter(columns.values())))
+    one = _system_of_run(system, columns, 0)
+    recording = equations(one)
+    parameters = np.tile(parameter_values(one), (runs, 1))
+    states = np.tile(list(start.values()), (runs, 1))
+    for path, column in columns.items():
+        if path.startswith(INITIAL):
+            states[:, recording.state_names.index(path.removeprefix(INITIAL))] = column
+        elif path in recording.parameter_paths:
+            parameters[:, recording.parameter_paths.index(path)] = column
+    integrands = own_integrands(needed, recording)
+    layout, results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
+    period = np.broadcast_to(evaluate([recording.period], 0.0, states.T, 1.0, parameters.T)[0], (runs,))
+    status = STATUS_CODES[results[:, 0].astype(np.int64)]
+    finished = status == FINISHED
+    gathered = Gathered(
+        one, layout, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold
+    )
+    everything = Gathered(one, layout, results, period, np.zeros(runs, bool), budget.threshold)
+    begun = everything.head("window_start") >= 0
+    found = {
+        "status": status,
+        "settled": everything.settled,
+        "response_period": everything.head("response_period").astype(np.int16),
+        "window_start": everything.head("window_start").astype(np.int32),
+        "window_periods": np.where(begun, everything.periods, 0).astype(np.int32),
+    }
+    for name, value in values(needed, gathered).items():
+        if name not in found:
+            found[name] = np.full(runs, "" if value.dtype.kind == "U" else np.nan, dtype=value.dtype)
+            found[name][finished] = value
+    return found
+
+
+def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The values that vary, as arrays [runs]: of numbers, or of objects where some are text."""
+    if not isinstance(over, Mapping) or not over:
+        raise ValueError(f"over should name at least one parameter or initial state with its values, got {over!r}")
+    known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))
+    columns: dict[str, np.ndarray] = {}
+    for path, given in over.items():
+        if path not in known:
+            near = suggestion(path, known, cutoff=0.0)
+            raise ArgumentError("over", f"{path!r} is neither a parameter nor an initial state; {near}")
+        columns[path] = _column(path, given)
+    lengths = {path: len(column) for path, column in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise ValueError(f"over: every list should have one value per run, got lists of lengths {lengths}")
+    if 0 in lengths.values():
+        raise ValueError(f"over: {next(iter(lengths))} should have at least one value")
+    return columns
+
+
+def _column(path: str, given: Any) -> np.ndarray:
+    """Values of one path as an array of numbers, or of objects where some are text."""
+    if not isinstance(given, np.ndarray):
+        try:
+            given = np.array(list(given), dtype=object)
+        except TypeError:
+            raise ValueError(f"{path}: should be a list of values, one per run, got {given!r}") from None
+    if given.ndim != 1:
+        raise ValueError(f"{path}: should be a list of values, one per run, got an array of shape {given.shape}")
+    if given.dtype.kind in "OU":
+        text = np.array([isinstance(value, str) for value in given], dtype=bool)
+        may_be_text = not path.startswith(INITIAL)
+        for run, value in enumerate(given):
+            if not (is_number(value) or (may_be_text and isinstance(value, str))):
+                raise ValueError(f"{path}: should be numbers, got {value!r} for run {run}")
+        if text.any():
+            return np.array([str(v) if t else float(v) for v, t in zip(given, text, strict=True)], dtype=object)
+    elif given.dtype.kind not in "fiu":
+        raise ValueError(f"{path}: should be numbers, got an array of {given.dtype}")
+    column = given.astype(float)
+    wrong = np.flatnonzero(~np.isfinite(column))
+    if len(wrong):
+        raise ValueError(f"{path}: should be finite numbers, got {column[wrong[0]]} for run {wrong[0]}")
+    return column
+
+
+def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
+    """ValueError for values that a part refuses.
+
+    Bounds of single fields are intervals, so the runs with the extremes of each column tell of all; a part that
+    compares its fields is made for every combination that they take.
+    """
+    runs: dict[int, None] = {}
+    for column in columns.values():
+        kinds = np.unique(column.astype(str), return_index=True)[1] if column.dtype == object else ()
+        runs |= dict.fromkeys((0, *map(int, kinds)))
+        if column.dtype != object:
+            runs |= dict.fromkeys((int(column.argmin()), int(column.argmax())))
+    for part in PARTS:
+        paths = [path for path in columns if path.startswith(f"{part}.")]
+        if paths and type(getattr(system, part)).__pydantic_decorators__.model_validators:
+            rows = np.column_stack([columns[path] for path in paths]).astype(float)
+            runs |= dict.fromkeys(map(int, np.unique(rows, axis=0, return_index=True)[1]))
+    for run in runs:
+        try:
+            _system_of_run(system, columns, run)
+        except ValidationError as error:
+            problem = error.errors()[0]
+            part = next((part for part in PARTS if type(getattr(system, part)).__name__ == error.title), error.title)
+            wanted = problem["msg"].removeprefix("Value error, ").replace("Input should", "should")
+            if problem["loc"]:  # else the part itself compared two fields, and named both
+                wanted = f"{problem['loc'][0]}: {wanted}, got {problem['input']!r}"
+            raise ValueError(f"{part}.{wanted} for run {run}") from None
+        except ValueError as error:
+            raise ValueError(f"{error} for run {run}") from None
+
+
+def _system_of_run(system: System, columns: Mapping[str, np.ndarray], run: int) -> System:
+    """The system of one run."""
+    given = {path: column[run] for path, column in columns.items() if not path.startswith(INITIAL)}
+    given = {path: value if isinstance(value, str) else float(value) for path, value in given.items()}
+    return system.with_parameters(given)
+
+
+def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Iterator[np.ndarray]:
+    """Indices of runs that have equations of one form, not too many at a time."""
+    group = np.zeros(len(next(iter(columns.values()))), dtype=np.int64)
+    for path, column in columns.items():
+        part, _, name = path.partition(".")
+        shape = () if part == "initial" else getattr(getattr(system, part), "shape_parameters", ())
+        if column.dtype == object:
+            keys = np.array([value if isinstance(value, str) else "" for value in column])
+        elif name in shape:
+            keys = np.where(column == np.floor(column), column, np.inf)  # what is not whole is a number like others
+        else:
+            continue
+        different, which = np.unique(keys, return_inverse=True)
+        group = group * len(different) + which
+    for form in np.unique(group):
+        members = np.flatnonzero(group == form)
+        for first in range(0, len(members), size):
+            yield members[first : first + size]
+
+
+def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Whether each run has the half-period symmetry (`System.mirrored`)."""
+    runs = len(next(iter(columns.values())))
+    paths = [path for path in columns if path.startswith("drive.")]
+    for part, contract in (("friction", Law), ("machine", Machine)):
+        if type(getattr(system, part)).symmetric is not contract.symmetric:
+            paths += [path for path in columns if path.startswith(f"{part}.")]
+    if not paths:
+        return np.full(runs, system.mirrored)
+    rows, which = np.unique(np.column_stack([columns[path] for path in paths]), axis=0, return_inverse=True)
+    varied = System(*(copy.copy(getattr(system, part)) for part in PARTS))
+    mirrored = np.empty(len(rows), dtype=bool)
+    for k, row in enumerate(rows):
+        for path, value in zip(paths, row, strict=True):
+            part, name = path.split(".", 1)
+            object.__setattr__(getattr(varied, part), name, float(value))  # checked before
+        mirrored[k] = varied.mirrored
+    return mirrored[which.ravel()]

@@ -1,0 +1,176 @@
+"""A system's equations, recorded: from scalar physics to the graph that the numerics compile."""
+
+import dataclasses
+import functools
+from typing import Any
+
+from vibrocap.numerics.expressions.balance import Balance
+from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import PARTS, System
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Equations:
+    """Recorded equations of all systems of one form; their numbers are in the parameter vector.
+
+    rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
+    friction); hold and limit: None where the contact cannot stick.
+    """
+
+    graph: Graph
+    state_names: tuple[str, ...]
+    integral_names: tuple[str, ...]
+    parameter_paths: tuple[str, ...]
+    rates: tuple[Expression, ...]
+    integrals: tuple[Expression, ...]
+    scales: tuple[Expression, ...]
+    contact_velocity: Expression
+    contact_state: int
+    internal_states: tuple[int, ...]  # of the law, without those that change at events only
+    cyclic_state: int  # -1: none
+    symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
+    period: Expression
+    hold: Expression | None  # over the middle of what the contact can hold
+    limit: Expression | None
+    switches: tuple[Expression, ...]  # guards of the pieces of the law
+    after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
+    after_reversal: tuple[Expression, ...]  # states
+    kinked: bool
+    observables: dict[str, Expression]
+    base: int  # states of the motion itself; tangents may follow them
+    balance: Balance | None  # of momentum, where it gives the acceleration of the contact
+    guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
+
+
+def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
+    """Whether a parameter is a number of the parameter vector; if not, its value belongs to the equations' form."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return not (name in getattr(law_or_part, "shape_parameters", ()) and value == int(value))
+
+
+@functools.lru_cache(maxsize=256)
+def parameter_values(system: System) -> tuple[float, ...]:
+    """The parameter vector of a system, in the order of `Equations.parameter_paths`."""
+    return tuple(float(value) for _, value in _recorded_parameters(system))
+
+
+def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
+    found = []
+    for part in PARTS:
+        record = getattr(system, part)
+        for info in parameter_table(record):
+            value = getattr(record, info.name)
+            if is_recorded(record, info.name, value):
+                found.append((f"{part}.{info.name}", value))
+    return found
+
+
+def form(system: System) -> tuple:
+    """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
+    result = []
+    for part in PARTS:
+        record = getattr(system, part)
+        fixed = tuple(
+            (info.name, getattr(record, info.name))
+            for info in parameter_table(record)
+            if not is_recorded(record, info.name, getattr(record, info.name))
+        )
+        result.append((type(record), fixed))
+    return tuple(result)
+
+
+@functools.lru_cache(maxsize=256)
+def equations(system: System) -> Equations:
+    """Record the equations of a system; systems of one form share them."""
+    return _equations(form(system), _Unhashed(system))
+
+
+class _Unhashed:
+    """Carries a system past the cache key: systems of one form are equal here."""
+
+    def __init__(self, system: System):
+        self.system = system
+
+    def __hash__(self):
+        return 0
+
+    def __eq__(self, other):
+        return True
+
+
+@functools.lru_cache(maxsize=64)
+def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
+    system = carrier.system
+    graph = Graph()
+    paths = tuple(path for path, _ in _recorded_parameters(system))
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
+    recorded = object.__new__(System)
+    for part in PARTS:
+        object.__setattr__(recorded, part, _with_symbols(part, getattr(system, part), symbols))
+    y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
+    flow = recorded.flow(graph.node("time"), y, graph.node("side"))
+    expression = graph.expression
+    scales = recorded.scales()
+    internal_rates = dict(zip(system.friction.internal, flow.rates[len(system.machine.states) :], strict=True))
+    mechanical = y[: len(system.machine.states)]
+    observables = {
+        "friction": flow.friction,
+        "holding_force": flow.holding_force,
+        "contact_velocity": flow.contact_velocity,
+        "drive": flow.drive,
+        "energy": flow.energy,
+        "contact_energy": flow.contact_energy,
+        "momentum": recorded.machine.momentum(graph.node("time"), mechanical),
+        **{f"{name}_rate": rate for name, rate in internal_rates.items()},
+    }
+    contact = system.state_names.index(system.machine.contact_state)
+    side = graph.node("side")
+    balance = Balance(
+        momentum=expression(observables["momentum"]),
+        outer=expression(flow.outer_force),
+        friction=expression(flow.sliding_friction),
+        share=expression(1.0) if flow.holding_limit is None else side * side,
+        acceleration=expression(flow.rates[contact]),
+    )
+    if type(system.machine).outer_force is not Machine.outer_force:
+        observables["outer_force"] = recorded.machine.outer_force(graph.node("time"), mechanical, flow.drive)
+    return Equations(
+        graph=graph,
+        state_names=system.state_names,
+        integral_names=(*system.channels, "impulse"),
+        parameter_paths=paths,
+        rates=tuple(expression(rate) for rate in flow.rates),
+        integrals=tuple(expression(power) for power in (*flow.powers, flow.friction)),
+        scales=tuple(expression(scale) for scale in scales),
+        contact_velocity=expression(flow.contact_velocity),
+        contact_state=system.state_names.index(system.machine.contact_state),
+        internal_states=tuple(
+            i
+            for i, name in enumerate(system.state_names[len(mechanical) :], start=len(mechanical))
+            if name not in system.friction.switched
+        ),
+        cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
+        symmetry=system.symmetry,
+        period=expression(recorded.drive.period),
+        hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
+        limit=None if flow.holding_limit is None else expression(flow.holding_limit),
+        switches=tuple(expression(guard) for guard in flow.switches),
+        after_switch=tuple(tuple(map(expression, (*mechanical, *states))) for states in flow.after_switch),
+        after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
+        kinked=system.friction.kind == "kinked",
+        observables={name: expression(value) for name, value in observables.items()},
+        base=len(flow.rates),
+        balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
+    )
+
+
+def _with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:
+    """The same record with its numbers replaced by symbols."""
+    copy = object.__new__(type(record))
+    for info in parameter_table(record):
+        value = symbols.get(f"{part}.{info.name}", getattr(record, info.name))
+        object.__setattr__(copy, info.name, value)
+    return copy

@@ -1,0 +1,222 @@
+"""All attractors of a system: what many starts lead to, each once, and how many of them each attracts."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.orbits.attractors.classification import (
+    CLOUD,
+    MotionClass,
+    class_of_iterates,
+    class_of_orbit,
+    mirrored_cloud,
+    same_set,
+    within_set,
+)
+from vibrocap.orbits.attractors.starts import Ranges, checked_ranges, spread_starts, visited_ranges
+from vibrocap.orbits.closing.attractor_matching import (
+    OrbitPoints,
+    mirrored_points,
+    nearest,
+    orbit_points,
+    orbits_reached,
+)
+from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.physics.system import System
+
+# What a start leads to, where that is none of the attractors.
+NOT_SETTLED, FAILED, NOT_TOLD = -2, -3, -4
+MOST_SHOT = 100  # settled motions that are shot: more of them are a continuum, such as the rests of a block
+SEVERAL = 3  # runs that lead to an orbit which is no sample of a continuum
+MOST_CLOUDS = 32  # unsettled runs whose iterates are gathered; the others are compared with these
+FEW = 64  # iterates of each of those others
+EXPONENT_PERIODS = 1000  # over which a motion that did not settle is looked at
+
+
+@dataclasses.dataclass(frozen=True)
+class Attractor:
+    """A motion to which starts lead.
+
+    motion: its class, with its drift, orbit or exponents; starts: how many lead to it; share: of all starts
+    twin: index of its mirror twin among the attractors, its own where it is symmetric; None where the system has no
+        such symmetry or no start was seen to lead to the twin
+    """
+
+    motion: MotionClass
+    starts: int
+    share: float
+    twin: int | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Attractors:
+    """The attractors of a system, that with most starts first, and where each start led.
+
+    starts: [starts, states]; label: [starts] index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4):
+        settled, but there are too many different motions to tell them apart (a continuum of rests)
+    ranges: of the states in which the starts are spread; settle_periods: most drive periods that a run was given
+    """
+
+    system: System
+    attractors: tuple[Attractor, ...]
+    starts: np.ndarray
+    label: np.ndarray
+    ranges: Mapping[str, tuple[float, float]]
+    settle_periods: int
+
+    def share(self, label: int) -> float:
+        """Share of the starts with a label."""
+        return float(np.mean(self.label == label))
+
+
+def attractors(
+    system: System,
+    starts: int = 1000,
+    ranges: Ranges | None = None,
+    *,
+    initial: Mapping[str, float] | None = None,
+    settle_periods: int = 500,
+    tolerance: float = 1e-12,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Attractors:
+    """The attractors that starts spread over ranges of the states lead to.
+
+    All starts run side by side until they settle. Settled runs are polished by shooting, one for each orbit: the n
+    states in which an orbit of period n passes the section are one attractor, and an orbit that is the mirror image of
+    another is its twin. Those that do not settle are grouped by the sets that they fill there and classified by
+    their largest Lyapunov exponent and the 0-1 test; what is neither chaotic nor quasi-periodic stays NOT_SETTLED.
+
+    starts: how many, of low discrepancy (the first thousand of two thousand are the same thousand)
+    ranges: {state: (low, high)}; by default all states, as far as motions from within two natural sizes visit them
+    initial: values of the states that have no range
+    settle_periods: most drive periods of a run; tolerance: of the orbits, see `orbit`
+    progress: called now and then, from any thread, with the share of the starts that have begun
+
+    An attractor with a small basin may be missed: one of the share s is, with the probability exp(-s starts).
+    Raises ValueError naming the argument; so it does for a system that nothing drives in time.
+    """
+    start = np.array(list(initial_state(system, initial).values()))
+    check_whole("starts", starts, 1, 10_000_000)
+    given = None if ranges is None else checked_ranges("ranges", system, ranges)
+    check_whole("settle_periods", settle_periods, 10, 10**7)
+    check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
+    map_ = driven_map(system, tolerance, threads)
+    ranges = visited_ranges(map_, start) if given is None else given
+    states = spread_starts(map_, start, ranges, starts)
+    runs = settling_runs(map_, states, np.tile(map_.parameters(), (starts, 1)), settle_periods, progress=progress)
+    found, label, _ = attractors_of(map_, runs, settle_periods)
+    return Attractors(system, found, states, label, ranges, settle_periods)
+
+
+def attractors_of(
+    map_: StroboscopicMap, runs: SettlingRuns, periods: int
+) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
+    """(attractors, label [runs], the runs) of runs of one system that have ended; a few may have to go on."""
+    orbits, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
+    settled = runs.response_period > 0
+    waiting = np.flatnonzero(runs.finished & ~settled)
+    continuum = bool(np.any(settled & (which < 0)))
+    if continuum:  # orbits that a run or two lead to are samples of it
+        orbits, which = _those_with_most(orbits, which)
+    label = np.where(which >= 0, which, np.where(settled, NOT_TOLD, FAILED))
+    motions, places = [class_of_orbit(each.orbit) for each in orbits], list(range(len(orbits)))
+    groups, members = _wandering(map_, runs.state[waiting])
+    label[waiting] = NOT_SETTLED
+    for motion, among in zip(groups, members, strict=True):
+        if motion.kind in ("failed", "not settled"):
+            label[waiting[among]] = FAILED if motion.kind == "failed" else NOT_SETTLED
+            continue
+        if continuum and motion.orbit is not None:
+            label[waiting[among]] = NOT_TOLD
+            continue
+        orbit = None if motion.orbit is None else orbit_points(map_, motion.orbit)
+        known = None if orbit is None else nearest(orbit.points, orbits)
+        label[waiting[among]] = len(motions) if known is None else places[known]
+        if known is None:
+            if orbit is not None:
+                orbits.append(orbit)
+                places.append(len(motions))
+            motions.append(motion)
+    twins = _twins(map_, motions)
+    counts = [int(np.sum(label == k)) for k in range(len(motions))]
+    order = sorted(range(len(motions)), key=lambda k: -counts[k])
+    place = {k: new for new, k in enumerate(order)}
+    twin = [None if other is None else place[other] for other in (twins[k] for k in order)]
+    found = tuple(
+        Attractor(motions[k], counts[k], counts[k] / max(len(label), 1), other)
+        for k, other in zip(order, twin, strict=True)
+    )
+    moved = np.array([*(place[k] for k in range(len(motions))), 0], dtype=int)
+    return found, np.where(label >= 0, moved[np.maximum(label, -1)], label), runs
+
+
+def _those_with_most(orbits: list[OrbitPoints], which: np.ndarray) -> tuple[list[OrbitPoints], np.ndarray]:
+    """(orbits to which at least `SEVERAL` runs lead, index of that of each run); -1: none of these."""
+    kept = [k for k in range(len(orbits)) if np.sum(which == k) >= SEVERAL]
+    place = np.full(len(orbits) + 1, -1)
+    place[kept] = np.arange(len(kept))
+    return [orbits[k] for k in kept], place[which]
+
+
+def _wandering(map_: StroboscopicMap, states: np.ndarray) -> tuple[list[MotionClass], list[np.ndarray]]:
+    """(classes of motions that did not settle, indices of the runs of each) by the sets that they fill."""
+    count = len(states)
+    if not count:
+        return [], []
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_CLOUDS)).round().astype(int))
+    rows = np.tile(map_.parameters(), (count, 1))
+    gathered = iterates(map_, states[chosen], rows[: len(chosen)], CLOUD)
+    clouds: list[np.ndarray] = []
+    heads: list[int] = []
+    which = np.full(count, -1)
+    for k, run in enumerate(chosen):
+        cloud = map_.section(gathered[:, k])
+        if not np.all(np.isfinite(cloud)):
+            continue
+        known = [g for g, other in enumerate(clouds) if same_set(cloud, other)]
+        which[run] = known[0] if known else len(clouds)
+        if not known:
+            clouds.append(cloud)
+            heads.append(k)
+    others = np.setdiff1d(np.arange(count), chosen)
+    short = map_.section(iterates(map_, states[others], rows[: len(others)], FEW))
+    for k, run in enumerate(others):
+        if np.all(np.isfinite(short[:, k])):
+            which[run] = next((g for g, cloud in enumerate(clouds) if within_set(short[:, k], cloud)), -1)
+    found, members = [], []
+    for g, head in enumerate(heads):
+        later = iterates(map_, gathered[-1, head : head + 1], rows[:1], EXPONENT_PERIODS)
+        found.append(class_of_iterates(map_, later[:, 0]))
+        members.append(np.flatnonzero(which == g))
+    return found, members
+
+
+def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None]:
+    """Index of the mirror twin of each motion, its own where it is symmetric; None where there is none among them."""
+    if not map_.system.mirrored:
+        return [None] * len(motions)
+    points = {k: orbit_points(map_, each.orbit) for k, each in enumerate(motions) if each.orbit is not None}
+    clouds = {k: _cloud(map_, motion) for k, motion in enumerate(motions) if motion.orbit is None}
+    found: list[int | None] = []
+    for k, motion in enumerate(motions):
+        if motion.symmetric:
+            found.append(k)
+        elif k in points:
+            image = mirrored_points(map_, points[k])
+            place = None if image is None else nearest(image, list(points.values()))
+            found.append(None if place is None else list(points)[place])
+        else:
+            image = mirrored_cloud(map_, clouds[k])
+            found.append(next((j for j in clouds if j != k and same_set(image, map_.section(clouds[j]))), None))
+    return found
+
+
+def _cloud(map_: StroboscopicMap, motion: MotionClass) -> np.ndarray:
+    """Many iterates of an aperiodic motion [periods, states]."""
+    state = np.array([list(motion.state.values())])
+    return iterates(map_, state, map_.parameters()[None], CLOUD)[:, 0]

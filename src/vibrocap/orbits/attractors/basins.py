@@ -1,0 +1,180 @@
+"""Basins: which way each start of a plane travels in the end, and which attractor it leads to."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
+from vibrocap.orbits.attractors.starts import check_state, visited_ranges
+from vibrocap.orbits.maps.drive_phase import at_next_section
+from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.parameter_range import checked_pair
+from vibrocap.physics.system import System
+
+PHASE = "phase"
+STILL = 1e-6  # drift per drive period below which a settled motion that was not shot does not travel
+SURE = 3.0  # standard errors by which the mean drift of an aperiodic motion differs from none
+FORWARD, NO_TRAVEL, BACK = 1, 0, -1
+MOST_STARTS = 10_000_000
+
+
+@dataclasses.dataclass(frozen=True)
+class Basins:
+    """Where the starts of a plane lead; arrays [x, y].
+
+    axes: names of both axes, states or "phase"; x, y: their values, the middles of cells
+    phase: where in the drive's period the starts are, as a share of it, unless it is an axis
+    initial: values of the other states
+    direction: 1 forward, 0 no travel, -1 back; or, as in `label`, NOT_SETTLED (-2), FAILED (-3)
+    label: index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4), see `Attractors`
+    drift: of the motion in the end, per drive period; NaN where it is not known
+    attractors: that with most starts first
+    """
+
+    system: System
+    axes: tuple[str, str]
+    x: np.ndarray
+    y: np.ndarray
+    phase: float
+    initial: Mapping[str, float]
+    direction: np.ndarray
+    label: np.ndarray
+    drift: np.ndarray
+    attractors: tuple[Attractor, ...]
+    settle_periods: int
+
+
+def basins(
+    system: System,
+    plane: Mapping[str, tuple[float, float] | None] | Sequence[str],
+    resolution: int | tuple[int, int] = 200,
+    *,
+    phase: float = 0.0,
+    initial: Mapping[str, float] | None = None,
+    settle_periods: int = 500,
+    tolerance: float = 1e-12,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Basins:
+    """Basins of direction on a plane of starts, such as {"angle": (-3, 3), "angle_rate": (-3, 3)}.
+
+    plane: two axes with (low, high) each: states, or "phase", where in the drive's period a run starts as a share of
+        it (0.25: a quarter after the start). Without a range, as in ("angle", "phase"), a state's is what motions visit
+        (as in `attractors`), the phase's a whole period. Runs start in the middles of equal cells
+    resolution: cells along both axes, or along each
+    phase: that share for all runs, where it is no axis; initial: values of the other states
+    settle_periods, tolerance, progress: as in `attractors`, whose attractors are those of these starts
+
+    In a system with the half-period symmetry the basins are their own mirror image: the mirrored start half a period
+    later leads to the mirror twin.
+    Raises ValueError naming the argument; so it does for a system that nothing drives in time, or without a coordinate
+    along which it travels.
+    """
+    start = initial_state(system, initial)
+    axes, given = _checked_plane(system, plane)
+    counts = _checked_resolution(resolution)
+    if isinstance(phase, (bool, str)) or not math.isfinite(phase):
+        raise ValueError(f"phase should be a finite share of the drive's period, got {phase!r}")
+    check_whole("settle_periods", settle_periods, 10, 10**7)
+    check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
+    map_ = driven_map(system, tolerance, threads)
+    visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}
+    ranges = [
+        pair or (0.0, 1.0) if name == PHASE else pair or visited[name] for name, pair in zip(axes, given, strict=True)
+    ]
+    values = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, counts, strict=True)]
+    across = [each.ravel() for each in np.meshgrid(*values, indexing="ij")]
+    states = np.tile(list(start.values()), (counts[0] * counts[1], 1))
+    phases = np.full(len(states), float(phase))
+    for name, each in zip(axes, across, strict=True):
+        if name == PHASE:
+            phases = each
+        else:
+            states[:, system.state_names.index(name)] = each
+    runs = started_anywhere(map_, states, phases, settle_periods, progress)
+    found, label, runs = attractors_of(map_, runs, settle_periods)
+    drift = _drifts(found, label, runs)
+    shape = (counts[0], counts[1])
+    return Basins(
+        system=system,
+        axes=axes,
+        x=values[0],
+        y=values[1],
+        phase=float(phase),
+        initial={name: value for name, value in start.items() if name not in axes},
+        direction=_directions(found, label, drift).reshape(shape),
+        label=label.reshape(shape),
+        drift=drift.reshape(shape),
+        attractors=found,
+        settle_periods=settle_periods,
+    )
+
+
+def started_anywhere(
+    map_: StroboscopicMap,
+    states: np.ndarray,
+    phases: np.ndarray,
+    periods: int,
+    progress: Callable[[float], None] | None = None,
+) -> SettlingRuns:
+    """Runs from states at phases of the drive [runs], until they settle."""
+    rows = np.tile(map_.parameters(), (len(states), 1))
+    marked, ended = at_next_section(map_, states, rows, phases)
+    going = ended == memory.DONE
+    parts = settling_runs(map_, marked[going], rows[going], periods, progress=progress)
+    state, ended = marked.copy(), ended.copy()
+    response, drift = np.zeros(len(states), dtype=int), np.full(len(states), np.nan)
+    state[going], ended[going], response[going], drift[going] = (
+        parts.state, parts.ended, parts.response_period, parts.drift
+    )  # fmt: skip
+    return SettlingRuns(state, ended, response, drift)
+
+
+def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns) -> np.ndarray:
+    """Drift per drive period: that of the attractor, or of the run where it settled to one of too many."""
+    known = np.array([math.nan if each.motion.drift is None else each.motion.drift for each in found] + [math.nan])
+    return np.where(label >= 0, known[np.maximum(label, -1)], np.where(label == NOT_TOLD, runs.drift, math.nan))
+
+
+def _directions(found: tuple[Attractor, ...], label: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    """Sign of the drift; NOT_SETTLED or FAILED where there is none to speak of."""
+    least = [STILL if each.motion.orbit is not None else SURE * each.motion.drift_error for each in found]
+    bound = np.array([*least, STILL])[np.maximum(label, -1)]
+    sign = np.where(np.abs(drift) > bound, np.sign(np.nan_to_num(drift)), NO_TRAVEL)
+    return np.where((label >= 0) | (label == NOT_TOLD), sign, label).astype(np.int8)
+
+
+def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tuple[float, float] | None]]:
+    """(names, ranges as given) of two axes; ValueError for anything else."""
+    if system.machine.cyclic is None:
+        raise ValueError(
+            f"system: a {system.machine.name} is held to its place, so that it has no direction of travel; "
+            "attractors(system) tells what starts lead to"
+        )
+    if isinstance(plane, (tuple, list)) and all(isinstance(name, str) for name in plane):
+        plane = dict.fromkeys(plane)
+    if not isinstance(plane, Mapping) or len(plane) != 2:
+        raise ValueError(f'plane should name two states, or one and "phase", with (low, high) each, got {plane!r}')
+    for name in plane:
+        if name != PHASE:
+            check_state("plane", system, name)
+    first, second = plane
+    pairs = [None if pair is None else checked_pair(f"plane: {name}", pair) for name, pair in plane.items()]
+    return (first, second), pairs
+
+
+def _checked_resolution(resolution: Any) -> tuple[int, int]:
+    pair = (resolution, resolution) if isinstance(resolution, (int, np.integer)) else resolution
+    whole = isinstance(pair, (tuple, list, np.ndarray)) and len(pair) == 2
+    if not whole or not all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 1 for n in pair):
+        raise ValueError(f"resolution should be one or two whole numbers >= 1, got {resolution!r}")
+    if pair[0] * pair[1] > MOST_STARTS:
+        raise ValueError(f"resolution: {pair[0]} x {pair[1]} starts are more than {MOST_STARTS:,}")
+    return int(pair[0]), int(pair[1])

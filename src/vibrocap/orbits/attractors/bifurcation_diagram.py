@@ -1,0 +1,193 @@
+"""Brute-force bifurcation diagrams: a parameter swept up and down, each point begun where the last one ended."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import initial_state
+from vibrocap.orbits.attractors.starts import spread_starts, visited_ranges
+from vibrocap.orbits.closing.attractor_matching import NEAR
+from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.parameter_range import checked_range, system_at
+from vibrocap.physics.system import System
+
+DIRECTIONS = ("up", "down")
+PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
+FAILED, NOT_SETTLED = -1, 0
+
+
+@dataclasses.dataclass(frozen=True)
+class BifurcationDiagram:
+    """What runs do over a parameter; arrays [directions, starts, points, ...], points in rising order of the parameter.
+
+    over: path of the parameter; values: [points]; directions: "up" and "down"
+    states: [..., kept, states] at the section, the cyclic coordinate from zero at the first; of a settled motion
+        those of one response, of others `kept` of them; NaN where there are no more
+    response_period: drive periods; 0: not settled, -1: the run failed (then it begins anew at the next point)
+    drift: gain of the cyclic coordinate per drive period over these states; NaN without one. Motions are settled to
+        1e-6 of natural sizes, and that is how far the drift of a symmetric one is from zero
+    """
+
+    system: System
+    over: str
+    values: np.ndarray
+    directions: tuple[str, ...]
+    states: np.ndarray
+    response_period: np.ndarray
+    drift: np.ndarray
+    state_names: tuple[str, ...]
+
+
+def bifurcation_diagram(
+    system: System,
+    over: str,
+    between: tuple[float, float],
+    points: int = 200,
+    *,
+    directions: Sequence[str] = DIRECTIONS,
+    starts: int = 4,
+    initial: Mapping[str, float] | None = None,
+    settle_periods: int = 300,
+    kept: int = 64,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> BifurcationDiagram:
+    """Stroboscopic states, drift and response period over a parameter, swept in both directions.
+
+    At each value the runs go on from where they ended at the one before, pushed by a thousandth of each natural size,
+    so that they follow a branch until it ends or loses its stability: where both directions differ, motions coexist.
+
+    over: path of a parameter, such as "drive.amplitude"; between: (low, high); points: values, evenly spaced
+    starts: runs side by side in each direction, from starts spread as in `attractors` (the first from `initial`); more
+        of them find more of what coexists, and up to eight in all cost little more than one. With the half-period
+        symmetry every other run is recorded by its mirror image, which is a motion too: the way in which a parameter
+        changes prefers one of two twins, so that of runs alone all would go to the same
+    settle_periods: most drive periods at a point; kept: states kept of a motion that does not settle
+    progress: called at each point with the share done
+
+    A loss of stability with a multiplier close to one is seen late, since runs leave slowly what they were on.
+    Raises ValueError naming the argument.
+    """
+    start = np.array(list(initial_state(system, initial).values()))
+    low, high = checked_range(system, over, between)
+    check_whole("points", points, 2, 1_000_000)
+    driven_map(system, ROUGH)
+    values = np.linspace(low, high, points)
+    check_whole("starts", starts, 1, 100_000)
+    check_whole("settle_periods", settle_periods, 10, 10**7)
+    check_whole("kept", kept, 16, 10**6)
+    if not directions or any(each not in DIRECTIONS for each in directions) or len({*directions}) < len(directions):
+        raise ValueError(f"directions should be {' or '.join(map(repr, DIRECTIONS))} or both, got {directions!r}")
+    systems = [system_at(system, over, value) for value in values]
+    shape = (len(directions), starts, len(values))
+    states = np.full((*shape, kept, len(system.state_names)), math.nan)
+    response = np.full(shape, FAILED)
+    drift = np.full(shape, math.nan)
+    first = _first_states(systems, directions, start, starts, threads)
+    ends = first.copy()
+    for step in range(len(values)):
+        for at in {0 if len(values) == 1 else _place(each, step, len(values)) for each in directions}:
+            row = [k for k, each in enumerate(directions) if _place(each, step, len(values)) == at]
+            group = ends[row].reshape(-1, len(start))
+            here = StroboscopicMap(systems[at], ROUGH, threads)
+            imaged = np.tile(system.mirrored & (np.arange(starts) % 2 == 1), len(row))
+            done = _at_point(here, _nudged(here, group, step), settle_periods, kept, imaged)
+            each_shape = (len(row), starts)
+            response[row, :, at] = done[0].reshape(each_shape)
+            states[row, :, at] = done[1].reshape(*each_shape, kept, -1)
+            drift[row, :, at] = done[2].reshape(each_shape)
+            moved = done[3].reshape(*each_shape, -1)
+            ends[row] = np.where(np.isfinite(moved), moved, first[row])
+        if progress is not None:
+            progress((step + 1) / len(values))
+    return BifurcationDiagram(system, over, values, tuple(directions), states, response, drift, system.state_names)
+
+
+def _at_point(
+    map_: StroboscopicMap, states: np.ndarray, periods: int, kept: int, imaged: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(response period, states kept [runs, kept, states], drift, last states) of runs at one value.
+
+    imaged: [runs] which ones are recorded by their mirror images
+    """
+    rows = np.tile(map_.parameters(), (len(states), 1))
+    runs = settling_runs(map_, states, rows, periods)
+    cyclic = map_.cyclic
+    response = np.where(runs.finished, runs.response_period, FAILED)
+    begun = runs.state.copy()
+    if cyclic >= 0:
+        begun[:, cyclic] = 0.0
+    found = np.full((len(states), kept, map_.states), math.nan)
+    drift = np.full(len(states), math.nan)
+    ends = np.where(runs.finished[:, None], begun, math.nan)
+    for wandering in (False, True):
+        chosen = np.flatnonzero(runs.finished & ((response == NOT_SETTLED) == wandering))
+        if not len(chosen):
+            continue
+        count = kept if wandering else int(response[chosen].max())
+        path = iterates(map_, begun[chosen], rows[chosen], count)  # [count + 1, runs, states]
+        last = path.copy()
+        for k in np.flatnonzero(imaged[chosen]):
+            path[:, k] = _mirrored(map_, path[:, k])
+        for k, run in enumerate(chosen):
+            n = count if wandering else _shortest(map_, path[:, k], int(response[run]))
+            response[run] = NOT_SETTLED if wandering else n
+            found[run, :n] = path[:n, k]
+            ends[run] = last[n, k]
+            if cyclic >= 0:
+                drift[run] = (path[n, k, cyclic] - path[0, k, cyclic]) / n
+    if cyclic >= 0:
+        ends[:, cyclic] = np.where(np.isfinite(ends[:, cyclic]), 0.0, math.nan)
+    response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
+    return response, found, drift, ends
+
+
+def _mirrored(map_: StroboscopicMap, path: np.ndarray) -> np.ndarray:
+    """Mirror images of the iterates of a run [periods, states], half a period later; NaN where the run had failed."""
+    whole = np.all(np.isfinite(path), axis=1)
+    rows = np.tile(map_.parameters(), (int(whole.sum()), 1))
+    found = np.full_like(path, math.nan)
+    images = map_.mirrored_half(path[whole], rows, tangents=False)
+    found[whole] = np.where(images.finished[:, None], images.state, math.nan)
+    if map_.cyclic >= 0:
+        found[:, map_.cyclic] -= found[0, map_.cyclic]
+    return found
+
+
+def _nudged(map_: StroboscopicMap, states: np.ndarray, step: int) -> np.ndarray:
+    """States pushed a little, in every free direction and in another way at each point."""
+    parameters = map_.parameters()
+    push = np.random.default_rng(step).uniform(-1.0, 1.0, states.shape)
+    push[1::2] = push[: len(push) // 2 * 2 : 2]  # a run and one that is recorded by its mirror image go the same way
+    moved = states + push * map_.scales(parameters) * PUSH * map_.free(states)
+    return moved if step else states
+
+
+def _shortest(map_: StroboscopicMap, path: np.ndarray, periods: int) -> int:
+    """The response period of a settled run from its iterates: one that alternates as it settles looks twice as long."""
+    sized = map_.section(path)
+    for n in range(1, periods):
+        if periods % n == 0 and np.max(np.abs(sized[n : periods + 1] - sized[: periods + 1 - n])) <= NEAR:
+            return n
+    return periods
+
+
+def _first_states(
+    systems: Sequence[System], directions: Sequence[str], start: np.ndarray, starts: int, threads: int | None
+) -> np.ndarray:
+    """Where the runs of each direction begin: [directions, starts, states]."""
+    found = np.tile(start, (len(directions), starts, 1))
+    if starts > 1:
+        for k, each in enumerate(directions):
+            map_ = StroboscopicMap(systems[0 if each == "up" else -1], ROUGH, threads)
+            found[k, 1:] = spread_starts(map_, start, visited_ranges(map_, start), starts - 1)
+    return found
+
+
+def _place(direction: str, step: int, points: int) -> int:
+    """Which value comes at a step of a direction."""
+    return step if direction == "up" else points - 1 - step

@@ -1,0 +1,208 @@
+"""What a motion becomes: periodic modulo its drift, quasi-periodic or chaotic, with the numbers that decided it."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibrocap.arguments import check_whole
+from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
+from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
+from vibrocap.orbits.closing.orbit import Orbit
+from vibrocap.orbits.closing.periodic_solution import (
+    CLOSE_TO_CIRCLE,
+    OrbitStatus,
+    PeriodicSolution,
+    named_states,
+    state_vector,
+)
+from vibrocap.orbits.closing.shooting import closed, shortest
+from vibrocap.orbits.maps.settling_runs import iterates, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.physics.system import System
+
+SURE = 3.0  # errors by which an exponent differs from zero
+REGULAR, CHAOTIC = 0.2, 0.8  # results of the 0-1 test below and above which it has decided
+FAINT = 1e-3  # growth per drive period that counts as none, where the 0-1 test finds no chaos
+LONGEST_PERIOD = 128  # of the periodic motions that are looked for where a run did not settle
+RECURRENT = 1e-3  # distance over natural sizes from which such an orbit is shot
+BATCHES = 16
+ALIKE = 3.0  # spacings of the states of one motion within which those of another lie, if both fill the same set
+CLOUD = 512  # states that are compared with their mirror images
+
+
+@dataclasses.dataclass(frozen=True)
+class MotionClass:
+    """What a motion has become, and why it is called so.
+
+    kind: "period-1", "period-2", ...: repeats after so many drive periods up to a shift of the cyclic coordinate;
+        "quasi-periodic": two frequencies without a common period (a multiplier pair on the unit circle, or a largest
+        Lyapunov exponent that is zero); "chaotic": a largest exponent above zero; "not settled": still on its way, or
+        the numbers do not agree; "failed": a run could not be completed
+    reason: the numbers that decided it, in words
+    drift: change of the cyclic coordinate per drive period, of an aperiodic motion the mean over `lyapunov.periods`
+        with the standard error `drift_error`; None without such a coordinate, or where it is not known
+    symmetric: whether the motion is its own mirror image half a period later (an aperiodic one: whether it fills the
+        same set); None where it has no such symmetry, or is not known
+    orbit: the orbit of a periodic motion; lyapunov, zero_one: of one that did not settle
+    state: at the section, on the motion or on the way to it
+    """
+
+    kind: str
+    reason: str
+    drift: float | None
+    drift_error: float
+    symmetric: bool | None
+    state: dict[str, float]
+    orbit: Orbit | None = None
+    lyapunov: LyapunovExponents | None = None
+    zero_one: ZeroOneTest | None = None
+
+    @property
+    def response_period(self) -> int | None:
+        """Drive periods after which the motion repeats; None where it does not."""
+        return None if self.orbit is None or self.kind == "quasi-periodic" else self.orbit.response_period
+
+
+def classify(
+    system: System,
+    initial: Mapping[str, float] | None = None,
+    *,
+    settle_periods: int = 2000,
+    periods: int = 1000,
+    tolerance: float = 1e-12,
+    threads: int | None = None,
+) -> MotionClass:
+    """What the motion from a start becomes.
+
+    It is simulated until it settles, then closed by shooting: the response period and the multipliers decide. Where it
+    does not settle within `settle_periods`, its largest Lyapunov exponent over `periods` more and the 0-1 test of its
+    stroboscopic states have to agree on what it is; a negative exponent lets orbits of up to 128 periods be looked for.
+
+    Raises ValueError naming the argument; so it does for a system that nothing drives in time.
+    """
+    start = np.array(list(initial_state(system, initial).values()))
+    check_whole("settle_periods", settle_periods, 10, 10**7)
+    check_whole("periods", periods, 200, 10**6)
+    check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
+    map_ = driven_map(system, tolerance, threads)
+    parameters = map_.parameters()
+    run = settling_runs(map_, start[None], parameters[None], settle_periods)
+    orbits, _, run = orbits_reached(map_, run, settle_periods, 1)
+    if not run.finished[0]:
+        reason = f"the run ended with the number {run.ended[0]} of memory_layout.py; simulate it to see its status"
+        return MotionClass("failed", reason, None, math.nan, None, named_states(map_.system, run.state[0]))
+    if run.response_period[0] > 0:
+        return class_of_orbit(orbits[0].orbit)
+    return class_of_iterates(map_, iterates(map_, run.state, parameters[None], periods)[:, 0])
+
+
+def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
+    """Class of a motion that settled to an orbit."""
+    n, largest = orbit.response_period, orbit.multipliers[0]
+    size = float(np.abs(largest))
+    drift = None if orbit.drift is None else orbit.drift / n
+    known: dict = {
+        "drift": drift,
+        "drift_error": 0.0,
+        "symmetric": orbit.symmetric,
+        "state": orbit.state,
+        "orbit": Orbit.of(orbit),
+    }
+    if orbit.status is not OrbitStatus.CONVERGED:
+        reason = f"it settled, but no orbit closes there (residual {orbit.residual:.2g})"
+        return MotionClass("not settled", reason, **known)
+    if abs(size - 1.0) <= CLOSE_TO_CIRCLE and abs(largest.imag) > CLOSE_TO_CIRCLE:
+        reason = f"the pair of multipliers {largest:.9f} is on the unit circle"
+        return MotionClass("quasi-periodic", reason, **known)
+    reason = f"it closes after {n} drive periods to {orbit.residual:.2g}; largest multiplier {size:.9g}"
+    return MotionClass(f"period-{n}", reason, **known)
+
+
+def class_of_iterates(map_: StroboscopicMap, states: np.ndarray) -> MotionClass:
+    """Class of a motion that did not settle, from many iterates [periods, states]."""
+    whole = np.all(np.isfinite(states), axis=1)
+    parameters, period = map_.parameters(), map_.period(map_.parameters())
+    finished, states = bool(whole.all()), states[whole]
+    last = named_states(map_.system, states[-1])
+    if not finished:
+        return MotionClass("failed", f"the run failed after {len(states)} periods", None, math.nan, None, last)
+    growth = exponents(map_, states[:-1], parameters, True)
+    cloud = map_.section(states)
+    widest = int(np.argmax(np.ptp(cloud, axis=0)))
+    chaos = zero_one_test(cloud[:, widest])
+    half = len(cloud) // 2
+    kind, reason = _decided(growth, chaos, period, same_set(cloud[:half], cloud[half:]))
+    drift, error = _mean_drift(map_, states)
+    if kind == "not settled" and growth.value < 0.0 and (orbit := _long_orbit(map_, states, cloud)) is not None:
+        return class_of_orbit(orbit)
+    symmetric = None
+    if map_.system.mirrored and kind != "not settled":
+        symmetric = same_set(cloud[-CLOUD:], mirrored_cloud(map_, states[-CLOUD:]))
+    return MotionClass(kind, reason, drift, error, symmetric, last, None, growth, chaos)
+
+
+def same_set(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two clouds of states [periods, states] fill the same set, as far as so many states can tell."""
+    return within_set(one, other) and within_set(other, one)
+
+
+def within_set(few: np.ndarray, cloud: np.ndarray) -> bool:
+    """Whether some states lie in the set that a cloud fills."""
+    from scipy.spatial import KDTree
+
+    tree = KDTree(cloud)
+    spacing = float(np.median(tree.query(cloud, k=2)[0][:, 1]))
+    return float(np.median(tree.query(few)[0])) <= max(ALIKE * spacing, NEAR)
+
+
+def mirrored_cloud(map_: StroboscopicMap, states: np.ndarray) -> np.ndarray:
+    """Marks of the mirror image of a motion, over natural sizes."""
+    parameters = np.tile(map_.parameters(), (len(states), 1))
+    return map_.section(map_.mirrored_half(states, parameters, tangents=False).state)
+
+
+def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays: bool) -> tuple[str, str]:
+    """(kind, reason) by the largest exponent and the 0-1 test.
+
+    stays: whether both halves of them fill the same set. A slow way to or from an orbit has a small exponent too
+    """
+    value, error = growth.value * period, growth.error * period
+    numbers = (
+        f"largest Lyapunov exponent {growth.value:.3g} +- {growth.error:.1g} over {growth.periods} drive periods, "
+        f"0-1 test {chaos.value:.3f}"
+    )
+    if not stays:
+        return "not settled", f"the second half of the iterates lies elsewhere than the first: {numbers}"
+    if value > max(SURE * error, FAINT) and chaos.value > CHAOTIC:
+        return "chaotic", numbers
+    if abs(value) <= max(SURE * error, FAINT) and chaos.value < REGULAR and error <= 10.0 * FAINT:
+        return "quasi-periodic", numbers
+    if value < 0.0:
+        return "not settled", f"neighbouring motions still approach it: {numbers}"
+    return "not settled", f"these do not agree, or not yet: {numbers}"
+
+
+def _long_orbit(map_: StroboscopicMap, states: np.ndarray, cloud: np.ndarray) -> PeriodicSolution | None:
+    """A stable orbit of up to 128 periods near the end of a motion; None where there is none."""
+    back = np.max(np.abs(cloud[-1] - cloud[-1 - LONGEST_PERIOD : -1][::-1]), axis=1)
+    if not len(back) or np.min(back) > RECURRENT:
+        return None
+    n = int(np.flatnonzero(back <= max(2.0 * np.min(back), 1e-9))[0]) + 1
+    found = closed(map_, states[-1], n)
+    if found.status is not OrbitStatus.CONVERGED or not found.stable:
+        return None
+    near = np.max(np.abs(map_.section(state_vector(map_.system, found.state)) - cloud[-1])) <= 10.0 * RECURRENT
+    return shortest(map_, found) if near else None
+
+
+def _mean_drift(map_: StroboscopicMap, states: np.ndarray) -> tuple[float | None, float]:
+    """(mean gain of the cyclic coordinate per period, its standard error from batch means)."""
+    if map_.cyclic < 0:
+        return None, math.nan
+    gains = np.diff(states[:, map_.cyclic])
+    batches = np.array([batch.mean() for batch in np.array_split(gains, min(BATCHES, len(gains)))])
+    return float(gains.mean()), float(batches.std(ddof=1) / math.sqrt(len(batches)))

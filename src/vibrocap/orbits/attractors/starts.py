@@ -1,0 +1,94 @@
+"""Starts of many runs: spread evenly over ranges of the states, given ones or those that motions visit."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.ensemble import Budget
+from vibrocap.orbits.maps.settling_runs import ROUGH
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
+from vibrocap.orbits.parameter_range import checked_pair
+from vibrocap.physics.system import System
+
+PROBES, PROBE_PERIODS = 16, 20  # runs that look for what motions visit
+PROBED = 2.0  # natural sizes from zero at which probes start
+
+Ranges = Mapping[str, tuple[float, float]]
+
+
+def checked_ranges(name: str, system: System, given: Any) -> dict[str, tuple[float, float]]:
+    """Ranges by state, (low, high) each; ValueError naming what is wrong with them."""
+    if not isinstance(given, Mapping) or not given:
+        raise ValueError(f"{name} should give (low, high) for at least one state, got {given!r}")
+    found = {}
+    for state, pair in given.items():
+        check_state(name, system, state)
+        found[state] = checked_pair(f"{name}: {state}", pair)
+    return found
+
+
+def check_state(name: str, system: System, state: Any) -> None:
+    """ValueError for what is no state of the system at which runs can start apart."""
+    useful = [each for each in system.state_names if each != system.machine.cyclic]
+    useful = [each for each in useful if each not in system.friction.switched]
+    if state in useful:
+        return
+    why = f"{state!r} is no state of the system"
+    if state == system.machine.cyclic:
+        why = f"nothing depends on {state!r}: a start shifted along it makes the same motion"
+    elif state in system.friction.switched:
+        why = f"{state!r} is a mode of the law, no quantity"
+    raise ValueError(f"{name}: {why}; there are {', '.join(useful)}")
+
+
+def spread_starts(map_: StroboscopicMap, start: np.ndarray, ranges: Ranges, count: int) -> np.ndarray:
+    """Starts [count, states]: spread over the ranges, all other states as in `start` [states]."""
+    found = np.tile(start, (count, 1))
+    names = map_.system.state_names
+    for (state, (low, high)), share in zip(ranges.items(), evenly_spread(count, len(ranges)).T, strict=True):
+        found[:, names.index(state)] = low + (high - low) * share
+    return found
+
+
+def evenly_spread(count: int, dimensions: int) -> np.ndarray:
+    """Points [count, dimensions] in the unit cube: Roberts' R sequence, of low discrepancy and without a seed.
+
+    x_k = frac(1/2 + k phi^-j), where phi^(d+1) = phi + 1; the first points stay where they are when more are asked for.
+    """
+    phi = 2.0
+    for _ in range(64):
+        phi = (1.0 + phi) ** (1.0 / (dimensions + 1))
+    steps = phi ** -np.arange(1.0, dimensions + 1)
+    return np.mod(0.5 + np.arange(1, count + 1)[:, None] * steps, 1.0)
+
+
+def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[float, float]]:
+    """Ranges that motions visit which start anywhere within two natural sizes of each mechanical state.
+
+    Internal states of a law start as in `start`, since not all of their values are possible; symmetric about zero where
+    mirror images of motions are motions.
+    """
+    system, parameters = map_.system, map_.parameters()
+    mechanical = len(system.machine.states)
+    sizes = map_.scales(parameters)
+    free = [i for i in map_.section_states if i < mechanical]
+    probes = np.tile(start, (PROBES, 1))
+    probes[:, free] = PROBED * sizes[free] * (2.0 * evenly_spread(PROBES, len(free)) - 1.0)
+    rows = np.tile(parameters, (PROBES, 1))
+    budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, memory.ASK_EXTREMES)
+    ends = map_.run(budget, probes, rows)
+    layout, fine = ends.layout, ends.results[ends.finished]
+    found = {}
+    for i in map_.section_states:
+        name = system.state_names[i]
+        low, high = (-PROBED * sizes[i], PROBED * sizes[i]) if i < mechanical else (np.inf, -np.inf)
+        if len(fine):
+            low = min(low, float(fine[:, layout.gathered_slice("LEAST")][:, i].min()))
+            high = max(high, float(fine[:, layout.gathered_slice("LARGEST")][:, i].max()))
+        if system.mirrored and system.symmetry[i] < 0:
+            low, high = -max(-low, high), max(-low, high)
+        if name not in system.friction.switched and np.isfinite(low) and low < high:
+            found[name] = (float(low), float(high))
+    return found

@@ -1,0 +1,204 @@
+"""A steady motion: `Orbit`, and the two ways to it, `orbit` by simulation and `shoot` from a state near it."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import check_whole
+from vibrocap.measures.sticking import spelled
+from vibrocap.motion.simulate import initial_state, simulate
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.orbits.closing.attractor_matching import orbits_reached
+from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, state_vector
+from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
+from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven
+from vibrocap.physics.system import System
+
+PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
+
+
+@dataclasses.dataclass(frozen=True)
+class Orbit(PeriodicSolution):
+    """A steady motion, periodic modulo its drift; the fields are those of `PeriodicSolution`.
+
+    passed: the unstable orbit near which the motion from the start seemed to have settled before it went on to this
+        one; None as a rule
+    """
+
+    passed: "Orbit | None" = None
+
+    @classmethod
+    def of(cls, solution: PeriodicSolution, passed: "Orbit | None" = None) -> "Orbit":
+        """The orbit of a periodic solution."""
+        return cls(**{**vars(solution), "passed": passed})
+
+    def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
+        """The motion along the orbit, over its own period unless told otherwise (in drive periods)."""
+        periods = self.period / self.system.drive.period if periods is None else periods
+        options = {"tolerance": max(self.tolerance, 1e-13), **options}
+        return simulate(self.system, periods=periods, initial=self.state, **options)
+
+    @property
+    def word(self) -> str:
+        """Phases of the motion over its whole period, read as a cycle: F forward, S stuck, B back; "" if smooth."""
+        if self.system.friction.kind == "smooth":
+            return ""
+        motion = self.motion()
+        return spelled(motion, 0.0, motion.end)
+
+    def pushed_off(self, *, settle_periods: int = 2000) -> "tuple[Orbit, ...]":
+        """The orbits that attract what is pushed off this unstable one, one way and the other, each once.
+
+        For a pitchfork's symmetric orbit the two ways lead to the two mirror twins. What does not settle (chaos, or a
+        very slow way) is left out, so that nothing at all may be returned; `classify` tells more.
+
+        settle_periods: most drive periods simulated
+        Raises ValueError for an orbit that is not unstable or did not close, and for one that nothing drives in time.
+        """
+        return pushed_off(self, settle_periods=settle_periods)
+
+    def twin(self) -> "Orbit":
+        """The mirror twin, which drifts the other way; the orbit itself where it is symmetric.
+
+        Raises ValueError for a system without the half-period symmetry.
+        """
+        if self.mirrored_state is None:
+            raise ValueError(
+                "the system has no half-period symmetry (an even drive, machine or law), so no mirror twins"
+            )
+        if self.symmetric:
+            return self
+        return shoot(self.system, self.mirrored_state, self.response_period, tolerance=self.tolerance)
+
+
+def orbit(
+    system: System,
+    *,
+    initial: Mapping[str, float] | None = None,
+    response_period: int | None = None,
+    half: bool = False,
+    settle_periods: int = 2000,
+    tolerance: float = 1e-12,
+) -> Orbit:
+    """The steady motion that a start leads to, closed to rounding.
+
+    What a capsule does in the long run is periodic modulo a shift of its position: a relative periodic orbit, whose
+    shift per period is the drift. The motion is simulated until its stroboscopic state has settled, which gives the
+    response period, then closed by Newton's method (`shoot`), which also gives the Floquet multipliers. If the orbit
+    is unstable the motion has not arrived: it is pushed off and followed to the orbit that it keeps; `Orbit.passed` is
+    the one that it left, and `passed.pushed_off()` are the orbits to both sides. The orbit of a system without a drive
+    that changes in time (a block on a belt) has a period of its own, which is found too.
+
+    initial: the start of the simulation, by state name (those not named are zero)
+    response_period, half: look for an orbit of so many drive periods (half: for a symmetric one) straight from
+        `initial`, and only if none closes from where a simulation leads; finds unstable orbits too
+    settle_periods: most drive periods simulated before it counts as not settled
+    tolerance: of the runs, error per step over the natural size of each state
+    Returns an `Orbit`; its `status` says whether it closed, and `status.advice` what to try if not.
+    """
+    start = np.array(list(initial_state(system, initial).values()))
+    if not is_driven(system):
+        return Orbit.of(autonomous_orbit(system, start, settle_periods, tolerance))
+    map_ = StroboscopicMap(system, tolerance)
+    asked = None
+    if response_period is not None or half:
+        _check_response(system, response_period or 1, half)
+        asked = closed(map_, start, response_period or 1, half)
+        if asked.status is OrbitStatus.CONVERGED:
+            return Orbit.of(asked)
+    runs = settling_runs(map_, start[None], map_.parameters()[None], settle_periods)
+    state, periods = runs.state[0], int(runs.response_period[0])
+    if asked is not None:
+        later = closed(map_, state, response_period or 1, half) if np.all(np.isfinite(state)) else asked
+        return Orbit.of(later if later.status is OrbitStatus.CONVERGED else asked)
+    if periods == 0:
+        return Orbit.of(unclosed(map_, state, 1, OrbitStatus.NOT_SETTLED))
+    found = shortest(map_, closed(map_, state, periods))
+    if found.status is not OrbitStatus.CONVERGED:
+        return Orbit.of(found)
+    return _kept(map_, Orbit.of(found), state, periods, settle_periods)
+
+
+def shoot(
+    system: System,
+    start: Mapping[str, float],
+    response_period: int = 1,
+    *,
+    half: bool = False,
+    tolerance: float = 1e-12,
+    map_: StroboscopicMap | None = None,
+) -> Orbit:
+    """The orbit near a state, stable or not, by Newton's method on the map over so many drive periods; see `closed`.
+
+    start: values of all states but the cyclic one, by name (those not named are zero)
+    half: look for a symmetric orbit, which is closed over half of its period and the mirror
+    tolerance: of the runs, error per step over the natural size of each state
+    map_: of a system of the same form, with a tolerance of its own
+    Returns an `Orbit` whose status says how it ended. Raises ValueError for unknown names or a period < 1.
+    """
+    unknown = [name for name in start if name not in system.state_names]
+    if unknown:
+        raise ValueError(
+            f"start should name states of the system ({', '.join(system.state_names)}), got {unknown[0]!r}"
+        )
+    _check_response(system, response_period, half)
+    map_ = StroboscopicMap(system, tolerance) if map_ is None else map_.of(system)
+    return Orbit.of(closed(map_, state_vector(system, start), response_period, half))
+
+
+def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_periods: int = 2000) -> tuple[Orbit, ...]:
+    """As `Orbit.pushed_off`. towards: a state [states]; the way on which it lies comes first.
+
+    The push is along the eigenvector of the largest multiplier mu, y + PUSH v and y - PUSH v. The left eigenvector,
+    which measures along v alone, tells on which way a state lies.
+    """
+    if orbit.status is not OrbitStatus.CONVERGED or not orbit.unstable:
+        raise ValueError("orbit should be a closed one with a multiplier outside the unit circle: this one is kept")
+    map_ = driven_map(orbit.system, orbit.tolerance)
+    state, sizes, moving = state_vector(orbit.system, orbit.state), map_.scales(map_.parameters()), map_.smooth_states
+    size = sizes[moving]
+    slope = orbit.derivative[np.ix_(moving, moving)] * size / size[:, None]
+    values, right = np.linalg.eig(slope)
+    most = int(np.argmax(np.abs(values)))
+    push = np.zeros(len(state))
+    along = np.real(right[:, most])
+    push[moving] = PUSH * size * along / np.max(np.abs(along))
+    if towards is not None:
+        left, away = np.real(np.linalg.inv(right)[most]), ((towards - state) / sizes)[moving]
+        push *= -1.0 if (left @ away) * (left @ (push / sizes)[moving]) < 0.0 else 1.0
+    starts = state + np.stack([push, -push])
+    rows = np.tile(map_.parameters(), (2, 1))
+    runs = settling_runs(map_, starts, rows, settle_periods)
+    found, which, _ = orbits_reached(map_, runs, settle_periods, 2)
+    ways = dict.fromkeys(int(k) for k in which if k >= 0)
+    return tuple(Orbit.of(found[k].orbit) for k in ways if found[k].closed_exactly)
+
+
+def _kept(map_: StroboscopicMap, found: Orbit, state: np.ndarray, periods: int, settle_periods: int) -> Orbit:
+    """The orbit that a simulation keeps, where it seemed to have settled: on from one that is unstable.
+
+    A motion that passes close to an unstable orbit stands still for a while. Only Newton's method tells, which also
+    may lead from a slow motion to an orbit that is elsewhere; then nothing is claimed.
+    """
+    away = np.max(np.abs(map_.section(state) - map_.section(state_vector(found.system, found.state))))
+    if away > np.sqrt(SETTLED):
+        return Orbit.of(unclosed(map_, state, periods, OrbitStatus.NOT_CONVERGED))
+    if not found.unstable:
+        return found
+    reached = pushed_off(found, towards=state, settle_periods=settle_periods)
+    # what leaves the unstable orbit and does not settle has that orbit's numbers, as not closed
+    onward = reached[0] if reached else dataclasses.replace(found, status=OrbitStatus.NOT_SETTLED)
+    return dataclasses.replace(onward, passed=found)
+
+
+def _check_response(system: System, response_period: int, half: bool) -> None:
+    """Refuse a period or a half-period search that the system has not."""
+    check_whole("response_period", response_period, 1)
+    if half and not system.mirrored:
+        raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
+    if half and response_period % 2 == 0:
+        raise ValueError(f"response_period should be odd with half=True, got {response_period}: no other is symmetric")

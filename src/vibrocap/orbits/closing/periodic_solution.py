@@ -1,0 +1,106 @@
+"""Periodic solutions modulo the drift: their record, multipliers and status."""
+
+import dataclasses
+import enum
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.physics.system import System
+
+CLOSE_TO_CIRCLE = 1e-8  # a multiplier whose size is this close to 1 is neither stable nor unstable
+FORGOTTEN = 1e-13  # size of a multiplier below which, with a law that sticks, it is zero
+
+
+class OrbitStatus(enum.Enum):
+    """How the search for an orbit ended; `advice` says what to try."""
+
+    CONVERGED = "converged"
+    NOT_CONVERGED = "not converged"
+    RUN_FAILED = "run failed"
+    NOT_SETTLED = "not settled"
+
+    @property
+    def advice(self) -> str:
+        """What it means and what can be done."""
+        return ADVICE[self]
+
+
+ADVICE = {
+    OrbitStatus.CONVERGED: "The orbit closes within its residual.",
+    OrbitStatus.NOT_CONVERGED: "Newton's method did not converge. Start from a state nearer to the orbit (a longer "
+    "simulation, or a neighbour on its branch), or name another period; the orbit may have ceased to exist.",
+    OrbitStatus.RUN_FAILED: "A run from the present state could not be completed; simulate it to see its status.",
+    OrbitStatus.NOT_SETTLED: "The simulation did not settle to a periodic motion. Raise `settle_periods`, start "
+    "elsewhere, or name the period and a start; the motion may be quasi-periodic or chaotic.",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class PeriodicSolution:
+    """A periodic solution modulo its drift, as Newton's method left it.
+
+    state: at the section (the start of a drive period), position zero
+    period: its length; response_period: that in drive periods, 0 for an autonomous system
+    drift: what the cyclic coordinate gains over it (exactly zero where `symmetric`); None without such a coordinate
+    multipliers: Floquet multipliers modulo the drift, largest first: of the map without the cyclic coordinate (and
+        without the direction along the motion of an autonomous system). Exactly zero for each direction that sticking
+        forgets
+    residual: largest mismatch of the closing orbit over the natural size of each state
+    symmetric: whether the orbit is its own mirror image half a period later; None without that symmetry
+    derivative: of the map at the section, [states, states]
+    status: `OrbitStatus`; anything but CONVERGED means that the numbers above are those of the last try
+    """
+
+    system: System
+    state: dict[str, float]
+    period: float
+    response_period: int
+    drift: float | None
+    multipliers: np.ndarray
+    residual: float
+    symmetric: bool | None
+    derivative: np.ndarray
+    status: OrbitStatus
+    iterations: int
+    tolerance: float
+    mirrored_state: dict[str, float] | None = None
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers are inside the unit circle; with one on it, it is neither stable nor unstable."""
+        return bool(np.all(np.abs(self.multipliers) < 1.0 - CLOSE_TO_CIRCLE))
+
+    @property
+    def unstable(self) -> bool:
+        """Whether a multiplier is outside the unit circle: no simulation keeps such an orbit."""
+        return bool(np.max(np.abs(self.multipliers), initial=0.0) > 1.0 + CLOSE_TO_CIRCLE)
+
+    @property
+    def mean_velocity(self) -> float | None:
+        """Drift over the period."""
+        return None if self.drift is None else self.drift / self.period
+
+
+def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray) -> np.ndarray:
+    """Eigenvalues of the map's derivative without the cyclic coordinate, largest first; switched states have none.
+
+    A direction that the contact forgets while it sticks has the multiplier zero exactly. Rounding leaves some 1e-17 of
+    it, so for a law that sticks a multiplier below FORGOTTEN is reported as 0.
+    """
+    moving = map_.smooth_states
+    values = np.linalg.eigvals(jacobian[np.ix_(moving, moving)]).astype(complex)
+    if map_.equations.hold is not None:
+        values[np.abs(values) <= FORGOTTEN] = 0.0
+    return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def named_states(system: System, state: np.ndarray) -> dict[str, float]:
+    """A state vector by names."""
+    return dict(zip(system.state_names, map(float, state), strict=True))
+
+
+def state_vector(system: System, named: Mapping[str, float]) -> np.ndarray:
+    """A state vector [states] from its names; those not named are zero."""
+    return np.array([float(named.get(name, 0.0)) for name in system.state_names])

@@ -1,0 +1,341 @@
+"""A branch of steady motions over a parameter: labelled arrays, its special points, and why it ends."""
+
+import dataclasses
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import check_whole
+from vibrocap.orbits.closing.orbit import Orbit
+from vibrocap.orbits.closing.orbit import orbit as steady_orbit
+from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
+from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
+from vibrocap.orbits.continuation.branch_point import BranchPoint
+from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
+from vibrocap.orbits.continuation.cycle_following import cycles_followed
+from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint, reversed_way, special_point
+from vibrocap.orbits.maps.closing_map import ClosingMap
+from vibrocap.orbits.maps.cycle_map import CycleMap
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.orbits.parameter_range import checked_range
+from vibrocap.physics.system import System
+
+TOWARDS = ("both", "up", "down")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Branch:
+    """Steady motions that go over into each other as a parameter changes, in order of the arclength.
+
+    over, between: path and range of the parameter; response_period: of all its orbits, in drive periods; 0 for cycles
+        of a system that nothing drives in time
+    period: [points] length of a response
+    parameter, drift, mean_velocity, arclength, stable, word: [points]; states: [points, states] at the section
+    multipliers: [points, multipliers] modulo the drift, largest first; drift: NaN without a cyclic coordinate
+    symmetric: whether its orbits are their own mirror images; None where the system has no such symmetry
+    special_points: in order; ends: why it was not followed beyond its first and its last point
+    start: index of the point it was followed from; -1 where no orbit closed there and the branch is empty
+    """
+
+    system: System
+    over: str
+    between: tuple[float, float]
+    response_period: int
+    symmetric: bool | None
+    parameter: np.ndarray
+    period: np.ndarray
+    states: np.ndarray
+    drift: np.ndarray
+    mean_velocity: np.ndarray
+    multipliers: np.ndarray
+    stable: np.ndarray
+    word: np.ndarray
+    arclength: np.ndarray
+    special_points: tuple[SpecialPoint, ...]
+    ends: tuple[BranchEnd, BranchEnd]
+    start: int
+    closing_map: ClosingMap = dataclasses.field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.parameter)
+
+    def orbit(self, point: int) -> Orbit:
+        """The orbit at a point of the branch, closed anew, with all that an `Orbit` tells."""
+        return self.orbit_near(self.states[point], float(self.parameter[point]), float(self.period[point]))
+
+    def orbits_at(self, value: float) -> list[Orbit]:
+        """The orbits of the branch at a value of its parameter: one for each time that it passes there."""
+        found = []
+        for i in range(len(self) - 1):
+            left, right = self.parameter[i : i + 2]
+            if min(left, right) <= value < max(left, right) or (i == len(self) - 2 and value == right):
+                share = (value - left) / (right - left)
+                state = self.states[i] + share * (self.states[i + 1] - self.states[i])
+                period = self.period[i] + share * (self.period[i + 1] - self.period[i])
+                found.append(self.orbit_near(state, value, float(period)))
+        return found
+
+    def orbit_near(self, state: np.ndarray, value: float, period: float) -> Orbit:
+        """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
+        return orbit_near(self.closing_map, state, value, period)
+
+    def crossings(self, measure: str = "drift", value: float = 0.0) -> tuple[BranchCrossing, ...]:
+        """All places of the branch where a measure passes a value, in its order; see `branch_crossings`.
+
+        measure: a name of `measure_table()` that is a number; drift and works are per drive period
+        Raises ValueError for what is no measure of the system.
+        """
+        points = list(zip(self.states, self.parameter.tolist(), self.period.tolist(), strict=True))
+        known = {"drift": self.drift / max(self.response_period, 1), "mean_velocity": self.mean_velocity}
+        return branch_crossings(self.closing_map, points, known.get(measure), measure, value)
+
+    def kind(self, *kinds: SpecialKind) -> tuple[SpecialPoint, ...]:
+        """The special points of some kinds."""
+        return tuple(special for special in self.special_points if special.kind in kinds)
+
+    @property
+    def parts(self) -> tuple[tuple[int, int, bool], ...]:
+        """(first point, last point, stable) of each stretch of the branch that is all stable or all unstable."""
+        if not len(self):
+            return ()
+        cuts = np.flatnonzero(np.diff(self.stable.astype(int))) + 1
+        edges = [0, *cuts.tolist(), len(self)]
+        return tuple((first, last - 1, bool(self.stable[first])) for first, last in itertools.pairwise(edges))
+
+    def table(self) -> list[dict[str, Any]]:
+        """The special points as rows of a table."""
+        return [
+            {
+                "kind": special.kind.value,
+                self.over: special.parameter,
+                "error": special.error,
+                "drift": special.drift,
+                "stability": special.stability,
+                "word before": special.word_before,
+                "word after": special.word_after,
+                "remarks": special.remarks,
+            }
+            for special in self.special_points
+        ]
+
+    def __str__(self) -> str:
+        """The branch in words."""
+        kind = {True: "symmetric ", False: "travelling ", None: ""}[self.symmetric]
+        drifts = self.closing_map.map.cyclic >= 0
+        kind = kind if drifts or self.symmetric is not False else "asymmetric "
+        if not len(self):
+            return f"No {kind}branch: {self.ends[0].advice}"
+        what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
+        lines = [
+            f"Branch of {kind}{what} over {self.over}, {len(self)} points:",
+            *(f"  {row['kind']:20s} {special.parameter:.10g} (error {special.error:.0e})  {row['remarks']}"
+              for row, special in zip(self.table(), self.special_points, strict=True)),
+            *(f"  {where} at {value:.10g}: {_ended(end)}"
+              for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
+        ]  # fmt: skip
+        return "\n".join(lines)
+
+
+def _ended(end: BranchEnd) -> str:
+    """Why a branch ends, with what to try where there is more to it."""
+    return f"{end.value}. {end.advice}" if end.early or end is BranchEnd.ORBIT_CEASES else end.value
+
+
+def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
+    """The record of a branch of which not even the first orbit closed."""
+    names = len(closure.system.state_names)
+    none, nowhere = np.empty(0), (BranchEnd.START_FAILED, BranchEnd.START_FAILED)
+    multipliers = np.empty((0, len(closure.unknowns)), dtype=complex)
+    return Branch(
+        closure.system, closure.path, between, closure.response_period, closure.symmetric, none, none,
+        np.empty((0, names)), none, none, multipliers, np.empty(0, dtype=bool), np.empty(0, dtype=str),
+        none, (), nowhere, -1, closure,
+    )  # fmt: skip
+
+
+def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) -> Branch:
+    """The record of a branch from the ways followed from one start, against and along its order."""
+    before = [] if back is None else back.points[:0:-1]
+    start = (onward or back).points[0]  # type: ignore[union-attr]
+    points = [*before, start, *([] if onward is None else onward.points[1:])]
+    x = np.stack([point.x for point in points])
+    ways = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(x, axis=0), axis=1)))
+    special = []
+    if back is not None:
+        special = [
+            special_point(closure, reversed_way(each), len(before) - 1 - i, points, ways)
+            for i, each in back.special[::-1]
+        ]
+    if onward is not None:
+        special += [special_point(closure, each, len(before) + i, points, ways) for i, each in onward.special]
+    multipliers = np.stack([point.multipliers(closure.half) for point in points])
+    periods = np.array([closure.period(point.x) for point in points])
+    drift = np.array([closure.drift(point.closing) for point in points])
+    ends = tuple(BranchEnd.NOT_FOLLOWED if way is None else way.end for way in (back, onward))
+    if onward is not None and onward.end is BranchEnd.CLOSED:
+        ends = (BranchEnd.CLOSED, BranchEnd.CLOSED)
+    return Branch(
+        system=closure.system,
+        over=closure.path,
+        between=closure.between,
+        response_period=closure.response_period,
+        symmetric=closure.symmetric,
+        parameter=np.array([closure.parameter(point.x) for point in points]),
+        period=periods,
+        states=np.stack([closure.state(point.x, point.closing) for point in points]),
+        drift=drift,
+        mean_velocity=drift / periods,
+        multipliers=multipliers,
+        stable=np.all(np.abs(multipliers) < 1.0 - CLOSE_TO_CIRCLE, axis=1),
+        word=np.array([point.closing.word for point in points]),
+        arclength=ways,
+        special_points=tuple(special),
+        ends=(ends[0], ends[1]),
+        start=len(before),
+        closing_map=closure,
+    )
+
+
+def branch(
+    system: System,
+    over: str,
+    between: tuple[float, float],
+    *,
+    orbit: Orbit | None = None,
+    initial: Mapping[str, float] | None = None,
+    half: bool | None = None,
+    towards: str = "both",
+    points: int = 1000,
+    step: float = 0.01,
+    settle_periods: int = 2000,
+    tolerance: float = 1e-12,
+) -> Branch:
+    """The branch of steady motions through one of them, over a range of a parameter.
+
+    Followed by its arclength, so that it goes on past folds and as an unstable branch; folds, pitchforks, flips,
+    Neimark-Sacker points and changes of the word are located on the way (`Branch.special_points`).
+
+    over: path of the parameter, such as "drive.amplitude"; between: its least and largest value
+    orbit: the motion to start from; by default the one to which `initial` leads at the system's own parameters (where
+        these are out of the range, at its nearer end)
+    half: whether the branch of symmetric orbits is meant (fixed points of the half-period map); by default as the orbit
+    towards: "both", "up" or "down", the way of the parameter at the start
+    points: most points each way; step: longest, in natural sizes of the states and shares of the range of the parameter
+    settle_periods, tolerance: as for `orbit`
+
+    Returns a `Branch`; its `ends` say why it was not followed further, with advice. If no orbit closes at the start it
+    is empty. Raises ValueError, naming the argument, before any work.
+    """
+    _check_options(towards, points, step)
+    low, high = checked_range(system, over, between)
+    mirrored = mirrored_all_over(system, over, (low, high))
+    if half and not mirrored:
+        raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
+    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
+    if half is None:
+        half = bool(begun.symmetric) and mirrored
+    period = begun.response_period
+    if half and period % 2 == 0:
+        raise ValueError(f"half should be False for an orbit of an even number of drive periods, got {period}")
+    base = begun.system
+    state = np.array([begun.state[name] for name in base.state_names])
+    closure: ClosingMap
+    if not is_driven(base):
+        if begun.status is not OrbitStatus.CONVERGED:
+            return empty_branch(ClosingMap(base, over, (low, high), 1, False, tolerance, False), (low, high))
+        closure = CycleMap(base, over, (low, high), state, begun.period, tolerance)
+    else:
+        closure = ClosingMap(base, over, (low, high), max(period, 1), half, tolerance, mirrored)
+    first = None
+    if begun.status is OrbitStatus.CONVERGED or half:
+        first = started(closure, closure.point(state, float(base.parameter(over))))
+    if first is None:
+        return empty_branch(closure, (low, high))
+    follow = cycles_followed if isinstance(closure, CycleMap) else followed
+    back = None if towards == "up" else follow(closure, first, -1.0, points, step)  # type: ignore[arg-type]
+    if back is not None and back.end is BranchEnd.CLOSED:
+        return joined(closure, None, back)
+    onward = None if towards == "down" else follow(closure, first, 1.0, points, step)  # type: ignore[arg-type]
+    return joined(closure, back, onward)
+
+
+def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: float = 0.01) -> Branch | None:
+    """The branch that leaves another at a pitchfork (of the mirror twins the one that drifts forward first) or a flip.
+
+    Also at a change of the word where the multipliers jump over -1; there it is searched on both sides, and None is
+    returned where nothing is found. Raises ValueError at a special point from which none leaves.
+    """
+    map_, found = parent.closing_map, special.found
+    if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and found.direction is not None:
+        finer, first = switched_point(map_, found)
+        way = followed(finer, first, 1.0, points, step, from_parent=True)
+        if len(way.points) < 2:
+            return None
+        if _drifts_back(way.points[1]):
+            turned = dataclasses.replace(first, tangent=-first.tangent)
+            way = followed(finer, turned, 1.0, points, step, from_parent=True)
+        assert isinstance(finer, ClosingMap)
+        result = joined(finer, None, way)
+        return dataclasses.replace(result, ends=(_bifurcation_end(special), result.ends[1]))
+    if special.kind is SpecialKind.WORD_CHANGE and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
+        for finer, first in branches_at_corner(map_, found):
+            assert isinstance(finer, ClosingMap)
+            ways = [followed(finer, first, sign, points, step) for sign in (-1.0, 1.0)]
+            return joined(finer, *ways)
+        return None
+    raise ValueError(f"special should be a pitchfork or a flip, from which a branch leaves, got a {special.kind.value}")
+
+
+def _bifurcation_end(special: SpecialPoint) -> BranchEnd:
+    """How a branch begins that leaves at a special point."""
+    return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
+
+
+def _drifts_back(point: BranchPoint) -> bool:
+    return point.closing.drift < 0.0
+
+
+def _check_options(towards: str, points: int, step: float) -> None:
+    if towards not in TOWARDS:
+        raise ValueError(f"towards should be one of {', '.join(TOWARDS)}, got {towards!r}")
+    check_whole("points", points, 2)
+    if not 1e-6 <= step <= 0.5:
+        raise ValueError(f"step should be a share of the range, from 1e-6 to 0.5, got {step!r}")
+
+
+def starting_orbit(
+    system: System,
+    over: str,
+    between: tuple[float, float],
+    orbit: Orbit | None,
+    initial: Mapping[str, float] | None,
+    settle_periods: int,
+    tolerance: float,
+) -> Orbit:
+    """The orbit from which a branch is followed; ValueError where it is none of the system or out of the range."""
+    between = checked_range(system, over, between)
+    if orbit is not None and initial is not None:
+        raise ValueError("orbit and initial should not both be given: a start is one of them")
+    given = system if orbit is None else orbit.system
+    if orbit is not None and given.with_parameters({over: system.parameter(over)}) != system:
+        raise ValueError(f"orbit should be of the system, whatever its {over}: another parameter differs")
+    value = float(given.parameter(over))
+    inside = min(max(value, between[0]), between[1])
+    if orbit is not None:
+        if value != inside:
+            raise ValueError(f"orbit should have its {over} within {between[0]:g} to {between[1]:g}, got {value:g}")
+        return orbit
+    system = system if value == inside else system.with_parameters({over: inside})
+    return steady_orbit(system, initial=initial, settle_periods=settle_periods, tolerance=tolerance)
+
+
+def mirrored_all_over(system: System, over: str, between: tuple[float, float]) -> bool:
+    """Whether the half-period symmetry holds all over the range of the parameter."""
+    if not is_driven(system):
+        return False
+    low, high = between
+    values = (low, 0.5 * (low + high), high)
+    return all(system.with_parameters({over: value}).mirrored for value in values)

@@ -1,0 +1,141 @@
+"""Where a measure takes a value along a branch of steady motions, stable or not, past folds too."""
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.measures.during_run import measured
+from vibrocap.motion.simulate import simulate
+from vibrocap.orbits.closing.autonomous_orbit import near_cycle
+from vibrocap.orbits.closing.orbit import Orbit, shoot
+from vibrocap.orbits.closing.periodic_solution import named_states
+from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
+from vibrocap.orbits.continuation.segment import Lost, Segment
+from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
+from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
+from vibrocap.orbits.maps.closing_map import ClosingMap
+from vibrocap.orbits.maps.cycle_map import CycleMap
+
+MEASURE_ERROR = 100.0  # tolerances of the runs by which a measure of a closed orbit may be off, over its largest value
+BESIDE = 1e-3  # share of a segment over which the slope is taken
+
+
+@dataclasses.dataclass(frozen=True)
+class BranchCrossing:
+    """A place of a branch where a measure passes a value, or (a jump) where it leaps over it at a change of the word.
+
+    at: the parameter; error: how far it may be off, by the bracket and by the error of a closed orbit
+    after_point: index of the last point of the branch before it; orbit: the steady motion there; None where lost
+    """
+
+    kind: CrossingKind
+    at: float
+    error: float
+    after_point: int
+    orbit: Orbit | None
+
+
+def branch_crossings(
+    closure: ClosingMap,
+    points: Sequence[tuple[np.ndarray, float, float]],
+    known: np.ndarray | None,
+    measure: str,
+    value: float,
+) -> tuple[BranchCrossing, ...]:
+    """All places of a branch where a measure passes a value, in the order of the branch.
+
+    The measure is taken at every point; where its difference to the value changes sign, the place is bracketed on
+    closed orbits. Where it equals the value all along (the drift of symmetric motions) it passes it nowhere.
+
+    points: (state, parameter, period) of each; known: [points] the measure there, where it is known
+    """
+    checked_measure((closure.system,), measure)
+    if known is None:
+        known = np.array([steady_value(orbit_near(closure, *point), measure) for point in points])
+    size = float(np.max(np.abs(known), initial=1.0))
+    differences = known - value
+    told = [i for i in range(len(known)) if abs(differences[i]) > NOTHING * size]
+    return tuple(
+        _located(closure, points[i], points[j], i, measure, value, size)
+        for i, j in itertools.pairwise(told)
+        if j - i <= 2 and differences[i] * differences[j] < 0.0
+    )
+
+
+def orbit_near(closure: ClosingMap, state: np.ndarray, value: float, period: float) -> Orbit:
+    """The orbit closed from a state [states] at a value of the parameter; the period matters to cycles only."""
+    system = closure.system.with_parameters({closure.path: value})
+    if isinstance(closure, CycleMap):
+        return Orbit.of(near_cycle(system, state, period, closure.tolerance))
+    start = named_states(system, state)
+    return shoot(system, start, closure.response_period, half=closure.half, tolerance=closure.tolerance)
+
+
+def steady_value(orbit: Orbit, measure: str) -> float:
+    """A measure of an orbit over its whole period; drift and works are per drive period."""
+    if measure == "drift" and orbit.drift is not None:
+        return orbit.drift / max(1, orbit.response_period)
+    if measure == "mean_velocity" and orbit.mean_velocity is not None:
+        return orbit.mean_velocity
+    if orbit.response_period == 0:
+        return _of_cycle(orbit, measure)
+    return float(measured(orbit.motion(), [measure], window=orbit.response_period)[measure])
+
+
+def _of_cycle(orbit: Orbit, measure: str) -> float:
+    """A measure of a cycle: over one period of a constant drive, whose length is free to be that of the cycle."""
+    if orbit.system.drive.name != "constant":
+        raise ValueError(
+            f"drive should be constant for measures of a cycle by its period, got {orbit.system.drive.name}"
+        )
+    system = orbit.system.with_parameters({"drive.duration": orbit.period})
+    motion = simulate(system, periods=1, initial=orbit.state, tolerance=max(orbit.tolerance, 1e-13))
+    return float(measured(motion, [measure], window=1)[measure])
+
+
+def _located(
+    closure: ClosingMap,
+    first: tuple[np.ndarray, float, float],
+    last: tuple[np.ndarray, float, float],
+    after_point: int,
+    measure: str,
+    value: float,
+    size: float,
+) -> BranchCrossing:
+    """The place between two points of a branch at which the differences have different signs."""
+    if isinstance(closure, CycleMap):  # of which the branch may have several, one for each section
+        closure = closure.with_section(first[0], first[1])
+    low, high = sorted((first[1], last[1]))
+    lost = BranchCrossing(CrossingKind.LOST, 0.5 * (low + high), high - low, after_point, None)
+    across = np.zeros(len(closure.unknowns) + 1 + isinstance(closure, CycleMap))
+    across[-1] = 1.0
+    ends = []
+    for point in (first, last):
+        x = closure.point(*point)
+        closing, _ = corrected(closure, x, across, float(x[-1]))
+        if closing is None:
+            return lost
+        ends.append(BranchPoint(closing, null_tangent(closing)))
+    segment = Segment(closure, *ends)
+
+    def orbit_of(point: BranchPoint) -> Orbit:
+        state = closure.state(point.x, point.closing)
+        return orbit_near(closure, state, closure.parameter(point.x), closure.period(point.x))
+
+    def difference(point: BranchPoint) -> float:
+        return steady_value(orbit_of(point), measure) - value
+
+    try:
+        bracket = segment.root(difference)
+        here = segment.point(bracket.left)
+        beside = segment.point(bracket.left + (BESIDE if bracket.left < 0.5 else -BESIDE))
+    except Lost:
+        return lost
+    width = abs(segment.parameter(bracket.right) - segment.parameter(bracket.left))
+    kind = CrossingKind.JUMP if bracket.jumps else CrossingKind.CROSSING
+    at = closure.parameter(here.x)
+    rate = (difference(beside) - difference(here)) / (closure.parameter(beside.x) - at)
+    error = width + MEASURE_ERROR * closure.tolerance * size / max(abs(rate), 1e-300)
+    return BranchCrossing(kind, at, width if bracket.jumps else error, after_point, orbit_of(here))

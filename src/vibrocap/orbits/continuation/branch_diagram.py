@@ -1,0 +1,238 @@
+"""branches(...): a motion followed over a parameter together with all that branches off from it."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.orbits.closing.orbit import Orbit, shoot
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus
+from vibrocap.orbits.continuation.branch import Branch, branch, leaving, mirrored_all_over, starting_orbit
+from vibrocap.orbits.continuation.branch_point import corrected
+from vibrocap.orbits.continuation.following import BranchEnd
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.physics.system import System
+
+BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
+AT_PARENT = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
+MOST_BRANCHES = 40
+ONE_PLACE = 1e-5  # in natural sizes and shares of the range: two bifurcations so near are one
+ON_BRANCH = 1e-7  # the same of two orbits
+ROUGHLY = 0.05  # distance from the chords of a branch beyond which it need not be known exactly
+
+
+@dataclasses.dataclass(frozen=True)
+class Join:
+    """Where two branches of a diagram meet: a special point of the parent is the first or the last point of the child.
+
+    parent, child: indices of branches; special: index of the parent's special point; end: 0 the child's first point, -1
+    its last
+    """
+
+    parent: int
+    special: int
+    child: int
+    end: int
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class BranchDiagram:
+    """Branches of steady motions over one parameter, and where they meet.
+
+    Of mirror twins only one is kept: the other has the opposite drift and the same multipliers.
+    unfollowed: (branch, special point) of bifurcations whose branch was not followed, being too deep or not found
+    """
+
+    system: System
+    over: str
+    between: tuple[float, float]
+    branches: tuple[Branch, ...]
+    joins: tuple[Join, ...]
+    unfollowed: tuple[tuple[int, int], ...]
+
+    def table(self) -> list[dict[str, Any]]:
+        """The special points of all branches as rows of a table, by branch and then along it."""
+        return [{"branch": i, **row} for i, each in enumerate(self.branches) for row in each.table()]
+
+    def __str__(self) -> str:
+        """The diagram in words."""
+        lines = [f"[{i}] {each}" for i, each in enumerate(self.branches)]
+        for join in self.joins:
+            place = self.branches[join.parent].special_points[join.special]
+            verb = "leaves" if join.end == 0 else "ends on"
+            lines.append(f"[{join.child}] {verb} [{join.parent}] at {self.over} = {place.parameter:.10g}")
+        return "\n".join(lines)
+
+
+def branches(
+    system: System,
+    over: str,
+    between: tuple[float, float],
+    *,
+    orbit: Orbit | None = None,
+    initial: Mapping[str, float] | None = None,
+    depth: int = 2,
+    points: int = 1000,
+    step: float = 0.01,
+    settle_periods: int = 2000,
+    tolerance: float = 1e-12,
+) -> BranchDiagram:
+    """The diagram of steady motions over a parameter: the symmetric orbits, what travels, and what has longer periods.
+
+    The branch of symmetric orbits is followed first, where the system has the half-period symmetry; then the branches
+    that leave at pitchforks and flips, and those that leave these, to a depth. The branch through the start is followed
+    too if it is not among them. Branches that are joined to none of these are not found: start from one of their
+    orbits. Of a system that nothing drives in time the branch of cycles through the start is the whole diagram.
+
+    depth: generations after the first; other arguments as for `branch`
+    """
+    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
+    options = {"points": points, "step": step, "tolerance": tolerance}
+    diagram = _Growing(depth, points, step)
+    if mirrored_all_over(system, over, between) and not begun.symmetric:
+        symmetric = shoot(begun.system, begun.state, 1, half=True, tolerance=tolerance)
+        if symmetric.status is OrbitStatus.CONVERGED:
+            diagram.add(branch(system, over, between, orbit=symmetric, **options), 0)
+            diagram.grow()
+    if not any(_holds(each, begun) for each in diagram.branches):
+        diagram.add(branch(system, over, between, orbit=begun, **options), 0)
+        if begun.response_period:  # of cycles that nothing drives only their own branch is followed
+            diagram.grow()
+    return diagram.finished(system, over, between)
+
+
+class _Growing:
+    """A diagram that is being followed."""
+
+    def __init__(self, depth: int, points: int, step: float):
+        self.depth, self.points, self.step = depth, points, step
+        self.branches: list[Branch] = []
+        self.generation: list[int] = []
+        self.joins: list[Join] = []
+        self.tried: set[tuple[int, int]] = set()
+
+    def add(self, new: Branch, generation: int) -> int:
+        self.branches.append(new)
+        self.generation.append(generation)
+        return len(self.branches) - 1
+
+    def grow(self) -> None:
+        """Follow what leaves: smooth bifurcations first, of which what leaves at an angle may be the other end."""
+        while len(self.branches) < MOST_BRANCHES:
+            waiting = [
+                (special.discontinuous, self.generation[i], i, j)
+                for i, each in enumerate(self.branches)
+                for j, special in enumerate(each.special_points)
+                if self.generation[i] < self.depth and (i, j) not in self.tried and _leaves(special)
+            ]
+            if not waiting:
+                return
+            _, generation, i, j = min(waiting)
+            self.tried.add((i, j))
+            if any(join.parent == i and join.special == j for join in self.joins):
+                continue
+            child = leaving(self.branches[i], self.branches[i].special_points[j], points=self.points, step=self.step)
+            if child is None or not len(child) or self._known(child):
+                continue
+            self._join(self.add(child, generation + 1))
+
+    def _known(self, child: Branch) -> bool:
+        """Whether a branch is one of those followed already, or the mirror twin of one."""
+        place = len(child) // 2
+        return any(
+            each.response_period == child.response_period
+            and each.symmetric == child.symmetric
+            and branch_distance(each, child.states[place], float(child.parameter[place])) <= ON_BRANCH
+            for each in self.branches
+        )
+
+    def _join(self, child: int) -> None:
+        """Note where a branch begins and ends on others."""
+        new = self.branches[child]
+        for end, how in ((0, new.ends[0]), (-1, new.ends[1])):
+            if how not in AT_PARENT:
+                continue
+            for i, parent in enumerate(self.branches):
+                for j, special in enumerate(parent.special_points):
+                    if i != child and _leaves(special) and _meets(parent, special, new, end):
+                        self.joins.append(Join(i, j, child, end))
+
+    def finished(self, system: System, over: str, between: tuple[float, float]) -> BranchDiagram:
+        """The record."""
+        joined = {(join.parent, join.special) for join in self.joins}
+        unfollowed = tuple(
+            (i, j)
+            for i, each in enumerate(self.branches)
+            for j, special in enumerate(each.special_points)
+            if _leaves(special) and (i, j) not in joined
+        )
+        low, high = between
+        return BranchDiagram(
+            system, over, (float(low), float(high)), tuple(self.branches), tuple(self.joins), unfollowed
+        )
+
+
+def _leaves(special: SpecialPoint) -> bool:
+    """Whether another branch leaves at a special point (and not the branch itself, which begins there)."""
+    if special.kind in BRANCHING:
+        return special.found.direction is not None
+    return special.kind is SpecialKind.WORD_CHANGE and special.passed in BRANCHING and special.found.beyond is not None
+
+
+def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bool:
+    """Whether the end of a branch is at a special point of another."""
+    low, high = parent.between
+    sizes = parent.closing_map.sizes[parent.closing_map.unknowns]
+    there = np.array(list(special.state.values()))[parent.closing_map.unknowns]
+    here = child.states[end][child.closing_map.unknowns]
+    off = max(float(np.max(np.abs(there - here) / sizes)), abs(special.parameter - child.parameter[end]) / (high - low))
+    return child.response_period in (parent.response_period, 2 * parent.response_period) and off <= ONE_PLACE
+
+
+def _holds(known: Branch, orbit: Orbit) -> bool:
+    """Whether an orbit, or its mirror twin, lies on a branch."""
+    if orbit.response_period != known.response_period or bool(orbit.symmetric) != bool(known.symmetric):
+        return False
+    state = np.array([orbit.state[name] for name in known.system.state_names])
+    return branch_distance(known, state, float(orbit.system.parameter(known.over))) <= ON_BRANCH
+
+
+def branch_distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
+    """Distance of an orbit from a branch of its period, in natural sizes and shares of the range; the least over twins.
+
+    state: of the orbit at the section, [states]. Infinite where the branch does not come near.
+    """
+    return min(_distance(branch, each, parameter) for each in _starts(branch, state, parameter))
+
+
+def _starts(branch: Branch, state: np.ndarray, parameter: float) -> list[np.ndarray]:
+    """States of an orbit at the sections of its response, and of its mirror twin."""
+    closure = branch.closing_map
+    row = closure.row.copy()
+    row[closure.index] = parameter
+    here, found = state.copy(), []
+    for _ in range(branch.response_period):
+        found.append(here)
+        here = closure.map.images(here[None], row[None], tangents=False).state[0]
+    if closure.mirrored and not closure.half:
+        found += [closure.map.mirrored_half(each[None], row[None], tangents=False).state[0] for each in found]
+    return found
+
+
+def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
+    """Distance of a point from a branch: from its chords first, then from the branch across the nearest of them."""
+    closure = branch.closing_map
+    x = closure.point(state, parameter)
+    corners = np.stack([closure.point(*each) for each in zip(branch.states, branch.parameter, strict=True)])
+    ways = np.diff(corners, axis=0)
+    lengths = np.maximum(np.linalg.norm(ways, axis=1), 1e-300)
+    shares = np.clip(np.sum((x - corners[:-1]) * ways, axis=1) / lengths**2, 0.0, 1.0)
+    feet = corners[:-1] + shares[:, None] * ways
+    off = np.linalg.norm(feet - x, axis=1)
+    i = int(np.argmin(off))
+    if off[i] > ROUGHLY:
+        return float("inf")
+    normal = ways[i] / lengths[i]
+    found, _ = corrected(closure, feet[i], normal, float(normal @ feet[i]))
+    return float(off[i]) if found is None else float(np.linalg.norm(found.x - x))

@@ -1,0 +1,137 @@
+"""Branch switching: from a branch to one that bifurcates from it at a pitchfork or a flip, and where that one ends."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
+from vibrocap.orbits.continuation.segment import Segment
+from vibrocap.orbits.continuation.special_points import Found, SpecialKind, flip_test, special_points_between
+from vibrocap.orbits.maps.closing_map import Closure
+from vibrocap.orbits.maps.itinerary import same_cycle, word_change
+
+WIDEST = 0.05  # share of the parameter's range within which a bifurcation is looked for
+NARROWEST = 1e-4
+TWIN = 3.0  # how far off, over the distance of two points about a bifurcation, the twin of one may be from the other
+FAR_BIFURCATION = 30.0  # the same of the bifurcation, where the branch leaves at a sharp angle
+BESIDE = (-1e-3, 1e-3, -1e-2, 1e-2)  # shares of the range at which a branch that leaves at an angle is looked for
+OFFSETS = tuple(10.0 ** np.arange(-4.0, -0.4, 0.5))  # distances from its parent there, in natural sizes
+TEXT = "this branch is born here"
+DIFFERENT = 1e-5  # mismatch under the parent's map from which on an orbit is another
+
+
+def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, slack: float = 0.0) -> Found | None:
+    """Where a branch bifurcates from one of the coarser map, between two of its points; None where it is not.
+
+    A branch of mirror twins meets that of symmetric orbits where the parameter has an extremum along it, since the
+    twins are the same branch gone through the other way; a branch of twice the period meets its own shift by one
+    period. There a multiplier of the coarser map is -1 (a pitchfork or a flip), or they jump over -1 at a change of the
+    word, and then the new branch leaves at an angle and not as a parabola. The place is found on the coarser branch,
+    where nothing is singular.
+
+    Beyond it the branch is its own twin: the image of `last` under the coarser map is near `first`, which tells a
+    bifurcation from a fold beside it. slack: how much farther than `last` from `first` all this may be
+    """
+    coarser = closure.coarser()
+    if coarser is None:
+        return None
+    near = float(np.linalg.norm(last.x - first.x)) + slack
+    twin = np.append(last.x[:-1] + coarser.attempt(last.x, last.closing).mismatch, last.x[-1])
+    if not np.linalg.norm(twin - first.x) <= TWIN * near:
+        return None
+    segment = _coarser_segment(coarser, first, last, TWIN * near)
+    if segment is None:
+        return None
+    for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
+        smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
+        if (smooth or special.passed is not None) and np.linalg.norm(
+            special.point.x - first.x
+        ) <= FAR_BIFURCATION * near:
+            return _seen_from(closure, first, special)
+    return None
+
+
+def unlocated_bifurcation(closure: Closure, last: BranchPoint, beyond: BranchPoint) -> Found:
+    """A bifurcation between the last point that is no orbit of the coarser map and the next one, which is."""
+    error = abs(closure.parameter(beyond.x) - closure.parameter(last.x))
+    coarser = closure.coarser()
+    kind = SpecialKind.PITCHFORK if coarser is not None and coarser.half else SpecialKind.FLIP
+    counts, words = (last.unstable(), beyond.unstable()), (last.closing.word, beyond.closing.word)
+    return Found(SpecialKind.UNLOCATED, 1.0, last, error, counts, words, passed=kind, text=TEXT)
+
+
+def _coarser_segment(coarser: Closure, first: BranchPoint, last: BranchPoint, near: float) -> Segment | None:
+    """A stretch of the coarser branch about two points, the shortest with a multiplier -1 or a change of the word."""
+    guess = 0.5 * (first.x + last.x)
+    across = np.zeros(len(guess))
+    across[-1] = 1.0
+    middle, _ = corrected(coarser, guess, across, float(guess[-1]), first.closing)
+    if middle is None or np.linalg.norm(middle.x - guess) > near:
+        return None
+    reach = NARROWEST
+    while reach <= WIDEST:
+        ends: list[BranchPoint] = []
+        for side in (-reach, reach):
+            found, _ = corrected(coarser, middle.x + side * across, across, middle.x[-1] + side, middle)
+            if found is not None:
+                ends.append(BranchPoint(found, null_tangent(found)))
+        if len(ends) < 2:
+            return None
+        if flip_test(ends[0]) * flip_test(ends[1]) < 0.0 or not same_cycle(*(each.closing.word for each in ends)):
+            return Segment(coarser, *ends)
+        reach *= 4.0
+    return None
+
+
+def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
+    """The record of a bifurcation on the coarser branch, seen from the branch that ends there."""
+    towards = special.point.x - last.x
+    size = float(np.linalg.norm(towards))
+    point = BranchPoint(
+        closure.attempt(special.point.x, special.point.closing), towards / size if size > 0.0 else last.tangent
+    )
+    words, change = (last.closing.word, point.closing.word), None
+    if special.kind is SpecialKind.WORD_CHANGE:
+        change = special.change if same_cycle(*words) else word_change(*words)[0]
+    counts = (last.unstable(), last.unstable())
+    return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=TEXT)
+
+
+def branches_at_corner(parent: Closure, special: Found) -> Iterator[tuple[Closure, BranchPoint]]:
+    """(map, point) of branches that leave at a change of the word, where the multipliers jump over -1.
+
+    There is no eigenvector that shows the way, since the derivative jumps. Orbits are looked for on both sides of the
+    change, off the parent's orbit along the eigenvector of its largest multiplier on its unstable side.
+    """
+    finer = parent.finer()
+    assert special.beyond is not None
+    unstable = max((special.point, special.beyond), key=lambda point: float(np.max(np.abs(point.own_multipliers))))
+    values, vectors = np.linalg.eig(unstable.closing.jacobian)
+    off = np.append(np.real(vectors[:, np.argmax(np.abs(values))]), 0.0)
+    across = np.zeros(len(off))
+    across[-1] = 1.0
+    for beside in BESIDE:
+        q = float(special.point.x[-1]) + beside
+        if not 0.0 <= q <= 1.0:
+            continue
+        middle, _ = corrected(parent, special.point.x + beside * across, across, q, special.point.closing)
+        if middle is None:
+            continue
+        for distance in OFFSETS:
+            found, _ = corrected(finer, middle.x + distance * off, across, q, middle)
+            if found is None or parent.attempt(found.x, found).residual <= DIFFERENT:
+                continue
+            yield finer, BranchPoint(found, null_tangent(found))
+            break
+
+
+def switched_point(closure: Closure, special: Found) -> tuple[Closure, BranchPoint]:
+    """(map, first point) of the branch that leaves at a pitchfork or a flip, along the eigenvector of multiplier -1.
+
+    That branch is symmetric about it: its tangent there has no part along the parameter.
+    """
+    assert special.direction is not None
+    finer = closure.finer()
+    direction = np.append(special.direction, 0.0)
+    closing = finer.attempt(special.point.x, special.point.closing)
+    return finer, BranchPoint(closing, direction / np.linalg.norm(direction))

@@ -1,0 +1,280 @@
+"""Following a branch of orbits by its arclength, past folds and through changes of the word, until it ends."""
+
+import dataclasses
+import enum
+
+import numpy as np
+
+from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent, tangent
+from vibrocap.orbits.continuation.branch_switching import parent_bifurcation, unlocated_bifurcation
+from vibrocap.orbits.continuation.segment import TOO_MANY
+from vibrocap.orbits.continuation.special_points import Found, SpecialKind, special_points_between
+from vibrocap.orbits.maps.closing_map import Closing, Closure
+from vibrocap.orbits.maps.itinerary import same_cycle
+
+ON_COARSER_MAP = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
+MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its bifurcation
+SURE = 1e-4  # share of the largest step below which a step has not jumped to another branch
+CROWDED = 0.03  # the same of a step whose changes of word are too many to be located one by one
+UNTRUSTED = (SpecialKind.UNLOCATED, SpecialKind.JUMP)
+SMALLEST = 1e-10  # step below which a branch counts as ended
+STRAIGHT = 0.9  # cosine of the turn of the tangent over a step
+SHORT = 1e-4  # share of the largest step from which on a kink is taken for what it is
+OFF_GUESS = 0.3  # share of a step by which a point may be off the guess
+CORNERED = 1e-2  # share of the largest step from which on a corner is looked for
+QUICK = 3  # steps of Newton's method after which the next step may be longer
+BEYOND_CORNER = (3.0, 10.0, 1.0, 30.0)  # how far beyond it the other side is sought, over the distance tried
+OFF_SIDE = 3.0  # how far off the guess it may be found, over the same
+NO_DISTANCE = 1e-9  # distance from a corner below which nothing is told apart
+
+
+class BranchEnd(enum.Enum):
+    """Why a branch was not followed further; `advice` says what to try."""
+
+    PARAMETER_BOUND = "parameter bound"
+    PITCHFORK = "pitchfork"
+    FLIP = "flip"
+    CLOSED = "closed"
+    ORBIT_CEASES = "orbit ceases"
+    NEWTON_FAILED = "Newton failed"
+    TOO_MANY_POINTS = "too many points"
+    NOT_FOLLOWED = "not followed"
+    START_FAILED = "start failed"
+
+    @property
+    def early(self) -> bool:
+        """Whether the branch goes on, but was not followed so far."""
+        return self in (BranchEnd.NEWTON_FAILED, BranchEnd.TOO_MANY_POINTS, BranchEnd.START_FAILED)
+
+    @property
+    def advice(self) -> str:
+        """What it means and what can be done."""
+        return ADVICE[self]
+
+
+ADVICE = {
+    BranchEnd.PARAMETER_BOUND: "The end of the range asked for.",
+    BranchEnd.PITCHFORK: "The orbit has become symmetric: the branch is born here from that of symmetric orbits, and "
+    "beyond it its mirror twins come.",
+    BranchEnd.FLIP: "The orbit has become one of half its period: the branch is born here, and beyond it the same "
+    "orbits come again, a period later.",
+    BranchEnd.CLOSED: "The branch has come back to its start.",
+    BranchEnd.ORBIT_CEASES: "The word of the motion would change here, and no orbit of the new word continues this "
+    "one: such orbits cease to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
+    BranchEnd.NEWTON_FAILED: "No next point closes however small the step: such orbits cease to exist here, as "
+    "where a motion grazes, or Newton's method cannot follow. Try another `tolerance`, or start from an orbit beyond "
+    "this parameter.",
+    BranchEnd.TOO_MANY_POINTS: "Raise `points`, or allow longer steps with `step`.",
+    BranchEnd.NOT_FOLLOWED: "It was not asked to follow the branch this way.",
+    BranchEnd.START_FAILED: "No orbit closes at the start. Give an `orbit`, or another `initial`.",
+}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Followed:
+    """One way along a branch: its points from the start on, what is special after each, and why it ended."""
+
+    points: list[BranchPoint]
+    special: list[tuple[int, Found]]  # (index of the point before it, what it is)
+    end: BranchEnd
+
+
+def started(closure: Closure, x: np.ndarray) -> BranchPoint | None:
+    """The point of a branch at the parameter of x; None where nothing closes near it."""
+    across = np.zeros(len(x))
+    across[-1] = 1.0
+    found, _ = corrected(closure, x, across, float(x[-1]))
+    return None if found is None else BranchPoint(found, null_tangent(found))
+
+
+def followed(
+    closure: Closure, start: BranchPoint, towards: float, most: int, step: float, from_parent: bool = False
+) -> Followed:
+    """Follow a branch from a point, first towards larger (+1) or smaller (-1) parameters along its tangent.
+
+        predict   x' = x + ds t          correct   F(x) = 0,  n . (x - x') = 0   with the tangent n = t
+
+    Steps grow while Newton's method needs few of its own and the tangent hardly turns. Where the word changes the
+    tangent turns at once: a step that has become very short is taken in spite of it. A corner at which it turns far
+    is passed by looking along the other side's tangent.
+
+    most: points; step: longest, in natural sizes of the states and shares of the parameter's range
+    from_parent: the start is where this branch bifurcates from another, as in `special_points_between`
+    """
+    here = dataclasses.replace(start, tangent=towards * start.tangent)
+    walk = _Walk(closure, closure.coarser(), step, (0.2 if from_parent else 0.1) * step)
+    points, special = [here], []
+    while True:
+        if len(points) >= most:
+            return Followed(points, special, BranchEnd.TOO_MANY_POINTS)
+        if _at_bound(here):
+            return Followed(points, special, BranchEnd.PARAMETER_BOUND)
+        found, between, end = walk.stretch(here, from_parent and len(points) == 1)
+        special += [(len(points) - 1, each) for each in between]
+        if found is not None:
+            points.append(found)
+        if end is None and _closes(points):
+            end = BranchEnd.CLOSED
+        if end is not None or found is None:
+            return Followed(points, special, end or BranchEnd.NEWTON_FAILED)
+        here = found
+
+
+@dataclasses.dataclass
+class _Walk:
+    """A branch that is being followed.
+
+    ds: length of the next step; watched: arclength for which the word is looked at closely, since it changed there more
+    often than a longer step could locate
+    """
+
+    closure: Closure
+    coarser: Closure | None
+    longest: float
+    ds: float
+    watched: float = 0.0
+
+    def stretch(self, here: BranchPoint, from_parent: bool) -> tuple[BranchPoint | None, list[Found], BranchEnd | None]:
+        """(next point, special points before it, why the branch ends there).
+
+        A step after which the orbit is one of the coarser map, or that has orbits between its ends which do not close,
+        has jumped to another branch: it is made shorter. If it cannot be short enough, the branches do meet there.
+        """
+        met_at: BranchPoint | None = None
+        while True:
+            found, following, why = _next_point(self.closure, here, self.ds, self.longest)
+            if found is None:
+                if met_at is not None:
+                    return self._ended(here, met_at)
+                special = parent_bifurcation(self.closure, here, here, MEETING)
+                return (None, [], why) if special is None else (special.point, [special], _end_at(special))
+            way = float(np.linalg.norm(found.x - here.x))
+            least = min(way, self.ds)
+            if here.tangent[-1] * found.tangent[-1] < 0.0 and not from_parent:
+                met = parent_bifurcation(self.closure, here, found)
+                if met is not None:
+                    smooth = met.passed is None
+                    before = special_points_between(self.closure, here, met.point, to_parent=True) if smooth else []
+                    return met.point, [*before, met], _end_at(met)
+            sure = way <= SURE * self.longest
+            if from_parent and not sure and (found.x[-1] - here.x[-1]) * found.tangent[-1] < 0.0:
+                self.ds = 0.3 * least  # it has turned back already: the fold shall lie after the first step
+                continue
+            if self.coarser is not None and self.coarser.attempt(found.x, found.closing).residual <= ON_COARSER_MAP:
+                met_at, self.ds = found, 0.3 * least
+                if self.ds < SMALLEST:
+                    return self._ended(here, met_at)
+                continue
+            closely = self.watched > 0.0
+            between = special_points_between(self.closure, here, found, from_parent=from_parent, closely=closely)
+            crowded = way <= CROWDED * self.longest
+            if any(each.kind in UNTRUSTED and not (crowded if each.text == TOO_MANY else sure) for each in between):
+                if any(each.text == TOO_MANY for each in between):
+                    self.watched = max(self.watched, way)
+                self.ds = 0.2 * least
+                continue
+            self.watched = max(self.watched - way, 0.0)
+            self.ds = min(self.ds, following) if self.watched > 0.0 else following
+            return found, between, None
+
+    def _ended(self, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, list[Found], BranchEnd]:
+        """The end at the branch from which this one bifurcates."""
+        special = parent_bifurcation(self.closure, here, beyond, MEETING) or unlocated_bifurcation(
+            self.closure, here, beyond
+        )
+        return special.point, [special], _end_at(special)
+
+
+def _end_at(special: Found) -> BranchEnd:
+    """How a branch ends where it meets its parent."""
+    return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
+
+
+def _at_bound(point: BranchPoint) -> bool:
+    """Whether the branch leaves the range of the parameter from here."""
+    q, onward = float(point.x[-1]), float(point.tangent[-1])
+    return (q >= 1.0 - 1e-12 and onward > 0.0) or (q <= 1e-12 and onward < 0.0)
+
+
+def _closes(points: list[BranchPoint]) -> bool:
+    """Whether the last step has come back to the first point."""
+    if len(points) < 10:
+        return False
+    first, before, last = points[0], points[-2], points[-1]
+    way = last.x - before.x
+    share = float(np.clip((first.x - before.x) @ way / max(float(way @ way), 1e-300), 0.0, 1.0))
+    off = np.linalg.norm(before.x + share * way - first.x)
+    return bool(off <= 0.05 * np.linalg.norm(way) and first.tangent @ last.tangent > STRAIGHT)
+
+
+def _next_point(
+    closure: Closure, here: BranchPoint, ds: float, longest: float
+) -> tuple[BranchPoint | None, float, BranchEnd]:
+    """(next point, length of the step after it, why there is none)."""
+    trial: Closing | None = None
+    while ds >= SMALLEST:
+        normal, length = here.tangent, ds
+        guess = here.x + length * here.tangent
+        bounded = not 0.0 <= guess[-1] <= 1.0
+        if bounded:
+            bound = float(guess[-1] > 1.0)
+            length = (bound - here.x[-1]) / here.tangent[-1]
+            guess = here.x + length * here.tangent
+            guess[-1] = bound
+            normal = np.zeros(len(guess))
+            normal[-1] = 1.0
+        found, steps = corrected(closure, guess, normal, float(normal @ guess), here.closing)
+        if found is not None and -1e-12 <= found.x[-1] <= 1.0 + 1e-12:
+            towards = found.x - here.x
+            new = BranchPoint(found, tangent(found, towards / np.linalg.norm(towards)))
+            short = ds <= SHORT * longest
+            straight = float(new.tangent @ here.tangent) >= STRAIGHT or short
+            near = float(np.linalg.norm(found.x - guess)) <= (1.0 if short else OFF_GUESS) * length
+            if straight and near and towards @ here.tangent > 0.0:
+                longer = 1.5 * ds if steps <= QUICK else ds
+                return new, (ds if bounded else min(longer, longest)), BranchEnd.PARAMETER_BOUND
+        trial = closure.attempt(here.x + ds * here.tangent, here.closing)
+        if ds <= CORNERED * longest and not same_cycle(trial.word, here.closing.word):
+            turned = _around_corner(closure, here, trial, ds)
+            if turned is not None:
+                return turned, float(np.linalg.norm(turned.x - here.x)), BranchEnd.PARAMETER_BOUND
+        ds *= 0.4
+    changed = trial is not None and not same_cycle(trial.word, here.closing.word)
+    return None, ds, BranchEnd.ORBIT_CEASES if changed else BranchEnd.NEWTON_FAILED
+
+
+def _around_corner(closure: Closure, here: BranchPoint, beyond: Closing, distance: float) -> BranchPoint | None:
+    """A point of the branch on the other side of a corner that is nearer than a distance; None where there is none.
+
+    A little beyond the corner along the old tangent the map is that of the new word, and the null vector of its
+    derivative is the new tangent. Orbits of the new word exist to one side of the corner only, which tells the sign,
+    and the branch may turn by more than a right angle (then no plane across the old tangent meets it).
+
+    beyond: the closing at `distance` along the old tangent, whose word is another
+    The point is as far from the corner as `here` is: the straight way between the two is then across the corner.
+    """
+    if not beyond.finished:
+        return None
+    along = null_tangent(beyond)
+    for reach in BEYOND_CORNER:
+        for sign in (1.0, -1.0):
+            guess = here.x + reach * distance * sign * along
+            found, _ = corrected(closure, guess, along, float(along @ guess), beyond)
+            if found is None or same_cycle(found.word, here.closing.word) or not 0.0 <= found.x[-1] <= 1.0:
+                continue
+            if np.linalg.norm(found.x - guess) <= OFF_SIDE * distance:
+                return _level(closure, here, BranchPoint(found, tangent(found, sign * along)))
+    return None
+
+
+def _level(closure: Closure, here: BranchPoint, other: BranchPoint) -> BranchPoint:
+    """A point of the other side that is as far from the corner as `here` is, where it can be had."""
+    sides = np.column_stack((here.tangent, other.tangent))
+    share = np.linalg.lstsq(sides, other.x - here.x, rcond=1e-12)[0]
+    if share[0] < NO_DISTANCE:
+        return other
+    guess = here.x + share[0] * (here.tangent + other.tangent)
+    found, _ = corrected(closure, guess, other.tangent, float(other.tangent @ guess), other.closing)
+    if found is None or same_cycle(found.word, here.closing.word) or np.linalg.norm(found.x - guess) > share[0]:
+        return other
+    return BranchPoint(found, tangent(found, other.tangent))

@@ -1,0 +1,180 @@
+"""The stretch of a branch between two neighbouring points: points of it, roots of functions, changes of the word."""
+
+import bisect
+import dataclasses
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, tangent
+from vibrocap.orbits.maps.closing_map import Closure
+from vibrocap.orbits.maps.itinerary import cycle, same_cycle
+
+NARROW = 1e-11  # share of a segment to which a root is bracketed
+CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
+DISCONTINUOUS = 1e-3  # share of a segment's length by which neighbours at a place that was located may differ
+KINK = 1e-3  # share of a segment within which a kink may keep its points from being closed
+MOST_TRIALS = 80
+MOST_CHANGES = 12  # within one step of a branch
+SHORTEST = 1e-6  # share of a segment within which no further changes are looked for
+PROBES = (0.08, 0.17, 0.26, 0.35, 0.43, 0.54, 0.63, 0.72, 0.81, 0.9, 0.97)  # shares of a step that is looked at closely
+TOO_MANY = "the word changes more often than it can be located"
+NOT_CLOSED = "the word changes, but orbits in between do not close"
+JUMPS = "the word changes where the orbits jump"
+
+
+class Lost(Exception):
+    """A point of a segment could not be closed."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Bracket:
+    """Two places of a segment (shares of it) between which something happens, and the values of a function there."""
+
+    left: float
+    right: float
+    value_left: float
+    value_right: float
+    scale: float  # largest value at the ends of the search
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the function jumps over zero instead of passing it."""
+        return min(abs(self.value_left), abs(self.value_right)) > 1e-3 * self.scale
+
+
+class Segment:
+    """Points of a branch between two of its points, by their share (0 to 1) of the straight way from one to the other.
+
+    Every point is closed in the plane across that way, from a guess on the straight line between its nearest neighbours
+    that are known already, so that a search closes in at little cost and a kink in between does no harm.
+    """
+
+    def __init__(self, closure: Closure, first: BranchPoint, last: BranchPoint):
+        self.closure = closure
+        self.way = last.x - first.x
+        self.length = float(np.linalg.norm(self.way))
+        self.normal = self.way / self.length
+        self.start = float(self.normal @ first.x)
+        self.narrow = max(NARROW, CLOSEST / self.length)
+        self.shares, self.points = [0.0, 1.0], [first, last]
+
+    def point(self, share: float) -> BranchPoint:
+        """The closed point at a share of the way. Raises `Lost`."""
+        place = bisect.bisect_left(self.shares, share)
+        if place < len(self.shares) and self.shares[place] == share:
+            return self.points[place]
+        left, right = self.shares[place - 1], self.shares[place]
+        before, after = self.points[place - 1], self.points[place]
+        level = self.start + share * self.length
+        between = before.x + (share - left) / (right - left) * (after.x - before.x)
+        for near, guess in ((before, between), (before, None), (after, None)):
+            if guess is None:  # along the neighbour's own tangent: on its own side of a kink
+                onward = float(near.tangent @ self.normal)
+                guess = near.x + (level - self.normal @ near.x) / (onward or 1.0) * near.tangent
+            found, _ = corrected(self.closure, guess, self.normal, level, near.closing)
+            if found is not None and np.linalg.norm(found.x - between) <= self.length:
+                point = BranchPoint(found, tangent(found, self.normal))
+                self.shares.insert(place, share)
+                self.points.insert(place, point)
+                return point
+        raise Lost(f"no closed point at {share:.6g} of a segment")
+
+    def parameter(self, share: float) -> float:
+        """The parameter at a share that was visited."""
+        return self.closure.parameter(self.points[self.shares.index(share)].x)
+
+    def same_word(self, left: float, right: float) -> bool:
+        """Whether the words at two shares are the same cycle."""
+        return same_cycle(self.point(left).closing.word, self.point(right).closing.word)
+
+    def discontinuous(self, left: float, right: float) -> bool:
+        """Whether the orbits at two shares that were visited, as near as can be, differ: they are on two branches."""
+        one, other = (self.points[self.shares.index(share)].x for share in (left, right))
+        return bool(np.linalg.norm(other - one) > DISCONTINUOUS * self.length + 1e3 * CLOSEST)
+
+    def root(self, function: Callable[[BranchPoint], float], left: float = 0.0, right: float = 1.0) -> Bracket:
+        """Where a function changes its sign between two shares: bracketing with the ITP method.
+
+        Interpolate, truncate, project (Oliveira and Takahashi 2020): as safe as bisection, as quick as the secant. It
+        does not assume that the function is continuous; `Bracket.jumps` tells.
+        """
+        low, high = function(self.point(left)), function(self.point(right))
+        scale = max(abs(low), abs(high))
+        width = min(self.narrow, 0.25) * (right - left)
+        most = int(np.ceil(np.log2((right - left) / (2.0 * width)))) + 1
+        for trial in range(MOST_TRIALS):
+            if right - left <= 2.0 * width or low == 0.0 or high == 0.0:
+                break
+            middle = 0.5 * (left + right)
+            secant = (high * left - low * right) / (high - low)
+            towards = np.sign(middle - secant)
+            truncated = min(0.2 * (right - left) ** 2, abs(middle - secant)) * towards + secant
+            radius = max(width * 2.0 ** (most - trial) - 0.5 * (right - left), 0.0)
+            share = truncated if abs(truncated - middle) <= radius else middle - towards * radius
+            share = float(np.clip(share, left + 0.1 * width, right - 0.1 * width))
+            value = function(self.point(share))
+            if np.sign(value) == np.sign(low):
+                left, low = share, value
+            else:
+                right, high = share, value
+        return Bracket(left, right, low, high, scale)
+
+    def change(self, same: Callable[[BranchPoint], bool], left: float, right: float) -> tuple[float, float]:
+        """Two shares as near as rounding allows: at the first `same` holds, at the second it does not (bisection)."""
+        for _ in range(MOST_TRIALS):
+            if right - left <= self.narrow:
+                break
+            middle = 0.5 * (left + right)
+            try:
+                holds = same(self.point(middle))
+            except Lost:
+                if right - left < KINK:
+                    break
+                raise
+            if holds:
+                left = middle
+            else:
+                right = middle
+        return left, right
+
+
+def word_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[float, float]], str]:
+    """(changes as pairs of shares as near as can be, why there may be others: empty if all were located).
+
+    A change is bracketed by bisection. Bisection sees one where there are three: the middle of each stretch that it
+    leaves is looked at too, and if its word is another, the search goes on there.
+
+    closely: look between points of the same word too, since there were too many changes here for a longer step
+    """
+    found: list[tuple[float, float]] = []
+    try:
+        marks = (0.0, *(PROBES if closely else ()), 1.0)
+        complaint = next(filter(None, (_cut(segment, *pair, found) for pair in itertools.pairwise(marks))), "")
+    except Lost:
+        complaint = NOT_CLOSED
+    return sorted(found), complaint
+
+
+def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, float]]) -> str:
+    """Bracket the changes between two shares whose words differ; returns why it was given up."""
+    here, there = _word(segment, left), _word(segment, right)
+    if here == there:
+        return ""
+    if len(found) >= MOST_CHANGES:
+        return TOO_MANY
+    before, after = segment.change(lambda point: cycle(point.closing.word) == here, left, right)
+    if segment.discontinuous(before, after):
+        return JUMPS
+    found.append((before, after))
+    for first, last in ((left, before), (after, right)):
+        middle = 0.5 * (first + last) if last - first > SHORTEST else first
+        for begin, end in ((first, middle), (middle, last)):
+            if begin < end and (complaint := _cut(segment, begin, end, found)):
+                return complaint
+    return ""
+
+
+def _word(segment: Segment, share: float) -> str:
+    return cycle(segment.point(share).closing.word)

@@ -1,0 +1,319 @@
+"""Special points of a branch: where it folds, where others branch off, where stability or the word changes."""
+
+import dataclasses
+import enum
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrocap.orbits.closing.periodic_solution import named_states
+from vibrocap.orbits.continuation.branch_point import BranchPoint
+from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, word_changes
+from vibrocap.orbits.maps.closing_map import ClosingMap, Closure
+from vibrocap.orbits.maps.itinerary import WordChange, word_change
+
+SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
+FOLDED = 0.01  # distance from 1 of the multiplier that makes a turn of the parameter a fold
+NOISE = 1e-9  # error of a multiplier, of which the error of a located point is made up
+
+
+class SpecialKind(enum.Enum):
+    """What a special point is; `meaning` says it in words."""
+
+    FOLD = "fold"
+    PITCHFORK = "pitchfork"
+    FLIP = "flip"
+    NEIMARK_SACKER = "Neimark-Sacker"
+    BRANCH_POINT = "branch point"
+    WORD_CHANGE = "change of word"
+    JUMP = "jump of multipliers"
+    UNLOCATED = "not located"
+
+    @property
+    def meaning(self) -> str:
+        """What happens there, and what can be done where it could not be located."""
+        return MEANINGS[self]
+
+
+MEANINGS = {
+    SpecialKind.FOLD: "The branch turns back in the parameter (multiplier 1); beyond it these orbits do not exist.",
+    SpecialKind.PITCHFORK: "The symmetry breaks (multiplier 1): a pair of mirror twins begins or ends here.",
+    SpecialKind.FLIP: "A multiplier is -1: an orbit of twice the period begins or ends here.",
+    SpecialKind.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: quasi-periodic motion begins here.",
+    SpecialKind.BRANCH_POINT: "Another branch of orbits of the same period crosses here (multiplier 1).",
+    SpecialKind.WORD_CHANGE: "The phases of sliding and sticking change.",
+    SpecialKind.JUMP: "The multipliers jump without a change of the word; the motion grazes something there.",
+    SpecialKind.UNLOCATED: "Something changes faster than it can be located: follow the branch with a smaller `step`, "
+    "or from an orbit near this parameter.",
+}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Found:
+    """A special point between two points of a branch, before it is written down.
+
+    share: of the way between them; error: of the parameter; direction: in which another branch leaves, or None
+    point, beyond: the orbit there; at a change of the word the last before it and the first after it
+    passed: what the multipliers jump over at a change of the word as they would pass it where all is smooth
+    unstable: number of multipliers not inside the unit circle before and after; text: more about it
+    """
+
+    kind: SpecialKind
+    share: float
+    point: BranchPoint
+    error: float
+    unstable: tuple[int, int]
+    words: tuple[str, str]
+    change: WordChange | None = None
+    passed: SpecialKind | None = None
+    direction: np.ndarray | None = None
+    beyond: BranchPoint | None = None
+    text: str = ""
+
+
+def flip_test(point: BranchPoint) -> float:
+    """Vanishes with a multiplier -1."""
+    return float(np.real(np.prod(point.own_multipliers + 1.0)))
+
+
+def circle_test(point: BranchPoint) -> float:
+    """Vanishes where the product of two multipliers is 1: a pair on the circle (or a neutral saddle)."""
+    values = point.own_multipliers
+    return float(np.real(np.prod([a * b - 1.0 for a, b in itertools.combinations(values, 2)])))
+
+
+def fold_test(point: BranchPoint) -> float:
+    """How fast the parameter grows along the branch."""
+    return float(point.tangent[-1])
+
+
+def branch_test(point: BranchPoint) -> float:
+    """Vanishes where another branch crosses: the derivative with the tangent below it is singular."""
+    return float(np.linalg.det(np.vstack((point.closing.derivative, point.tangent))))
+
+
+TESTS: dict[SpecialKind, Callable[[BranchPoint], float]] = {
+    SpecialKind.FOLD: fold_test,
+    SpecialKind.FLIP: flip_test,
+    SpecialKind.NEIMARK_SACKER: circle_test,
+    SpecialKind.BRANCH_POINT: branch_test,
+}
+
+
+def special_points_between(
+    closure: Closure,
+    first: BranchPoint,
+    last: BranchPoint,
+    from_parent: bool = False,
+    to_parent: bool = False,
+    closely: bool = False,
+) -> list[Found]:
+    """Special points between two neighbouring points of a branch, in order.
+
+    The segment is cut where the word changes; between the cuts all is smooth, and multipliers that pass 1, -1 or the
+    circle are found by the sign of functions that vanish there. What changes sign or stability over a cut does so by a
+    jump. Two of a kind between the same two points are not seen.
+
+    from_parent, to_parent: the first or the last point is where it bifurcates from another, which has the multiplier 1
+    closely: see `word_changes`
+    """
+    segment = Segment(closure, first, last)
+    cuts, complaint = word_changes(segment, closely)
+    edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
+    found = [_word_change(segment, left, right) for left, right in cuts]
+    if complaint:
+        found.append(_unlocated(segment, 0.0, 1.0, complaint))
+    for i in range(0, len(edges), 2):
+        left, right = edges[i : i + 2]
+        if segment.same_word(left, right):
+            at_parent = (from_parent and left == 0.0) or (to_parent and right == 1.0)
+            found += _smooth_points(segment, left, right, at_parent)
+    return sorted(found, key=lambda each: each.share)
+
+
+def _smooth_points(segment: Segment, left: float, right: float, at_parent: bool) -> list[Found]:
+    """Special points of a stretch without a change of the word; at_parent: it begins or ends at the parent branch."""
+    before, after = segment.point(left), segment.point(right)
+    found: list[Found] = []
+    for kind, test in TESTS.items():
+        if at_parent and kind in (SpecialKind.FOLD, SpecialKind.BRANCH_POINT):
+            continue
+        if not test(before) * test(after) < 0.0:
+            continue
+        try:
+            bracket = segment.root(test, left, right)
+        except Lost:
+            found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign"))
+            continue
+        if segment.discontinuous(bracket.left, bracket.right):
+            found.append(_unlocated(segment, left, right, f"{kind.value} test changes sign where the orbits jump"))
+            continue
+        special = _located(segment, kind, bracket)
+        if special is not None and not any(_same(special, other) for other in found):
+            found.append(special)
+    return found
+
+
+def _same(special: Found, other: Found) -> bool:
+    """A fold is no branch point too."""
+    return special.kind is SpecialKind.BRANCH_POINT and abs(special.share - other.share) < 1e-4
+
+
+def _located(segment: Segment, kind: SpecialKind, bracket: Bracket) -> Found | None:
+    """The record of a root of a test; None for a neutral saddle, which is nothing special."""
+    before, after = segment.point(bracket.left), segment.point(bracket.right)
+    point = before if abs(bracket.value_left) <= abs(bracket.value_right) else after
+    share = bracket.left if point is before else bracket.right
+    width = abs(segment.parameter(bracket.right) - segment.parameter(bracket.left))
+    words = (before.closing.word, after.closing.word)
+    counts = _counts(segment, bracket.left, bracket.right)
+    if bracket.jumps:
+        return Found(SpecialKind.JUMP, share, point, width, counts, words, text=f"over that of a {kind.value}")
+    values, vectors = np.linalg.eig(point.closing.jacobian)
+    if kind is SpecialKind.FOLD and np.min(np.abs(values - 1.0), initial=np.inf) > FOLDED:
+        return Found(SpecialKind.JUMP, share, point, width, counts, words, text="the parameter turns without a fold")
+    if kind is SpecialKind.NEIMARK_SACKER:
+        pairs = itertools.combinations(range(len(values)), 2)
+        one, other = min(pairs, key=lambda pair: abs(values[pair[0]] * values[pair[1]] - 1.0))
+        if abs(values[one].imag) < 1e-6 or abs(values[one] - values[other].conj()) > 1e-6:
+            return None
+    direction = None
+    if kind is SpecialKind.FLIP:
+        direction = np.real(vectors[:, np.argmin(np.abs(values + 1.0))])
+        if segment.closure.half:
+            kind = SpecialKind.PITCHFORK
+    elif kind is SpecialKind.BRANCH_POINT:
+        direction = np.real(vectors[:, np.argmin(np.abs(values - 1.0))])
+    return Found(kind, share, point, width + _noise(segment, bracket), counts, words, direction=direction)
+
+
+def _noise(segment: Segment, bracket: Bracket) -> float:
+    """Error of the parameter at a root by the errors of multipliers: theirs over the slope of the test."""
+    ends = segment.parameter(0.0), segment.parameter(1.0)
+    return NOISE * abs(ends[1] - ends[0]) / max(bracket.scale, 1e-300)
+
+
+def _counts(segment: Segment, left: float, right: float) -> tuple[int, int]:
+    """Unstable multipliers at the visited points a little before and after, where they are told from the circle."""
+    i, j = segment.shares.index(left), segment.shares.index(right)
+    clear = 1e-5
+    while i > 0 and segment.shares[i] > left - clear:
+        i -= 1
+    while j < len(segment.shares) - 1 and segment.shares[j] < right + clear:
+        j += 1
+    return segment.points[i].unstable(), segment.points[j].unstable()
+
+
+def _word_change(segment: Segment, left: float, right: float) -> Found:
+    """The record of a change of the word between two shares."""
+    before, after = segment.point(left), segment.point(right)
+    words = (before.closing.word, after.closing.word)
+    change, text = word_change(*words)
+    passed = None
+    for kind, test in TESTS.items():
+        if kind is not SpecialKind.BRANCH_POINT and test(before) * test(after) < 0.0:
+            passed = SpecialKind.PITCHFORK if kind is SpecialKind.FLIP and segment.closure.half else kind
+            break
+    width = abs(segment.parameter(right) - segment.parameter(left))
+    if change in (WordChange.GRAZING, WordChange.SPLITTING):
+        width += SEEN * abs(segment.closure.parameter(np.array([1.0])) - segment.closure.parameter(np.array([0.0])))
+    counts = before.unstable(), after.unstable()
+    return Found(SpecialKind.WORD_CHANGE, left, before, width, counts, words, change, passed, beyond=after, text=text)
+
+
+def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
+    """The record of something between two shares that could not be located."""
+    before, after = segment.point(left), segment.point(right)
+    width = abs(segment.parameter(right) - segment.parameter(left))
+    counts, words = (before.unstable(), after.unstable()), (before.closing.word, after.closing.word)
+    return Found(SpecialKind.UNLOCATED, left, before, width, counts, words, text=text)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class SpecialPoint:
+    """Something special on a branch, between two of its points.
+
+    parameter, error: where, and how far off at most; before, after: words; change: what happens where they differ
+    after_point: index of the last point of the branch before it; arclength: of the branch there
+    unstable_before, unstable_after: number of multipliers not inside the unit circle
+    passed: at a change of the word, over what the multipliers jump as they would pass it where the motion is smooth
+    found: as the continuation left it, to follow what branches off
+    """
+
+    kind: SpecialKind
+    parameter: float
+    error: float
+    state: dict[str, float]
+    drift: float | None
+    multipliers: np.ndarray
+    arclength: float
+    after_point: int
+    word_before: str
+    word_after: str
+    unstable_before: int
+    unstable_after: int
+    change: WordChange | None
+    passed: SpecialKind | None
+    text: str
+    found: Found = dataclasses.field(repr=False)
+
+    @property
+    def stability(self) -> str:
+        """ "lost", "gained" or "kept", going along the branch."""
+        if (self.unstable_before == 0) == (self.unstable_after == 0):
+            return "kept"
+        return "lost" if self.unstable_before == 0 else "gained"
+
+    @property
+    def discontinuous(self) -> bool:
+        """Whether the multipliers jump there, so that a loss of stability is none of the smooth kinds."""
+        return self.kind in (SpecialKind.WORD_CHANGE, SpecialKind.JUMP) and self.unstable_before != self.unstable_after
+
+    @property
+    def remarks(self) -> str:
+        """What else is to be said of it."""
+        said = [self.change.value if self.change else "", self.text]
+        if self.kind is SpecialKind.UNLOCATED:
+            said.append(self.kind.meaning)
+        if self.word_before != self.word_after:
+            said.append(f"{self.word_before} -> {self.word_after}")
+        if self.passed is not None:
+            said.append(f"multipliers jump as over a {self.passed.value}")
+        if self.stability != "kept":
+            said.append(f"stability {self.stability}")
+        return "; ".join(each for each in said if each)
+
+
+def reversed_way(found: Found) -> Found:
+    """What is special, seen by one who comes along the branch the other way."""
+    words, text = found.words[::-1], found.text
+    if found.change is not None and found.words[0] != found.words[1] and not text.startswith("this branch"):
+        text = word_change(*words)[1]
+    return dataclasses.replace(found, words=words, unstable=found.unstable[::-1], text=text)
+
+
+def special_point(
+    closure: ClosingMap, found: Found, after: int, points: list[BranchPoint], ways: np.ndarray
+) -> SpecialPoint:
+    """The public record of what is special after a point of a branch."""
+    point = found.point
+    drift = closure.drift(point.closing)
+    return SpecialPoint(
+        kind=found.kind,
+        parameter=closure.parameter(point.x),
+        error=found.error,
+        state=named_states(closure.system, closure.state(point.x, point.closing)),
+        drift=None if np.isnan(drift) else drift,
+        multipliers=point.multipliers(closure.half),
+        arclength=float(ways[after] + np.linalg.norm(point.x - points[after].x)),
+        after_point=after,
+        word_before=found.words[0],
+        word_after=found.words[1],
+        unstable_before=found.unstable[0],
+        unstable_after=found.unstable[1],
+        change=found.change,
+        passed=found.passed,
+        text=found.text,
+        found=found,
+    )

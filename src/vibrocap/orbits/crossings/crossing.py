@@ -1,0 +1,183 @@
+"""Where a measure of the steady motion takes a value: control points, and points where two laws agree."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import ArgumentError, check_whole, suggestion
+from vibrocap.measures.during_run import check_travel, measure_table, resolved
+from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
+from vibrocap.orbits.maps.stroboscopic_map import is_driven
+from vibrocap.orbits.parameter_range import checked_range
+from vibrocap.physics.system import System
+
+__all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
+
+NOTHING = 1e-9  # a difference of no more than this share of the measure's range (or of 1) is none
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Crossings:
+    """All places found, and what the scan saw.
+
+    found: `Crossing`s in the order of the parameter
+    equal: ranges of the parameter over which the measure equals the value all along (zero drift of symmetric motions):
+        no point of them is a crossing
+    unsettled: parameters of the scan whose motion did not settle; across them nothing can be told
+    parameters, differences: the scan [points]; NaN where not settled
+    """
+
+    measure: str
+    over: str
+    value: float
+    found: tuple[Crossing, ...]
+    equal: tuple[tuple[float, float], ...]
+    unsettled: tuple[float, ...]
+    parameters: np.ndarray
+    differences: np.ndarray
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """The parameters of the crossings proper."""
+        return tuple(each.at for each in self.found if each.kind is CrossingKind.CROSSING)
+
+    def __str__(self) -> str:
+        """What was found, in words."""
+        lines = []
+        for each in self.found:
+            row = f"{each.kind.value:<10}{each.at:.12g} +- {each.error:.1g}"
+            if each.kind is CrossingKind.CROSSING:
+                lines.append(f"{row}, between {each.bracket[0]!r} and {each.bracket[1]!r}, slope {each.slope:.6g}")
+            else:
+                lines.append(f"{row}  {each.kind.advice}")
+        for low, high in self.equal:
+            lines.append(f"equal     all along {low:.6g} to {high:.6g}: no point of it is a crossing")
+        if self.unsettled:
+            first, last = self.unsettled[0], self.unsettled[-1]
+            many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {first:.6g} to {last:.6g}"
+            lines.append(f"unsettled {many}: nothing can be told there")
+        if not any(each.kind is CrossingKind.CROSSING for each in self.found):
+            seen = self.differences[np.isfinite(self.differences)]
+            if len(seen):
+                scan = f"over the scan the difference is from {seen.min():.3g} to {seen.max():.3g}"
+                lines.append(f"no crossing: {scan}")
+        return "\n".join(lines)
+
+
+def crossing(
+    system: System,
+    measure: str = "drift",
+    over: str = "machine.mass_ratio",
+    between: tuple[float, float] = (0.01, 8.1),
+    *,
+    value: float = 0.0,
+    against: System | None = None,
+    initial: Mapping[str, float] | None = None,
+    points: int = 200,
+    periods: int = 2000,
+    tolerance: float = 1e-12,
+    progress: Callable[[float], None] | None = None,
+) -> Crossings:
+    """Where the steady value of a measure equals a value, or that of another system, along a parameter.
+
+    A scan of motions that have settled to rounding brackets every change of sign. In each bracket the steady motion is
+    followed, and the bracket cut until the parameter is known to rounding. A measure that equals the value over a whole
+    range, as the drift of symmetric motions is zero, has no crossing there, and the result says so. `Branch.crossings`
+    looks along a branch: past folds, and where it is unstable.
+
+    measure: a name of `measure_table()` that is a number; drift and works are per drive period
+    over: parameter path; between: its least and largest value
+    value: that is looked for; against: another system (another law), then value is that of the difference
+    initial: start of the motions, by state (where several motions are stable it decides which is seen); a state that
+        only one of two systems has is given to that one
+    points, periods: of the scan: how many parameters, and drive periods to settle in at most
+    tolerance: of the runs
+    progress: called with the share of the scan that is done
+
+    What settles slowly is closed by shooting. Two crossings between neighbouring points of the scan are not seen.
+    Returns `Crossings`. Raises ValueError for a path, range or measure that is none, before any work.
+    """
+    systems = (system,) if against is None else (system, against)
+    low, high = _checked(systems, measure, over, between, points, value)
+    check_run(periods=periods, tolerance=tolerance, max_events_per_period=1, max_steps=1)
+    starts = _starts(systems, initial)
+    difference = Difference(measure, over, float(value), int(periods), tolerance)
+    parameters, motions = np.linspace(low, high, points), []
+    for i, place in enumerate(map(float, parameters)):
+        motions.append(scanned(systems, starts, difference, place))
+        if progress is not None:
+            progress((i + 1) / points)
+    values = np.array(
+        [[math.nan] * len(systems) if each is None else [one.value(measure) for one in each] for each in motions]
+    )
+    differences = values[:, 0] - values[:, 1:].sum(axis=1) - value
+    size = float(np.max(np.abs(values), initial=1.0, where=np.isfinite(values)))
+    same = np.abs(differences) <= NOTHING * size
+    signs = np.where(same, 0.0, np.sign(differences))
+    found = []
+    last = -1  # the last point that is settled and not equal to the value; one that is not may lie between two
+    for i in range(points):
+        if math.isfinite(signs[i]) and signs[i] != 0.0:
+            if last >= 0 and signs[last] * signs[i] < 0.0 and i - last <= 2:
+                ends = ((float(parameters[j]), motions[j]) for j in (last, i))
+                found.append(located(difference, *ends))
+            last = i
+    return Crossings(
+        measure=measure,
+        over=over,
+        value=value,
+        found=tuple(found),
+        equal=_ranges(parameters, same),
+        unsettled=tuple(parameters[~np.isfinite(differences)].tolist()),
+        parameters=parameters,
+        differences=differences,
+    )
+
+
+def _starts(systems: tuple[System, ...], initial: Mapping[str, float] | None) -> list[dict[str, float]]:
+    """The start of each system: of the states named those that it has."""
+    given = dict(initial or {})
+    names = {name for each in systems for name in each.state_names}
+    unknown = [name for name in given if name not in names]
+    if unknown:
+        initial_state(systems[0], {unknown[0]: given[unknown[0]]})  # raises, naming it and what is near
+    return [initial_state(each, {k: v for k, v in given.items() if k in each.state_names}) for each in systems]
+
+
+def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """Ranges of at least two neighbouring points at which the measure equals the value."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], same.astype(int), [0]))))
+    pairs = zip(edges[::2], edges[1::2] - 1, strict=True)
+    return tuple((float(parameters[i]), float(parameters[j])) for i, j in pairs if j > i)
+
+
+def checked_measure(systems: tuple[System, ...], measure: str) -> None:
+    """Refuse what is no measure of these systems, or no number."""
+    table = measure_table()
+    if measure not in table or measure == "word":
+        near = suggestion(measure, [name for name in table if name != "word"], cutoff=0.0)
+        raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
+    for each in systems:
+        check_travel(resolved(measure)[1], each)
+
+
+def _checked(
+    systems: tuple[System, ...], measure: str, over: str, between: Any, points: Any, value: Any
+) -> tuple[float, float]:
+    """The range, or ValueError for what cannot be looked for."""
+    checked_measure(systems, measure)
+    (low, high), *_ = [checked_range(each, over, between) for each in systems]
+    check_whole("points", points, 2)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ValueError(f"value should be a finite number, got {value!r}")
+    for each in systems:
+        if not is_driven(each):
+            raise ValueError(
+                "drive should change in time: of a system that cycles by itself follow the cycles instead, "
+                "branch(system, over, between).crossings(measure, value)"
+            )
+    return low, high

@@ -1,0 +1,195 @@
+"""Where a difference vanishes between two neighbours of a scan: the steady motion followed, the bracket cut."""
+
+import dataclasses
+import enum
+import math
+from collections.abc import Sequence
+
+from vibrocap.orbits.crossings.settled_motion import SettledMotion, settled_motion
+from vibrocap.physics.system import System
+
+NARROW = 1e-13  # of the bracket at first: it is not cut further
+JUMP = 0.1  # of the difference across the bracket at first: a difference that stays above it is no crossing
+BESIDE = 1e-3  # of the bracket at first: distance to both sides at which the slope is taken
+MOST_TRIALS = 200
+COARSER = 10.0  # tolerances of the runs whose difference is taken for the error of the integration
+
+
+class CrossingKind(enum.Enum):
+    """What was found between two neighbouring points of the scan where the difference changes its sign."""
+
+    CROSSING = "crossing"
+    JUMP = "jump"
+    LOST = "lost"
+
+    @property
+    def advice(self) -> str:
+        """What it means."""
+        return {
+            CrossingKind.CROSSING: "The measure takes the value here, on a steady motion that exists on both sides.",
+            CrossingKind.JUMP: "The measure jumps over the value: the start leads to another steady motion (a mirror "
+            "twin, for instance), or a motion ceases to exist. No steady motion seen here has the value.",
+            CrossingKind.LOST: "A motion within the bracket did not settle; raise `periods`, or scan more points.",
+        }[self]
+
+
+@dataclasses.dataclass(frozen=True)
+class Crossing:
+    """A place where the measure passes the value, or jumps over it.
+
+    at: the parameter; bracket: of it, with the difference (measure less value) at both ends
+    error: how far `at` may be off: the bracket's width and, over the slope, by how much the difference at `at` changes
+        with ten times the tolerance; of a jump or a motion that is lost the width alone
+    values: of the measure at `at`, of the system and (with `against`) of the other; none where lost
+    slope: of the difference over the parameter; NaN unless a crossing
+    """
+
+    kind: CrossingKind
+    at: float
+    bracket: tuple[float, float]
+    differences: tuple[float, float]
+    error: float
+    values: tuple[float, ...]
+    slope: float
+
+
+Motions = Sequence[SettledMotion]
+
+
+@dataclasses.dataclass(frozen=True)
+class Difference:
+    """The measure less the value (and less that of a second motion) as a function of a parameter."""
+
+    measure: str
+    over: str
+    value: float
+    periods: int
+    tolerance: float
+
+    def of(self, motions: Motions) -> float:
+        """The difference of the motions themselves."""
+        first, *others = (each.value(self.measure) for each in motions)
+        return first - sum(others) - self.value
+
+    def followed(self, near: Motions, place: float, tolerance: float | None = None) -> list[SettledMotion] | None:
+        """The motions at another place of the parameter to which those nearby lead; None where one does not settle."""
+        tolerance = tolerance or self.tolerance
+        found = []
+        for each in near:
+            system = each.system.with_parameters({self.over: place})
+            state = dict(each.state)
+            if system.machine.cyclic is not None:
+                state[system.machine.cyclic] = 0.0
+            motion = settled_motion(system, state, self.periods, tolerance)
+            if motion is None:
+                return None
+            found.append(motion)
+        return found
+
+
+@dataclasses.dataclass
+class _End:
+    """One end of a bracket."""
+
+    place: float
+    motions: Motions
+    difference: float
+
+
+def located(difference: Difference, first: tuple[float, Motions], last: tuple[float, Motions]) -> Crossing:
+    """What happens between two points of a scan at which the difference has different signs.
+
+    The motion of one end is followed to the other. If its own difference changes sign on the way, that place is
+    bracketed, by secants and halvings; if neither end's does, the two ends lie on different motions.
+    """
+    low, high = (_End(place, motions, difference.of(motions)) for place, motions in (first, last))
+    for near, far in ((low, high), (high, low)):
+        motions = difference.followed(near.motions, far.place)
+        if motions is None:
+            return _untold(CrossingKind.LOST, low, high)
+        reached = _End(far.place, motions, difference.of(motions))
+        if near.difference * reached.difference <= 0.0:
+            return _halved(difference, *((near, reached) if near is low else (reached, near)))
+    return _untold(CrossingKind.JUMP, low, high)
+
+
+def _halved(difference: Difference, low: _End, high: _End) -> Crossing:
+    """The place between two ends where the difference changes its sign, known to rounding; a crossing or a jump."""
+    width, across = high.place - low.place, abs(high.difference - low.difference)
+    for trial in range(MOST_TRIALS):
+        if high.place - low.place <= NARROW * width or 0.0 in (low.difference, high.difference):
+            break
+        place = _next_place(low, high, halve=trial % 3 == 2)
+        if not low.place < place < high.place:
+            break
+        near = min((low, high), key=lambda end: abs(end.place - place))
+        motions = difference.followed(near.motions, place)
+        if motions is None:
+            return _untold(CrossingKind.LOST, low, high)
+        middle = _End(place, motions, difference.of(motions))
+        if middle.difference * low.difference > 0.0:
+            low = middle
+        else:
+            high = middle
+    if abs(high.difference - low.difference) > JUMP * across:
+        return _untold(CrossingKind.JUMP, low, high)
+    at = _secant(low, high)
+    return _crossing(difference, low, high, at, BESIDE * width)
+
+
+def _crossing(difference: Difference, low: _End, high: _End, at: float, beside: float) -> Crossing:
+    """The record of a crossing: values and slope there, and how far it may be off."""
+    here = difference.followed(low.motions, at)
+    around = [difference.followed(low.motions, at + step) for step in (-beside, beside)]
+    coarse = None if here is None else difference.followed(here, at, COARSER * difference.tolerance)
+    if here is None or coarse is None or around[0] is None or around[1] is None:
+        return _untold(CrossingKind.LOST, low, high)
+    slope = (difference.of(around[1]) - difference.of(around[0])) / (2.0 * beside)
+    noise = abs(difference.of(coarse) - difference.of(here))
+    width = 0.0 if at in (low.place, high.place) else high.place - low.place  # at an end it is zero exactly
+    return Crossing(
+        kind=CrossingKind.CROSSING,
+        at=at,
+        bracket=(low.place, high.place),
+        differences=(low.difference, high.difference),
+        error=width + (noise / abs(slope) if slope else math.inf),
+        values=tuple(each.value(difference.measure) for each in here),
+        slope=slope,
+    )
+
+
+def _untold(kind: CrossingKind, low: _End, high: _End) -> Crossing:
+    """The record of a jump, or of a place that could not be located."""
+    width = high.place - low.place
+    differences = (low.difference, high.difference)
+    middle = 0.5 * (low.place + high.place)
+    return Crossing(kind, middle, (low.place, high.place), differences, width, (), math.nan)
+
+
+def _secant(low: _End, high: _End) -> float:
+    """Where the straight line between two ends vanishes."""
+    if high.difference == low.difference:
+        return 0.5 * (low.place + high.place)
+    return low.place - low.difference * (high.place - low.place) / (high.difference - low.difference)
+
+
+def _next_place(low: _End, high: _End, halve: bool) -> float:
+    """The secant's place, kept away from the ends so that the bracket shrinks from both sides; now and then the middle,
+    since at a jump secants alone may creep."""
+    margin = 1e-3 * (high.place - low.place)
+    place = 0.5 * (low.place + high.place) if halve else _secant(low, high)
+    return min(max(place, low.place + margin), high.place - margin)
+
+
+def scanned(
+    systems: Sequence[System], starts: Sequence[dict[str, float]], difference: Difference, place: float
+) -> list[SettledMotion] | None:
+    """The motions to which the starts lead at a place of the parameter; None where one does not settle."""
+    found = []
+    for system, start in zip(systems, starts, strict=True):
+        moved = system.with_parameters({difference.over: place})
+        motion = settled_motion(moved, start, difference.periods, difference.tolerance)
+        if motion is None:
+            return None
+        found.append(motion)
+    return found

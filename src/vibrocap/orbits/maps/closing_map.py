@@ -1,0 +1,232 @@
+"""What vanishes along a branch: the mismatch of an orbit's start and its image, with a parameter among the unknowns."""
+
+import dataclasses
+from typing import Protocol
+
+import numpy as np
+
+from vibrocap.measures.gathered import Gathered
+from vibrocap.motion.equations import equations
+from vibrocap.numerics.kernel.memory_layout import ASK_WORD
+from vibrocap.numerics.run.ensemble import Budget
+from vibrocap.orbits.maps.itinerary import closed_word
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, Ends, StroboscopicMap
+from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.physics.system import System
+
+NUDGE = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Closing:
+    """What the map makes of a point x = (states over their natural sizes, share q of the parameter's range).
+
+    mismatch: [m] image less start; jacobian: [m, m] of the image by the start; slope: [m] of the image by q
+    at_rest: [m] whether the image is exactly zero for good: the velocity of a contact that sticks at the section
+    word: phases over the whole response; drift: what the cyclic coordinate gains over it
+    image: whole state vector at the end, which carries what the law has switched
+    """
+
+    x: np.ndarray
+    mismatch: np.ndarray
+    jacobian: np.ndarray
+    slope: np.ndarray
+    at_rest: np.ndarray
+    finished: bool
+    word: str
+    drift: float
+    image: np.ndarray
+
+    @property
+    def residual(self) -> float:
+        """Largest mismatch; infinite where the run did not finish."""
+        largest = float(np.max(np.abs(self.mismatch)))
+        return largest if self.finished and np.isfinite(largest) else np.inf
+
+    @property
+    def derivative(self) -> np.ndarray:
+        """Of the mismatch by x, [m, m + 1]."""
+        return np.column_stack((self.jacobian - np.eye(len(self.mismatch)), self.slope))
+
+
+class Closure(Protocol):
+    """What can be followed: implement `attempt`, and branches, their special points and their switching work.
+
+    half: whether the map is S P_(T/2), whose multipliers are the roots of those of the orbit
+    """
+
+    half: bool
+
+    def attempt(self, x: np.ndarray, like: Closing | None = None) -> Closing:
+        """The closing of a point; `like`: of a neighbour, whose switched states are taken over."""
+        ...
+
+    def parameter(self, x: np.ndarray) -> float:
+        """The parameter's value at a point."""
+        ...
+
+    def coarser(self) -> "Closure | None":
+        """The map of which this one is the square: its fixed points are where a branch of this one bifurcates."""
+        ...
+
+    def finer(self) -> "Closure":
+        """The square of this map: what bifurcates at a multiplier -1 of this one closes under it."""
+        ...
+
+
+class ClosingMap:
+    """P^n (or, with `half`, S P_(nT/2)) of one form of system, as a function of the start and of one parameter.
+
+    All states but the cyclic one and what the law switches are unknowns. A contact that sticks at the section needs no
+    other set of them: its velocity is 0 in the image, does not depend on anything, and nothing depends on it, so that
+    its equation is v = 0 itself. Thus a branch goes on where its section passes from sticking to sliding.
+
+    The derivative by the start is exact (tangents through events); that by the parameter is a difference of two runs
+    that share the lanes of the tangents (one-sided beside a change of the word): it turns the tangent of a branch,
+    never what closes.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        path: str,
+        between: tuple[float, float],
+        response_period: int = 1,
+        half: bool = False,
+        tolerance: float = 1e-12,
+        mirrored: bool | None = None,
+        plain: bool = False,
+    ):
+        """between: range of the parameter; mirrored: whether the half-period symmetry holds all over it.
+
+        plain: as plain Python, not compiled
+        """
+        self.mirrored = system.mirrored if mirrored is None else mirrored
+        self.system, self.path, self.between = system, path, between
+        self.response_period, self.half, self.tolerance = response_period, half, tolerance
+        self.map = StroboscopicMap(recorded_with(system, path), tolerance, 1, plain)
+        self.index = self.map.equations.parameter_paths.index(path)
+        self.row = self.map.parameters()
+        self.row[self.index] = system.parameter(path)
+        self.sizes = self.map.scales(self.row)  # the same along the whole branch
+        names = system.state_names
+        self.unknowns = self.map.smooth_states
+        self.switched = np.array([i for i, name in enumerate(names) if name in system.friction.switched], dtype=int)
+        self.mirror = self.map.mirror if half else np.ones(len(names))
+
+    def parameter(self, x: np.ndarray) -> float:
+        low, high = self.between
+        return float(low + x[-1] * (high - low))
+
+    def point(self, state: np.ndarray, parameter: float, period: float | None = None) -> np.ndarray:
+        """x of a whole state vector and a value of the parameter; the period is that of the drive."""
+        low, high = self.between
+        return np.append(state[self.unknowns] / self.sizes[self.unknowns], (parameter - low) / (high - low))
+
+    def state(self, x: np.ndarray, like: Closing | None = None) -> np.ndarray:
+        """The whole state vector of x: position zero, switched states as they came."""
+        state = np.zeros(self.map.states)
+        state[self.unknowns] = x[:-1] * self.sizes[self.unknowns]
+        if like is not None:
+            state[self.switched] = like.image[self.switched]
+        return state
+
+    @property
+    def symmetric(self) -> bool | None:
+        """Whether the orbits are their own mirror images; None where nothing is."""
+        return self.half if self.mirrored else None
+
+    def period(self, x: np.ndarray) -> float:
+        """Length of the response at a point."""
+        row = self.row.copy()
+        row[self.index] = self.parameter(x)
+        return self.response_period * self.map.period(row)
+
+    def drift(self, closing: Closing) -> float:
+        """What the cyclic coordinate gains over a response; NaN where there is none."""
+        return closing.drift if self.map.cyclic >= 0 else float("nan")
+
+    def coarser(self) -> "ClosingMap | None":
+        if self.half:
+            return None
+        if self.response_period % 2 == 0:
+            return self._with(self.response_period // 2, False)
+        return self._with(self.response_period, True) if self.mirrored else None
+
+    def finer(self) -> "ClosingMap":
+        return self._with(self.response_period, False) if self.half else self._with(2 * self.response_period, False)
+
+    def _with(self, response_period: int, half: bool) -> "ClosingMap":
+        options = self.tolerance, self.mirrored, self.map.plain
+        return ClosingMap(self.system, self.path, self.between, response_period, half, *options)
+
+    def tangents_and_neighbours(self, x: np.ndarray, state: np.ndarray, nudge: float) -> tuple[np.ndarray, np.ndarray]:
+        """(parameters, starts) of m + 2 runs: with the tangent along each unknown, and two beside in the parameter."""
+        m, n = len(self.unknowns), self.map.states
+        rows = np.tile(self.row, (m + 2, 1))
+        rows[:, self.index] = self.parameter(x)
+        rows[m:, self.index] += (nudge, -nudge)
+        start = np.zeros((m + 2, 2 * n))
+        start[:, :n] = state
+        free = self.map.free(state[None])[0]
+        start[np.arange(m), n + self.unknowns] = (self.sizes * free)[self.unknowns]
+        return rows, start
+
+    def attempt(self, x: np.ndarray, like: Closing | None = None) -> Closing:
+        map_, m, n = self.map, len(self.unknowns), self.map.states
+        state = self.state(x, like)
+        nudge = NUDGE * (self.between[1] - self.between[0])
+        rows, start = self.tangents_and_neighbours(x, state, nudge)
+        response = 0.5 * self.response_period if self.half else float(self.response_period)
+        lengths = np.full(m + 2, response * map_.period(rows[0]))
+        if self.path.startswith("drive."):
+            lengths[m:] = [response * map_.period(row) for row in rows[m:]]
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD)
+        ended = map_.run(
+            budget, start, rows, recording=variational_equations(map_.equations), order=ORDER, mark_distance=lengths
+        )
+        ends = ended.state * np.tile(self.mirror, 2)
+        sizes = self.sizes[self.unknowns]
+        image = ends[:, self.unknowns] / sizes
+        at_rest = np.zeros(m, dtype=bool)
+        if map_.equations.hold is not None:
+            at_rest = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
+        words = self._words(ended, [0, m, m + 1])
+        return Closing(
+            x=x,
+            mismatch=image[0] - x[:-1],
+            jacobian=ends[:m, n + self.unknowns].T / sizes[:, None],
+            slope=nudged_slope(image[0], image[m], image[m + 1], words),
+            at_rest=at_rest,
+            finished=bool(np.all(ended.finished)),
+            word=words[0],
+            drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
+            image=ends[0, :n],
+        )
+
+    def _words(self, ended: Ends, runs: list[int]) -> list[str]:
+        """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
+        if self.system.friction.kind == "smooth":
+            return [""] * len(runs)
+        ones = np.ones(len(runs))
+        gathered = Gathered(self.system, ended.layout, ended.results[runs], ones, ones > 0.0, 0.0)
+        return [closed_word(str(word), self.half) for word in gathered.words]
+
+
+def nudged_slope(
+    image: np.ndarray, above: np.ndarray, below: np.ndarray, words: list[str], nudge: float = NUDGE
+) -> np.ndarray:
+    """Derivative of the image by the parameter, from the side on which the word is that of the image itself."""
+    here, up, down = words
+    if up == here and down != here:
+        return (above - image) / nudge
+    if down == here and up != here:
+        return (image - below) / nudge
+    return (above - below) / (2.0 * nudge)
+
+
+def recorded_with(system: System, path: str) -> System:
+    """The system, or one whose equations hold the parameter as a number where a whole value is part of their form."""
+    if path in equations(system).parameter_paths:
+        return system
+    return system.with_parameters({path: float(system.parameter(path)) + 0.3819660112501051})

@@ -1,0 +1,157 @@
+"""What vanishes along a branch of cycles that nothing drives in time: their period is an unknown too."""
+
+import copy
+import dataclasses
+
+import numpy as np
+
+from vibrocap.numerics.kernel.memory_layout import ASK_WORD
+from vibrocap.numerics.run.ensemble import Budget
+from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
+from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.physics.system import System
+
+NUDGE = 1e-7  # share of the parameter's range for the derivative by it: cycles end where a nudge may lead beyond
+PUSHED = 1e-9  # velocity over its natural size up to which a contact that sticks in a neighbour counts as at rest
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class CycleClosing(Closing):
+    """A closing whose unknowns are the states, the period over that of the start, and q.
+
+    mismatch: [m + 1] of the states, and of the section; bordered: [m + 1, m + 2] its derivative by x
+    jacobian: [m - 1, m - 1] of the return to the section, whose eigenvalues are the multipliers but the trivial one
+    """
+
+    bordered: np.ndarray
+
+    @property
+    def derivative(self) -> np.ndarray:
+        return self.bordered
+
+
+class CycleMap(ClosingMap):
+    """P_T of one form of system, as a function of the start, of the period T and of one parameter.
+
+        P_T(y; p) - y = 0,      n . (y - y_0) = 0
+
+    The section is the plane across the flow n at a cycle of the branch, amid one of its phases.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        path: str,
+        between: tuple[float, float],
+        state: np.ndarray,
+        period: float,
+        tolerance: float = 1e-12,
+        plain: bool = False,
+    ):
+        """state, period: of the cycle from which the branch is followed"""
+        super().__init__(system, path, between, 0, False, tolerance, False, plain)
+        self.start_period = period
+        self._across(state, self.row)
+
+    def _across(self, state: np.ndarray, row: np.ndarray) -> None:
+        """Set the section across the flow at a state."""
+        flow = self.map.rates(state, self.map.contact_side(state, row), row)[self.unknowns]
+        flow = flow / self.sizes[self.unknowns]
+        self.normal = flow / np.linalg.norm(flow)
+        self.level = float(self.normal @ (state / self.sizes)[self.unknowns])
+
+    def with_section(self, state: np.ndarray, parameter: float) -> "CycleMap":
+        """The same with the section across the flow at another state and value of the parameter."""
+        other = copy.copy(self)
+        row = self.row.copy()
+        row[self.index] = parameter
+        other._across(state, row)
+        return other
+
+    def point(self, state: np.ndarray, parameter: float, period: float | None = None) -> np.ndarray:
+        """x of a whole state vector, a value of the parameter and a period (that of the start unless given)."""
+        x = super().point(state, parameter)
+        return np.insert(x, -1, 1.0 if period is None else period / self.start_period)
+
+    def state(self, x: np.ndarray, like: Closing | None = None) -> np.ndarray:
+        return super().state(np.delete(x, -2), like)
+
+    def period(self, x: np.ndarray) -> float:
+        """The period at a point."""
+        return float(x[-2]) * self.start_period
+
+    def coarser(self) -> None:
+        return None
+
+    def finer(self) -> "CycleMap":
+        raise ValueError("special should be of a driven system: what leaves a branch of cycles is not followed")
+
+    def attempt(self, x: np.ndarray, like: Closing | None = None) -> CycleClosing:
+        map_, m, n = self.map, len(self.unknowns), self.map.states
+        x = self._at_rest_again(x, like)
+        state, length = self.state(x, like), self.period(x)
+        nudge = NUDGE * (self.between[1] - self.between[0])
+        rows, start = self.tangents_and_neighbours(x, state, nudge)
+        sizes = self.sizes[self.unknowns]
+        if not 0.0 < length < np.inf:
+            return self._failed(x, state)
+        ended = map_.run(
+            Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD),
+            start,
+            rows,
+            recording=variational_equations(map_.equations),
+            order=ORDER,
+            mark_distance=np.full(m + 2, length),
+        )
+        ends = ended.state
+        image = ends[:, self.unknowns] / sizes
+        at_rest = np.zeros(m + 1, dtype=bool)
+        if map_.equations.hold is not None:
+            at_rest[:m] = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
+        words = self._words(ended, [0, m, m + 1])
+        monodromy = ends[:m, n + self.unknowns].T / sizes[:, None]
+        flow = map_.rates(ends[0, :n], map_.contact_side(ends[0, :n], rows[0]), rows[0])[self.unknowns] / sizes
+        slope = nudged_slope(image[0], image[m], image[m + 1], words, NUDGE)
+        above = np.column_stack((monodromy - np.eye(m), flow * self.start_period, slope))
+        section = np.append(self.normal, (0.0, 0.0))
+        return CycleClosing(
+            x=x,
+            mismatch=np.append(image[0] - x[:m], self.normal @ x[:m] - self.level),
+            jacobian=self._returned(monodromy, flow),
+            slope=np.append(slope, 0.0),
+            at_rest=at_rest,
+            finished=bool(np.all(ended.finished)),
+            word=words[0],
+            drift=float(ends[0, map_.cyclic]) if map_.cyclic >= 0 else 0.0,
+            image=ends[0, :n],
+            bordered=np.vstack((above, section)),
+        )
+
+    def _at_rest_again(self, x: np.ndarray, like: Closing | None) -> np.ndarray:
+        """x with the velocity of a contact that sticks in a neighbour at exactly zero, where rounding has moved it.
+
+        With a static limit above the kinetic one a contact that is pushed however little may slide away.
+        """
+        if like is None:
+            return x
+        again = x.copy()
+        again[:-1][like.at_rest & (np.abs(x[:-1]) <= PUSHED)] = 0.0
+        return again
+
+    def _returned(self, monodromy: np.ndarray, flow: np.ndarray) -> np.ndarray:
+        """Derivative of the return to the section, in a basis of it: what goes along the flow is taken off."""
+        along = float(self.normal @ flow)
+        basis = np.linalg.svd(self.normal[None])[2][1:].T
+        taken = np.eye(len(flow)) - np.outer(flow, self.normal) / (along if along != 0.0 else np.nan)
+        returned = basis.T @ taken @ monodromy @ basis
+        return np.where(np.isfinite(returned), returned, 0.0)
+
+    def _failed(self, x: np.ndarray, state: np.ndarray) -> CycleClosing:
+        """The closing of a point that is none, its period not being positive."""
+        m = len(self.unknowns)
+        nothing = np.full(m + 1, np.nan)
+        return CycleClosing(
+            x, nothing, np.zeros((m - 1, m - 1)), nothing, np.zeros(m + 1, dtype=bool), False, "", 0.0, state,
+            np.full((m + 1, m + 2), np.nan),
+        )  # fmt: skip

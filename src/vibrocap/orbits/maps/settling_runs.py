@@ -1,0 +1,90 @@
+"""Settling runs: the stroboscopic map iterated until a motion repeats, for many starts side by side."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrocap.measures.ensemble import CHUNK
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.ensemble import Budget
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
+
+SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
+ROUGH = 1e-9  # tolerance of these runs
+MOST_STEPS = 10**9
+
+
+@dataclasses.dataclass(frozen=True)
+class SettlingRuns:
+    """Where runs ended, arrays [runs, ...].
+
+    state: [runs, states] at the start of a drive period; ended: numbers of `memory_layout`
+    response_period: 0 where it did not settle
+    drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
+    """
+
+    state: np.ndarray
+    ended: np.ndarray
+    response_period: np.ndarray
+    drift: np.ndarray
+
+    @property
+    def finished(self) -> np.ndarray:
+        """Whether the run came to its end."""
+        return self.ended == memory.DONE
+
+
+def settling_runs(
+    map_: StroboscopicMap,
+    states: np.ndarray,
+    parameters: np.ndarray,
+    periods: int,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> SettlingRuns:
+    """Run states [runs, states] until each settles, or for so many drive periods.
+
+    progress: called now and then, from any thread, with the share begun
+    """
+    count = len(states)
+    budget = Budget(periods, 1, SETTLED, ROUGH, MOST_EVENTS, MOST_STEPS)
+    parts = []
+    for base in range(0, count, CHUNK):
+        chosen = slice(base, min(base + CHUNK, count))
+        said = None if progress is None else lambda begun, base=base: progress((base + begun) / count)
+        ends = map_.run(budget, states[chosen], parameters[chosen], progress=said)
+        response = ends.response_period
+        drift = np.full(len(response), np.nan)
+        if map_.cyclic >= 0:
+            gained = ends.state[:, map_.cyclic] - ends.response_earlier[:, map_.cyclic]
+            drift[response > 0] = (gained / np.maximum(response, 1))[response > 0]
+        parts.append((ends.state, ends.status, response, drift))
+    return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, longer: int, periods: int) -> SettlingRuns:
+    """The runs, of which the chosen ones went on: `longer` periods in any case, then until they settled."""
+    rows = np.tile(map_.parameters(), (len(chosen), 1))
+    ends = map_.run(Budget(longer, 1, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS), runs.state[chosen], rows)
+    later = settling_runs(map_, ends.state, rows, periods)
+    later.ended[:] = np.where(ends.finished, later.ended, ends.status)
+    later.response_period[~later.finished] = 0
+    fields = {field.name: getattr(runs, field.name).copy() for field in dataclasses.fields(runs)}
+    for name, column in fields.items():
+        column[chosen] = getattr(later, name)
+    return SettlingRuns(**fields)
+
+
+def iterates(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray:
+    """States after 0, 1, ... drive periods [periods + 1, runs, states]; NaN after a run that could not be completed."""
+    found = np.full((periods + 1, *states.shape), np.nan)
+    found[0] = states
+    running = np.all(np.isfinite(states), axis=1)
+    for k in range(periods):
+        if not running.any():
+            break
+        images = map_.images(found[k, running], parameters[running], 1, tangents=False)
+        found[k + 1, running] = np.where(images.finished[:, None], images.state, np.nan)
+        running[running] = images.finished
+    return found

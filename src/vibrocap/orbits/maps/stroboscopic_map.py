@@ -1,0 +1,213 @@
+"""The stroboscopic map: the state whole drive periods later, and its derivative, for many states at once."""
+
+import copy
+import dataclasses
+import functools
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.orbits.maps.variations import variational_equations
+from vibrocap.physics.system import System
+
+MOST_EVENTS = 100_000  # in one period
+MOST_STEPS = 2_000_000
+ORDER = 12  # of the series: one kernel serves all tolerances
+
+
+@dataclasses.dataclass(frozen=True)
+class Ends:
+    """How runs ended: the kernel's results [runs, ...], and their parts by name."""
+
+    layout: memory.Layout
+    results: np.ndarray
+
+    @functools.cached_property
+    def state(self) -> np.ndarray:
+        """[runs, states] at the end."""
+        return self._states(1)
+
+    @property
+    def response_earlier(self) -> np.ndarray:
+        """[runs, states] one response before the end, of a run that has settled."""
+        return self._states(0)
+
+    @property
+    def status(self) -> np.ndarray:
+        """[runs] numbers of `numerics/kernel/memory_layout.py`."""
+        return self.results[:, memory.RESULT_HEAD.index("status")].astype(int)
+
+    @property
+    def finished(self) -> np.ndarray:
+        """[runs] whether the run came to its end."""
+        return self.status == memory.DONE
+
+    @property
+    def response_period(self) -> np.ndarray:
+        """[runs] in drive periods; 0 where the run did not settle."""
+        found = self.results[:, memory.RESULT_HEAD.index("response_period")]
+        return np.where(self.finished & (found > 0), found, 0).astype(int)
+
+    def _states(self, place: int) -> np.ndarray:
+        first = len(memory.RESULT_HEAD) + place * self.layout.states
+        return self.results[:, first : first + self.layout.states].copy()
+
+
+@dataclasses.dataclass(frozen=True)
+class Images:
+    """Images of states under the stroboscopic map.
+
+    state: [runs, states]; jacobian: [runs, states, states], entry (i, j) the derivative of image i by start j, or None
+    finished: [runs] whether the run came to its end
+    """
+
+    state: np.ndarray
+    jacobian: np.ndarray | None
+    finished: np.ndarray
+
+
+class StroboscopicMap:
+    """The map of the state over drive periods, for one form of system; parameters and states differ from run to run.
+
+    Derivatives are exact: the tangents of a motion are carried through its events by saltation, on the lanes of one
+    kernel (`kernel/events/tangents.py`). What a sticking contact has forgotten is a direction in which the map is
+    constant.
+    """
+
+    def __init__(self, system: System, tolerance: float = 1e-12, threads: int | None = None, plain: bool = False):
+        """tolerance: error per step over the natural size of each state; plain: as plain Python, not compiled."""
+        self.system = system
+        self.tolerance = tolerance
+        self.threads = threads
+        self.plain = plain
+        self.equations = equations(system)
+        self.states = len(system.state_names)
+        self.mirror = np.array(self.equations.symmetry, dtype=float)
+        self.cyclic = self.equations.cyclic_state
+        switched = [name in system.friction.switched for name in system.state_names]
+        self.section_states = np.flatnonzero(np.arange(self.states) != self.cyclic)  # all but the cyclic coordinate
+        self.smooth_states = self.section_states[~np.array(switched)[self.section_states]]  # nor what a law switches
+
+    def of(self, system: System) -> "StroboscopicMap":
+        """The same map of another system of this form."""
+        other = copy.copy(self)
+        other.system = system
+        return other
+
+    def parameters(self) -> np.ndarray:
+        """Parameter vector of the system."""
+        return np.array(parameter_values(self.system))
+
+    def scales(self, parameters: np.ndarray) -> np.ndarray:
+        """Natural size of each state."""
+        return np.array([float(value) for value in evaluate(self.equations.scales, 0.0, [], 1.0, parameters)])
+
+    def period(self, parameters: np.ndarray) -> float:
+        """Period of the drive."""
+        return float(evaluate([self.equations.period], 0.0, [], 1.0, parameters)[0])
+
+    def rates(self, state: np.ndarray, side: float, parameters: np.ndarray, time: float = 0.0) -> np.ndarray:
+        """y' at a state and a time since the start of the drive's period."""
+        values = evaluate(self.equations.rates, time, state, side, parameters)
+        return np.array([float(value) for value in values])
+
+    def section(self, states: np.ndarray) -> np.ndarray:
+        """States [..., states] over their natural sizes, without the cyclic coordinate."""
+        return states[..., self.section_states] / self.scales(self.parameters())[self.section_states]
+
+    def contact_side(self, state: np.ndarray, parameters: np.ndarray) -> float:
+        """To which side the contact slides: +1, -1, or 0 where it sticks."""
+        velocity = float(evaluate([self.equations.contact_velocity], 0.0, list(state), 1.0, parameters)[0])
+        if velocity == 0.0 and self.equations.hold is not None:
+            return 0.0
+        return -1.0 if velocity < 0.0 else 1.0
+
+    def free(self, states: np.ndarray) -> np.ndarray:
+        """Which states [runs, states] may be varied: not the velocity of a contact at rest, nor what is switched.
+
+        A contact that is pushed a little while it sticks stops at once: the map does not depend on that push.
+        """
+        free = np.ones(states.shape, dtype=bool)
+        if self.equations.hold is not None:
+            contact = self.equations.contact_state
+            free[:, contact] = states[:, contact] != 0.0
+        for i, name in enumerate(self.system.state_names):
+            if name in self.system.friction.switched:
+                free[:, i] = False
+        return free
+
+    def run(
+        self,
+        budget: Budget,
+        states: np.ndarray,
+        parameters: np.ndarray,
+        *,
+        recording: Equations | None = None,
+        order: int | None = None,
+        mark_distance: np.ndarray | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> Ends:
+        """Run states [runs, states] with parameters [runs, parameters] as far as a budget allows.
+
+        recording: equations in place of the map's own; the others as for `numerics.run.ensemble.ensemble_run`
+        """
+        options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
+        recording = self.equations if recording is None else recording
+        return Ends(*ensemble_run(recording, parameters, states, budget, mark_distance=mark_distance, **options))
+
+    def images(
+        self,
+        states: np.ndarray,
+        parameters: np.ndarray,
+        periods: int = 1,
+        tangents: bool = True,
+        mark_distance: np.ndarray | None = None,
+    ) -> Images:
+        """Images of states [runs, states] with parameters [runs, parameters] after so many whole periods.
+
+        mark_distance: [runs], in place of the drive's period (then periods should be 1)
+        """
+        runs, n = states.shape
+        budget = Budget(periods, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS)
+        recording, each = self.equations, 1
+        start, scales = states, np.ones((runs, n))
+        if tangents:
+            recording, each = variational_equations(self.equations), n
+            scales = np.stack([self.scales(row) for row in parameters])
+            start = np.zeros((runs, n, 2 * n))
+            start[:, :, :n] = states[:, None, :]
+            start[:, np.arange(n), n + np.arange(n)] = scales * self.free(states)
+            start = start.reshape(runs * n, 2 * n)
+        distance = None if mark_distance is None else np.repeat(mark_distance, each)
+        rows = np.repeat(parameters, each, axis=0)
+        ended = self.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=distance)
+        ends = ended.state.reshape(runs, each, -1)
+        finished = np.all(ended.finished.reshape(runs, each), axis=1)
+        jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
+        return Images(ends[:, 0, :n], jacobian, finished)
+
+    def mirrored_half(self, states: np.ndarray, parameters: np.ndarray, tangents: bool = True) -> Images:
+        """The mirrored state half a drive period later: S P_(T/2), of which symmetric motions are fixed points."""
+        half = np.array([0.5 * self.period(row) for row in parameters])
+        found = self.images(states, parameters, 1, tangents, mark_distance=half)
+        jacobian = None if found.jacobian is None else self.mirror[:, None] * found.jacobian
+        return Images(self.mirror * found.state, jacobian, found.finished)
+
+
+def is_driven(system: System) -> bool:
+    """Whether the equations contain the time; otherwise motions have periods of their own."""
+    return depends_on_time(equations(system).rates)
+
+
+def driven_map(system: System, tolerance: float, threads: int | None = None) -> StroboscopicMap:
+    """The stroboscopic map of a driven system; ValueError for one that nothing drives in time."""
+    if not is_driven(system):
+        raise ValueError(
+            f"system: nothing drives it in time (the drive is {system.drive.name}), so there is no stroboscopic "
+            "map to look at; orbit(system, initial=...) finds its cycles"
+        )
+    return StroboscopicMap(system, tolerance, threads)

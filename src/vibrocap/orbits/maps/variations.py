@@ -1,0 +1,62 @@
+"""The variational equations of a system: how a small change of the start grows along a motion."""
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+
+from vibrocap.motion.equations import Equations
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
+
+# Natural size of a tangent that starts with the natural size of a state: derivatives may err by so many tolerances.
+# Not without limit: what decays fast along a motion that is smooth already would be followed by steps too long for it.
+LEEWAY = 100.0
+
+
+@functools.lru_cache(maxsize=32)
+def variational_equations(equations: Equations) -> Equations:
+    """The equations of a motion together with one tangent: y' = f(t, y), delta' = (df/dy) delta.
+
+    The states of the tangent follow those of the motion. Exact derivatives of the recorded equations; the kernel
+    carries the tangent through events by saltation (`kernel/events/tangents.py`).
+    """
+    graph = Graph()
+    graph.nodes.extend(equations.graph.nodes)
+    graph._known.update(equations.graph._known)
+    n = len(equations.rates)
+    tangent = tuple(graph.node("state", n + i) for i in range(n))
+    slopes: dict = {}
+
+    def moved(expression: Expression) -> Expression:
+        return Expression(graph, expression.index)
+
+    def along(expression: Expression | None) -> Expression:
+        """Derivative along the tangent."""
+        total = graph.constant(0.0)
+        if expression is not None:
+            for i in range(n):
+                total = total + derivative(moved(expression), i, slopes) * tangent[i]
+        return total
+
+    def both(states: Sequence[Expression]) -> tuple[Expression, ...]:
+        return (*map(moved, states), *map(along, states))
+
+    return dataclasses.replace(
+        equations,
+        graph=graph,
+        state_names=(*equations.state_names, *(f"{name}_tangent" for name in equations.state_names)),
+        rates=both(equations.rates),
+        integrals=tuple(map(moved, equations.integrals)),
+        scales=(*map(moved, equations.scales), *(LEEWAY * moved(scale) for scale in equations.scales)),
+        contact_velocity=moved(equations.contact_velocity),
+        period=moved(equations.period),
+        hold=None if equations.hold is None else moved(equations.hold),
+        limit=None if equations.limit is None else moved(equations.limit),
+        symmetry=equations.symmetry * 2,
+        switches=tuple(map(moved, equations.switches)),
+        after_switch=tuple(map(both, equations.after_switch)),
+        after_reversal=both(equations.after_reversal),
+        observables={name: moved(value) for name, value in equations.observables.items()},
+        guard_tangents=tuple(
+            map(along, (equations.contact_velocity, equations.hold, equations.limit, *equations.switches))
+        ),
+    )

@@ -1,0 +1,33 @@
+"""The biharmonic drive: a second harmonic breaks the half-period symmetry, so that a capsule can travel."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters
+
+
+@parameters
+class Biharmonic(Drive):
+    """Biharmonic drive: h cos(omega tau) + h2 cos(2 omega tau + psi). Odd under half a period only if h2 = 0."""
+
+    amplitude: Number = parameter(1.8, "h", "drive torque")
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency")
+    second_amplitude: Number = parameter(0.0, "h2", "torque of the second harmonic")
+    second_phase: Number = parameter(0.0, "psi", "phase of the second harmonic [rad]")
+
+    name: ClassVar[str] = "biharmonic"
+
+    def value(self, t):
+        """h cos(omega t) + h2 cos(2 omega t + psi)."""
+        first = self.amplitude * cos(self.frequency * t)
+        return first + self.second_amplitude * cos(2.0 * self.frequency * t + self.second_phase)
+
+    @property
+    def period(self) -> float:
+        """2 pi / omega."""
+        return 2.0 * math.pi / self.frequency
+
+    @property
+    def odd(self) -> bool:
+        """Only without a second harmonic."""
+        return self.second_amplitude == 0.0

@@ -1,0 +1,32 @@
+"""The constant drive: a force that stays."""
+
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Drive, Number, Positive, parameter, parameters
+
+
+@parameters
+class Constant(Drive):
+    """Constant drive F, for motions that nothing shakes: a block on a running belt, a mass that coasts.
+
+    Its period is no property of the motion but the unit of time in which periods are counted.
+    """
+
+    force: Number = parameter(0.0, "F", "force or torque of the drive")
+    duration: Positive = parameter(1.0, "T", "length of what is counted as a period")
+
+    name: ClassVar[str] = "constant"
+
+    def value(self, t):
+        """F."""
+        return self.force
+
+    @property
+    def period(self) -> float:
+        """T."""
+        return self.duration
+
+    @property
+    def odd(self) -> bool:
+        """Only without force."""
+        return self.force == 0.0

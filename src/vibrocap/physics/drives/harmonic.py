@@ -1,0 +1,30 @@
+"""The harmonic drive, the paper's."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters
+
+
+@parameters
+class Harmonic(Drive):
+    """Harmonic drive: h cos(omega tau) (Liu et al. 2019, eq. 4). Odd under half a period."""
+
+    amplitude: Number = parameter(1.8, "h", "drive torque")
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency")
+
+    name: ClassVar[str] = "harmonic"
+
+    def value(self, t):
+        """h cos(omega t)."""
+        return self.amplitude * cos(self.frequency * t)
+
+    @property
+    def period(self) -> float:
+        """2 pi / omega."""
+        return 2.0 * math.pi / self.frequency
+
+    @property
+    def odd(self) -> bool:
+        """Always."""
+        return True

@@ -1,0 +1,36 @@
+"""The loading of a test rig: a level, a ramp and an oscillation about them."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters
+
+
+@parameters
+class Loading(Drive):
+    """Loading F + q t + h cos(omega t): what a contact is tested with, in one form for all tests (`laboratory`).
+
+    A level with an oscillation makes some laws creep, a ramp breaks the contact away. The ramp begins anew in each
+    period, as that of `Ramp` does. Odd under half a period only without level and ramp.
+    """
+
+    level: Number = parameter(0.3, "F", "mean force or torque, that at the start of the ramp")
+    rate: Number = parameter(0.0, "q", "rate of the ramp")
+    amplitude: Number = parameter(0.1, "h", "amplitude of the oscillation")
+    frequency: Positive = parameter(1.0, "omega", "frequency of the oscillation; a period is 2 pi over it")
+
+    name: ClassVar[str] = "loading"
+
+    def value(self, t):
+        """F + q t + h cos(omega t), for the time t since the start of the period."""
+        return self.level + self.rate * t + self.amplitude * cos(self.frequency * t)
+
+    @property
+    def period(self) -> float:
+        """2 pi / omega."""
+        return 2.0 * math.pi / self.frequency
+
+    @property
+    def odd(self) -> bool:
+        """Only without level and ramp."""
+        return self.level == 0.0 and self.rate == 0.0

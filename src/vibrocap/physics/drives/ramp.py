@@ -1,0 +1,33 @@
+"""The ramp: a force that grows at a constant rate, until the contact breaks away."""
+
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Drive, Number, Positive, parameter, parameters
+
+
+@parameters
+class Ramp(Drive):
+    """Ramp F + q t, from which a break-away force is read (Canudas de Wit et al. 1995, section IV).
+
+    It lasts for one period; in further periods it begins anew, as a saw-tooth.
+    """
+
+    rate: Number = parameter(1.0, "q", "rate of the force")
+    start: Number = parameter(0.0, "F", "force at the start")
+    duration: Positive = parameter(1.0, "T", "length of the ramp, the period")
+
+    name: ClassVar[str] = "ramp"
+
+    def value(self, t):
+        """F + q t, for the time t since the start of the period."""
+        return self.start + self.rate * t
+
+    @property
+    def period(self) -> float:
+        """T."""
+        return self.duration
+
+    @property
+    def odd(self) -> bool:
+        """Only without any force."""
+        return self.start == 0.0 and self.rate == 0.0

@@ -1,0 +1,133 @@
+"""The Bouc-Wen law: a smooth hysteresis with a shape of its own for loading and for unloading."""
+
+from typing import ClassVar
+
+from pydantic import model_validator
+
+from vibrocap.physics.friction.law import (
+    AtLeastOne,
+    Law,
+    NonNegative,
+    Number,
+    Positive,
+    parameter,
+    parameters,
+    power,
+)
+
+MARGIN = 1e-8  # of the yield deflection, by which the deflection passes zero before its sign is changed
+
+
+@model_validator(mode="after")
+def bounded(law):
+    """Refuse parameters with which the deflection would grow without bound."""
+    if not law.dissipative_shape + law.elastic_shape > 0.0:
+        raise ValueError(
+            f"elastic_shape should be greater than -dissipative_shape, -{law.dissipative_shape}, "
+            f"got {law.elastic_shape}"
+        )
+    return law
+
+
+@parameters
+class BoucWen(Law):
+    """Bouc-Wen law: an elastic contact that yields over a deflection Y, with a smooth knee of chosen sharpness.
+
+    Wen's hysteresis as Constantinou et al. use it for sliding bearings, with the deflection xi = Y z in place of z:
+
+        R   = delta0 xi,   z = xi/Y,   Y = N eta_c/delta0                                  Constantinou et al. 1990
+        xi' = A v - beta |v| |z|^(n-1) z - gamma v |z|^n                                   Bouc 1967, Wen 1976
+
+    Steady sliding gives R = N eta_c (A/(beta + gamma))^(1/n), which is N eta_c for A = beta + gamma; that is the
+    largest force, and |z| <= (A/(beta + gamma))^(1/n) is invariant. The stiffness at z = 0 is A delta0. n = 1 with
+    gamma = 0 is Dahl's law; a large n is an elastic, perfectly plastic contact.
+
+    |z| has a kink at z = 0, so the sign of z is a switched state; it is 0 at the start, while z = 0, and is changed
+    where z has passed zero by 1e-8. Until then |z|^n is off by at most 2e-8, which leaves some 1e-16 in z.
+
+    Limits: no static level, no Stribeck droop and no lag. The law creeps, and more so for small n: unloading and
+    reloading over a short way does not close the loop (Thyagarajan and Iwan 1990).
+    """
+
+    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the contact, for A = 1")
+    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient of sliding, for A = beta + gamma")
+    amplitude: Positive = parameter(1.0, "A", "rate of the deflection over that of the displacement at no force")
+    dissipative_shape: NonNegative = parameter(
+        0.5, "beta", "yielding against the force in either direction: it dissipates"
+    )
+    elastic_shape: Number = parameter(0.5, "gamma", "softening (< 0: hardening) on the way in, undone on the way out")
+    knee_exponent: AtLeastOne = parameter(2.0, "n", "sharpness of the knee")
+
+    name: ClassVar[str] = "bouc-wen"
+    kind: ClassVar = "kinked"
+    internal: ClassVar = ("bristle", "bristle_sign")
+    switched: ClassVar = ("bristle_sign",)
+    shape_parameters: ClassVar = ("knee_exponent",)
+    source: ClassVar[str] = (
+        "Y. K. Wen, Method for random vibration of hysteretic systems, Journal of the Engineering Mechanics Division "
+        "102 (1976) 249-263; M. Constantinou, A. Mokha, A. Reinhorn, Teflon bearings in base isolation II: modeling, "
+        "Journal of Structural Engineering 116 (1990) 455-474"
+    )
+    creeps: ClassVar[bool] = True
+
+    _bounded = bounded
+
+    def _yield_deflection(self, load):
+        """Y."""
+        return load * self.coulomb_coefficient / self.bristle_stiffness
+
+    def _largest(self):
+        """(A/(beta + gamma))^(1/n), the largest |z|."""
+        return power(self.amplitude / (self.dissipative_shape + self.elastic_shape), 1.0 / self.knee_exponent)
+
+    def steady_force(self, speed, load):
+        """Friction force at any constant speed."""
+        return load * self.coulomb_coefficient * self._largest()
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R and rates of deflection and sign while sliding to `side`.
+
+        velocity: sliding velocity [1]   internal: (xi [1], sign)   side: +1 or -1   load: N [1]
+        Returns (R, (xi', 0)).
+        """
+        bristle, sign = internal
+        share = power(sign * bristle / self._yield_deflection(load), self.knee_exponent)
+        shape = self.elastic_shape + side * sign * self.dissipative_shape
+        return self.bristle_stiffness * bristle, (velocity * (self.amplitude - shape * share), 0.0)
+
+    def switches(self, velocity, internal, side, load):
+        """z falls below zero where its sign is not -1; z rises above zero where its sign is not 1."""
+        bristle, sign = internal
+        z = bristle / self._yield_deflection(load)
+        below, above = 0.5 * sign * (sign - 1.0), 0.5 * sign * (sign + 1.0)
+        return below + (1.0 - below) * (MARGIN + z), above + (1.0 - above) * (MARGIN - z)
+
+    def after_switch(self, which, velocity, internal, side, load):
+        """The sign is the one to which z has changed."""
+        return internal[0], (-1.0, 1.0)[which]
+
+    def internal_scales(self, load):
+        """The largest deflection; 1 for the sign."""
+        return self._yield_deflection(load) * self._largest(), 1.0
+
+    def losses(self, velocity, internal, side, load):
+        """R v less the rate of the stored energy, R (v - xi'/A): all of it counts as lost by sliding."""
+        force, rates = self.force(velocity, internal, side, load)
+        return force * (velocity - rates[0] / self.amplitude), 0.0
+
+    def stored_energy(self, internal):
+        """Energy of the deflected contact, delta0 xi^2/(2 A)."""
+        return 0.5 * self.bristle_stiffness / self.amplitude * internal[0] * internal[0]
+
+    @property
+    def passive(self) -> bool:
+        """Always: from z = 0, no motion takes out more than it put in.
+
+        With W, W' = R xi'/(A - gamma |z|^n), for the stored energy, R v - W' = beta |R v| |z|^n/(A - gamma |z|^n),
+        which is not negative while |z|^n <= A/(beta + gamma). W needs the load; with `stored_energy` in place of it,
+
+            R v - d(stored)/dt = (|R v|/A) |z|^n [beta + gamma sgn(z v)],
+
+        which for |gamma| > beta is negative for one sign of z v: what is lost there is given back for the other.
+        """
+        return True

@@ -1,0 +1,50 @@
+"""Coulomb's law: one level while sliding, a higher one at rest, set-valued there."""
+
+from typing import ClassVar
+
+from vibrocap.physics.friction.law import Law, NonNegative, levels_in_order, parameter, parameters
+
+
+@parameters
+class Coulomb(Law):
+    """Coulomb friction: a kinetic level that does not depend on speed, and a static level that may be higher.
+
+    At rest the contact balances whatever is applied, up to the static level; the instant it slides the force drops to
+    the kinetic one, so that the contact leaves rest with an acceleration.
+
+        R = N eta_c sgn(v),   |R| <= N eta_s at v = 0                                      Coulomb 1785
+
+    Limits: no Stribeck droop, no memory and no presliding. The drop at once is the limit of a droop over a speed that
+    goes to zero.
+    """
+
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient of sliding")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
+
+    name: ClassVar[str] = "coulomb"
+    kind: ClassVar = "set-valued"
+    source: ClassVar[str] = (
+        "C. A. Coulomb, Theorie des machines simples, Memoires de Mathematique et de Physique 10 (1785) 161-332"
+    )
+
+    _levels = levels_in_order
+
+    def steady_force(self, speed, load):
+        """Friction force at any constant speed, N eta_c."""
+        return load * self.coulomb_coefficient
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R while sliding to `side`; there are no internal states.
+
+        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
+        """
+        return side * self.steady_force(side * velocity, load), ()
+
+    def holding_limit(self, load):
+        """Largest force at rest, N eta_s."""
+        return load * self.static_coefficient
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True

@@ -1,0 +1,81 @@
+"""Dahl's law: an elastic contact that yields gradually, the same at every speed."""
+
+from typing import ClassVar
+
+from vibrocap.physics.elementary import POWER_ROUNDING
+from vibrocap.physics.friction.law import AtLeastOne, Law, Positive, exp, log, parameter, parameters, power
+
+
+@parameters
+class Dahl(Law):
+    """Dahl's law: the force follows the displacement like the stress of a metal follows its strain.
+
+    Near reversal the contact is a spring; it yields gradually towards the Coulomb level. The force depends on the path
+    only, not on the speed along it.
+
+        R  = delta0 xi,   dR/dx = delta0 |1 - r|^i sgn(1 - r),   r = R sgn(v)/(N eta_c)    Dahl 1968, 1976
+        xi' = v |1 - r|^(i-1) (1 - r);   for i = 1   xi' = v - delta0 |v| xi/(N eta_c)
+
+    The exponent i is 1 or somewhat more for ductile materials; below 1, for brittle ones, the level would be reached at
+    a corner after a finite way, which is not offered. |xi| <= N eta_c/delta0 is invariant.
+
+    Limits: no static level, no Stribeck droop and no lag. The law creeps: loading is softer than unloading, so an
+    oscillating force below the level ratchets. The factor |1 - r|^(i-1) is rounded off within 1e-10 of r = 1 where i is
+    not an odd whole number.
+    """
+
+    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the contact at reversal")
+    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient of sliding")
+    shape_exponent: AtLeastOne = parameter(1.0, "i", "shape of the approach to Coulomb level")
+
+    name: ClassVar[str] = "dahl"
+    kind: ClassVar = "kinked"
+    internal: ClassVar = ("bristle",)
+    shape_parameters: ClassVar = ("shape_exponent",)
+    source: ClassVar[str] = (
+        "P. R. Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1 (1968); "
+        "Solid friction damping of mechanical vibrations, AIAA Journal 14 (1976) 1675-1682"
+    )
+    creeps: ClassVar[bool] = True
+
+    def steady_force(self, speed, load):
+        """Friction force at any constant speed, N eta_c."""
+        return load * self.coulomb_coefficient
+
+    def _yielding(self, rest):
+        """|rest|^(i-1), for any sign of rest = 1 - r."""
+        exponent = self.shape_exponent
+        if isinstance(exponent, (int, float)) and exponent == 1.0:
+            return 1.0
+        if isinstance(exponent, (int, float)) and exponent in (3, 5, 7):
+            return power(rest, exponent - 1.0)
+        return exp(0.5 * (exponent - 1.0) * log(rest * rest + POWER_ROUNDING**2))
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R and rate of the deflection while sliding to `side`.
+
+        velocity: sliding velocity [1]   internal: (xi,) [1]   side: +1 or -1   load: N [1]      Returns (R, (xi',)).
+        """
+        (bristle,) = internal
+        force = self.bristle_stiffness * bristle
+        rest = 1.0 - side * force / (load * self.coulomb_coefficient)
+        return force, (velocity * (rest * self._yielding(rest)),)
+
+    def internal_scales(self, load):
+        """N eta_c/delta0, the largest deflection."""
+        return (load * self.coulomb_coefficient / self.bristle_stiffness,)
+
+    def losses(self, velocity, internal, side, load):
+        """R v less the rate of the stored energy, R (v - xi'): all of it is lost by sliding."""
+        force, (rate,) = self.force(velocity, internal, side, load)
+        return force * (velocity - rate), 0.0
+
+    def stored_energy(self, internal):
+        """Energy of the deflected contact, delta0 xi^2 / 2."""
+        (bristle,) = internal
+        return 0.5 * self.bristle_stiffness * bristle * bristle
+
+    @property
+    def passive(self) -> bool:
+        """Always: R (v - xi') = N eta_c |v| r (1 - |1 - r|^(i-1) (1 - r)), of which both factors have the sign of r."""
+        return True

@@ -1,0 +1,54 @@
+"""The exponential law (EM): static friction with a Stribeck droop, set-valued at rest."""
+
+from typing import ClassVar
+
+from vibrocap.physics.friction.law import Law, NonNegative, exp, levels_in_order, parameter, parameters
+
+
+@parameters
+class Exponential(Law):
+    """Exponential law (EM): the friction force drops from static to Coulomb level as the contact speeds up.
+
+    It is a function of velocity alone, so accelerating and decelerating take the same path; at rest it balances
+    whatever is applied, up to N eta_s.
+
+        R = N [eta_c + (eta_s - eta_c) exp(-a |v|)] sgn(v),   |R| <= N eta_s at v = 0      Liu et al. 2019, eq. 8
+
+    The paper calls the rate alpha in (8) and a in (9); it counts N a second time in (5) (errata 1 and 2).
+    """
+
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
+    decay_rate: NonNegative = parameter(10.0, "a", "rate of the drop from static to Coulomb level over speed")
+
+    name: ClassVar[str] = "exponential"
+    kind: ClassVar = "set-valued"
+    source: ClassVar[str] = (
+        "A. Tustin, The effects of backlash and of speed-dependent friction on the stability of closed-cycle control "
+        "systems, Journal of the Institution of Electrical Engineers 94 (1947) 143-151; B. Armstrong-Helouvry, "
+        "P. Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of "
+        "machines with friction, Automatica 30 (1994) 1083-1138"
+    )
+
+    _levels = levels_in_order
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed >= 0 (eq. 8)."""
+        drop = self.static_coefficient - self.coulomb_coefficient
+        return load * (self.coulomb_coefficient + drop * exp(-self.decay_rate * speed))
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R while sliding to `side` (eq. 8); there are no internal states.
+
+        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
+        """
+        return side * self.steady_force(side * velocity, load), ()
+
+    def holding_limit(self, load):
+        """Largest force at rest, N eta_s."""
+        return load * self.static_coefficient
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True

@@ -1,0 +1,53 @@
+"""The hyperbolic Stribeck curve: friction falls like one over the speed, set-valued at rest."""
+
+from typing import ClassVar
+
+from vibrocap.physics.friction.law import Law, NonNegative, Positive, levels_in_order, parameter, parameters
+
+
+@parameters
+class HyperbolicStribeck(Law):
+    """Hyperbolic Stribeck curve: friction falls from static to Coulomb level slowly, as one over the speed.
+
+        R = {N [eta_c + (eta_s - eta_c)/(1 + |v|/v_s)] + delta2 |v|} sgn(v),   |R| <= N eta_s at v = 0
+                                                                                           Leine et al. 1998
+
+    With eta_c = 0 it is Fs/(1 + delta |v|), delta = 1/v_s, the curve of Leine's block on a belt. It is a function of
+    velocity alone: no lag, no presliding. The level eta_c is approached slowly: half of the drop is left at v_s.
+    """
+
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
+    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed at which half of the drop to Coulomb level is done")
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+
+    name: ClassVar[str] = "hyperbolic-stribeck"
+    kind: ClassVar = "set-valued"
+    source: ClassVar[str] = (
+        "R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Stick-slip vibrations induced by alternate "
+        "friction models, Nonlinear Dynamics 16 (1998) 41-54"
+    )
+
+    _levels = levels_in_order
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed >= 0."""
+        drop = self.static_coefficient - self.coulomb_coefficient
+        level = self.coulomb_coefficient + drop / (1.0 + speed / self.stribeck_velocity)
+        return load * level + self.viscous_damping * speed
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R while sliding to `side`; there are no internal states.
+
+        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
+        """
+        return side * self.steady_force(side * velocity, load), ()
+
+    def holding_limit(self, load):
+        """Largest force at rest, N eta_s."""
+        return load * self.static_coefficient
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True

@@ -1,0 +1,199 @@
+"""The contract of a friction law.
+
+A law is one file in this folder: a record of parameters with the scalar functions below. It then appears by itself in
+case files, in the command line, in the contract tests and, compiled, in every run.
+
+`side` is the direction of sliding, +1 or -1, constant over a smooth piece of the motion; with it |v| is
+`side * velocity` and sgn(v) is `side`, so that every expression is smooth and has a Taylor series. Who changes the
+side, and when, is the business of the integrator.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from vibrocap.physics.elementary import exp, log, power, sqrt
+from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
+
+__all__ = [
+    "AtLeastOne",
+    "Law",
+    "NonNegative",
+    "Number",
+    "Positive",
+    "Share",
+    "exp",
+    "inner_law",
+    "levels_in_order",
+    "log",
+    "parameter",
+    "parameters",
+    "power",
+    "rate_and_state_force",
+    "resolved_at_rest",
+    "stribeck_level",
+    "wrapped_class",
+]
+
+AtLeastOne = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)]
+Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]
+
+
+class Law:
+    """What every friction law offers.
+
+    kind: "set-valued": at rest any force up to `holding_limit` (the contact sticks);
+          "kinked": a force for every velocity, with a kink in it or in its rates at v = 0 (most dynamic laws);
+          "smooth": neither.
+    internal: names of the internal states, whose rates `force` returns.
+    switched: those of the internal states that are whole numbers: they say which piece of the law holds, have the rate
+        0.0 and change at reversals and where a guard of `switches` falls to zero. A run starts with all of them at 0.
+    internal_symmetry: sign of each internal state when the motion is mirrored; -1 for all unless given.
+    shape_parameters: parameters that choose the formula when they are whole numbers (an exponent, for instance).
+    source: where the law was published. creeps: whether it drifts under an oscillating force below breakaway.
+    wrappers, wrapped: of the class of a wrapped law, the wrappers from the inside out, and the plain law in them.
+    """
+
+    name: ClassVar[str]
+    kind: ClassVar[Literal["set-valued", "kinked", "smooth"]]
+    internal: ClassVar[tuple[str, ...]] = ()
+    switched: ClassVar[tuple[str, ...]] = ()
+    internal_symmetry: ClassVar[tuple[int, ...] | None] = None
+    shape_parameters: ClassVar[tuple[str, ...]] = ()
+    source: ClassVar[str] = ""
+    creeps: ClassVar[bool] = False
+    wrappers: ClassVar[tuple[Callable, ...]] = ()
+    wrapped: ClassVar[Any] = None
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R and the rates of the internal states: (R, (z', ...))."""
+        raise NotImplementedError
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed > 0 (forward, where the directions differ)."""
+        raise NotImplementedError
+
+    def holding_limit(self, load):
+        """Largest force that the contact can hold at rest (set-valued laws); not less than that at vanishing speed."""
+        raise NotImplementedError
+
+    def holding_middle(self, load):
+        """Middle of the forces that the contact can hold at rest, which lie within `holding_limit` of it."""
+        return 0.0
+
+    def switches(self, velocity, internal, side, load) -> tuple:
+        """Guards of the pieces of a kinked law, each positive while its piece lasts.
+
+        Where one falls to zero the internal states become those of `after_switch`. A guard should be clearly positive
+        after its own switch (let the new piece last a little beyond the border), or the law would chatter.
+        """
+        return ()
+
+    def after_switch(self, which, velocity, internal, side, load) -> tuple:
+        """The internal states after guard number `which` of `switches` has fallen to zero."""
+        raise NotImplementedError
+
+    def after_reversal(self, internal, side, load) -> tuple:
+        """The internal states of a kinked law after the contact has turned to `side`."""
+        return internal
+
+    def internal_scales(self, load) -> tuple:
+        """Natural size of each internal state, over which its error is measured."""
+        return ()
+
+    def losses(self, velocity, internal, side, load):
+        """Power lost by sliding and by deforming the contact: (contact sliding, bristle loss)."""
+        force, _ = self.force(velocity, internal, side, load)
+        return force * velocity, 0.0
+
+    def stored_energy(self, internal):
+        """Energy stored in the contact."""
+        return 0.0
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether friction is the same in both directions, with these parameters."""
+        return True
+
+    @property
+    def passive(self) -> bool:
+        """Whether the law takes energy in every motion, for certain, with these parameters."""
+        raise NotImplementedError
+
+
+def wrapped_class(wrapper: Callable, cls: type[Law], law: type[Law]) -> type[Law]:
+    """Finish the class of a wrapped law: its name, its documentation, its fields, and how it is pickled.
+
+    wrapper: the function that makes it   cls: the class, whose base is the law   law: the law that is wrapped
+    """
+    cls.__name__ = cls.__qualname__ = f"{wrapper.__name__.title()}{law.__name__}"
+    cls.__doc__ = (
+        f"{law.__name__}, {wrapper.__name__}: see `vibrocap.physics.friction.{wrapper.__name__}`.\n\n    {law.__doc__}"
+    )
+    cls.name = f"{wrapper.__name__}-{law.name}"
+    cls.wrappers, cls.wrapped = (*law.wrappers, wrapper), law.wrapped or law
+    cls.__reduce__ = _pickled  # type: ignore[method-assign,assignment]
+    return parameters(cls)
+
+
+def inner_law(law: type[Law], outer: Any) -> Law:
+    """The law inside a wrapped one, with its parameters; what the wrapper says anew it does not see."""
+    inner = object.__new__(law)
+    vars(inner).update(vars(outer))
+    return inner
+
+
+def _pickled(law) -> tuple:
+    """How to make a wrapped law again; its class can be found in no module."""
+    values = {field.name: getattr(law, field.name) for field in dataclasses.fields(law)}
+    return _unpickled, (law.wrapped, law.wrappers, values)
+
+
+def _unpickled(law, wrappers, values):
+    for wrapper in wrappers:
+        law = wrapper(law)
+    return law(**values)
+
+
+@model_validator(mode="after")
+def levels_in_order(law):
+    """Refuse a static coefficient below the Coulomb coefficient; laws with both levels name this validator."""
+    if law.static_coefficient < law.coulomb_coefficient:
+        raise ValueError(
+            f"static_coefficient should be at least coulomb_coefficient ({law.coulomb_coefficient}), "
+            f"got {law.static_coefficient}"
+        )
+    return law
+
+
+def stribeck_level(law, speed, load):
+    """N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)], of a law that has these four parameters."""
+    drop = law.static_coefficient - law.coulomb_coefficient
+    shape = exp(-power(speed / law.stribeck_velocity, law.stribeck_exponent))
+    return load * (law.coulomb_coefficient + drop * shape)
+
+
+def rate_and_state_force(law, velocity, state, side, load):
+    """N a asinh{(v/2 v0) exp[(mu0 + b phi)/a]}, of a rate-and-state law, phi = ln(theta v0/Dc)."""
+    strength = (law.reference_coefficient + law.evolution_effect * state) / law.direct_effect
+    jumps = side * velocity * (0.5 / law.reference_velocity) * exp(strength)
+    return side * load * law.direct_effect * log(jumps + sqrt(1.0 + jumps * jumps))
+
+
+MOST_STRENGTH = (
+    300.0  # of the exponent mu0/a of rate-and-state laws, whose square must stay within the range of numbers
+)
+
+
+@model_validator(mode="after")
+def resolved_at_rest(law):
+    """Refuse a direct effect so small that friction at rest leaves the range of numbers."""
+    least = law.reference_coefficient / MOST_STRENGTH
+    if law.direct_effect < least:
+        raise ValueError(
+            f"direct_effect should be at least reference_coefficient/{MOST_STRENGTH:g} = {least:g}, "
+            f"got {law.direct_effect}"
+        )
+    return law

@@ -1,0 +1,139 @@
+"""The LuGre law (LM): bristles that deflect, so that friction remembers."""
+
+from typing import ClassVar
+
+from vibrocap.physics.friction.law import (
+    Law,
+    NonNegative,
+    Positive,
+    exp,
+    levels_in_order,
+    parameter,
+    parameters,
+    stribeck_level,
+)
+
+CELLS = 4096  # of speed, in which the bound for passivity is made
+REACH = 6.0  # damping velocities, beyond which the damping of the bristles is below 1e-15 of that at rest
+
+
+@parameters
+class LuGre(Law):
+    """LuGre law (LM): elastic bristles of mean deflection xi carry the load until they slip.
+
+    The force lags the velocity (hysteresis) and yields elastically below breakaway (presliding).
+
+        R   = delta0 xi + delta1 xi' + delta2 v                                            Liu et al. 2019, eq. 6
+        xi' = v - |v| xi / g(v)                                                            eq. 7
+        g   = (N/delta0) [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)]                     eq. 10
+
+    |xi| <= g(0) = N eta_s/delta0 is invariant. The relaxation rate |v|/g(v) makes the law stiff for a large delta0.
+    The law creeps: under an oscillating force below breakaway it drifts (Dupont et al. 2002).
+
+    With a damping velocity v_d the bristles' damping fades as the contact speeds up, which makes the law passive with
+    less viscous friction (Olsson 1996; Canudas de Wit et al. 1995):
+
+        delta1(v) = delta1 exp(-(v/v_d)^2)
+
+    An exponent that is not a whole number is rounded off within 1e-10 of rest (`vibrocap.physics.elementary.power`).
+    """
+
+    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles")
+    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles")
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed")
+    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest")
+    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
+    damping_velocity: Positive | None = parameter(
+        None, "v_d", "speed over which the damping of the bristles fades; none: it stays"
+    )
+
+    name: ClassVar[str] = "lugre"
+    kind: ClassVar = "kinked"
+    internal: ClassVar = ("bristle",)
+    shape_parameters: ClassVar = ("stribeck_exponent",)
+    source: ClassVar[str] = (
+        "C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, A new model for control of systems with friction, "
+        "IEEE Transactions on Automatic Control 40 (1995) 419-425; H. Olsson, Control systems with friction, "
+        "Lund Institute of Technology 1996"
+    )
+    creeps: ClassVar[bool] = True
+
+    _levels = levels_in_order
+
+    def _steady_level(self, speed, load):
+        """delta0 g(v) (eq. 10), a force."""
+        return stribeck_level(self, speed, load)
+
+    def _damping(self, velocity):
+        """delta1(v)."""
+        if self.damping_velocity is None:
+            return self.bristle_damping
+        share = velocity / self.damping_velocity
+        return self.bristle_damping * exp(-(share * share))
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed >= 0 (eq. 11)."""
+        return self._steady_level(speed, load) + self.viscous_damping * speed
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R and bristle rate (eqs 6, 7) while sliding to `side`.
+
+        velocity: sliding velocity [1]   internal: (xi,) [1]   side: +1 or -1   load: N [1]      Returns (R, (xi',)).
+        """
+        (bristle,) = internal
+        slip = self._slip_rate(velocity, bristle, side, load)
+        rate = velocity - slip
+        force = self.bristle_stiffness * bristle + self._damping(velocity) * rate + self.viscous_damping * velocity
+        return force, (rate,)
+
+    def _slip_rate(self, velocity, bristle, side, load):
+        """v - xi': the part of the velocity at which bristles slip, |v| xi / g(v)."""
+        return self.bristle_stiffness * (side * velocity) * bristle / self._steady_level(side * velocity, load)
+
+    def internal_scales(self, load):
+        """g(0), the largest deflection."""
+        return (load * self.static_coefficient / self.bristle_stiffness,)
+
+    def losses(self, velocity, internal, side, load):
+        """R v less the rate of the stored energy delta0 xi^2/2, split at the bristles.
+
+        contact sliding: (delta0 xi + delta1 xi') (v - xi') + delta2 v^2      bristle loss: delta1 xi'^2
+
+        with delta1(v) for delta1 where it fades.
+        """
+        (bristle,) = internal
+        slip = self._slip_rate(velocity, bristle, side, load)
+        rate = velocity - slip
+        damping = self._damping(velocity)
+        elastic = self.bristle_stiffness * bristle + damping * rate
+        return elastic * slip + self.viscous_damping * velocity * velocity, damping * rate * rate
+
+    def stored_energy(self, internal):
+        """Energy of the deflected bristles, delta0 xi^2 / 2."""
+        (bristle,) = internal
+        return 0.5 * self.bristle_stiffness * bristle * bristle
+
+    @property
+    def passive(self) -> bool:
+        """Whether delta2 >= delta1(v) (eta_s/l(v) - 1) at all speeds, l(v) the level between eta_s and eta_c.
+
+        With u = xi sgn(v)/g(v), which lies within +-g(0)/g(v), and the stored energy delta0 xi^2/2,
+
+            R v - d(stored)/dt = delta0 |v| g u^2 + v^2 [delta2 - delta1(v) (u - 1)],
+
+        so the condition is sufficient for any load and any delta0. For a constant delta1 it reads
+        delta2 >= delta1 (eta_s - eta_c)/eta_c, which is necessary as well (Barahanov and Ortega, IEEE Transactions on
+        Automatic Control 45 (2000) 830-832); the paper's values are outside. A damping that fades is bounded within
+        each of many cells of speed by its value at one end and eta_s/l(v) - 1 at the other: true only where proven.
+        """
+        drop = self.static_coefficient - self.coulomb_coefficient
+        if self.damping_velocity is None:
+            return self.viscous_damping >= self.bristle_damping * drop / self.coulomb_coefficient
+        speeds = [REACH * self.damping_velocity * i / CELLS for i in range(CELLS + 1)]
+        excess = [self.static_coefficient / stribeck_level(self, speed, 1.0) - 1.0 for speed in speeds[1:]]
+        excess.append(drop / self.coulomb_coefficient)
+        return all(
+            self._damping(speed) * most <= self.viscous_damping for speed, most in zip(speeds, excess, strict=True)
+        )

@@ -1,0 +1,77 @@
+"""Rate-and-state friction with the ageing law: contacts that strengthen with the logarithm of their age."""
+
+from typing import ClassVar
+
+from vibrocap.physics.friction.law import (
+    Law,
+    NonNegative,
+    Positive,
+    exp,
+    log,
+    parameter,
+    parameters,
+    rate_and_state_force,
+    resolved_at_rest,
+)
+
+
+@parameters
+class RateAndStateAgeing(Law):
+    """Rate-and-state friction, ageing law: the contact ages while it rests and is renewed over a sliding distance.
+
+    A step of speed is answered at once by a ln(v2/v1), then by -b ln(v2/v1) over the distance Dc. With the state
+    phi = ln(theta v0/Dc) instead of the age theta, which stays a small number however small theta is,
+
+        R = N a asinh{(v/2 v0) exp[(mu0 + b phi)/a]}                             Lapusta et al. 2000 (Rice, Ben-Zion)
+        theta' = 1 - |v| theta/Dc      phi' = (v0 exp(-phi) - |v|)/Dc            Dieterich 1979, Ruina 1983
+
+    For |v| well above v0 exp[-(mu0 + b phi)/a] the first is Dieterich's mu0 + a ln(|v|/v0) + b phi, which is infinite
+    at rest; the asinh, from jumps both ways over a barrier, is zero there. In steady sliding phi = ln(v0/|v|) and
+    R = N [mu0 + (a - b) ln(|v|/v0)].
+
+    Limits: the contact never sticks, it creeps, however slowly, under any force. Friction turns over within
+    v0 exp(-mu0/a), for rock some 1e-35 v0, which no step near rest resolves: such values serve for sliding that does
+    not come to rest and for an imposed motion. The coefficients of the logarithms are per factor e of the speed.
+    """
+
+    reference_coefficient: Positive = parameter(0.3, "mu0", "steady friction coefficient at the reference velocity")
+    direct_effect: Positive = parameter(0.03, "a", "rise of friction at once, per factor e of speed")
+    evolution_effect: NonNegative = parameter(0.06, "b", "fall of friction afterwards, per factor e of speed")
+    critical_distance: Positive = parameter(0.01, "D_c", "sliding distance over which the contact is renewed")
+    reference_velocity: Positive = parameter(0.1, "v_0", "reference velocity")
+
+    name: ClassVar[str] = "rate-and-state-ageing"
+    kind: ClassVar = "kinked"
+    internal: ClassVar = ("log_age",)
+    internal_symmetry: ClassVar = (1,)
+    source: ClassVar[str] = (
+        "J. H. Dieterich, Modeling of rock friction, Journal of Geophysical Research 84 (1979) 2161-2168; A. Ruina, "
+        "Slip instability and state variable friction laws, Journal of Geophysical Research 88 (1983) 10359-10370; "
+        "N. Lapusta, J. R. Rice, Y. Ben-Zion, G. Zheng, Elastodynamic analysis for slow tectonic loading, Journal of "
+        "Geophysical Research 105 (2000) 23765-23789"
+    )
+    creeps: ClassVar[bool] = True
+
+    _resolved = resolved_at_rest
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed > 0."""
+        return rate_and_state_force(self, speed, log(self.reference_velocity / speed), 1.0, load)
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R and rate of the state while sliding to `side`.
+
+        velocity: sliding velocity [1]   internal: (phi,) [1]   side: +1 or -1   load: N [1]     Returns (R, (phi',)).
+        """
+        (state,) = internal
+        rate = (self.reference_velocity * exp(-state) - side * velocity) / self.critical_distance
+        return rate_and_state_force(self, velocity, state, side, load), (rate,)
+
+    def internal_scales(self, load):
+        """1: a change of the state by one is an age e times as great."""
+        return (1.0,)
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True

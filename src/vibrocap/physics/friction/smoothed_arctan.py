@@ -1,0 +1,71 @@
+"""A Stribeck curve smoothed at rest by the arc tangent: for comparison with the set-valued laws only."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.elementary import atan
+from vibrocap.physics.friction.law import (
+    Law,
+    NonNegative,
+    Positive,
+    levels_in_order,
+    parameter,
+    parameters,
+    stribeck_level,
+)
+
+
+@parameters
+class SmoothedArctan(Law):
+    """Stribeck curve with an arc tangent in place of sgn(v): what is often solved instead of a set-valued law.
+
+    The jump at rest becomes a steep rise over the smoothing velocity epsilon. For comparison only: the contact cannot
+    stick, it creeps under any force, and what a motion gets wrong is known only from runs at several widths.
+
+        R = N [eta_c + (eta_s - eta_c) exp(-(v S/v_s)^alpha)] S + delta2 v
+        S = (2/pi) atan(v/epsilon)                                                         cf. Leine et al. 1998
+
+    v S stands for |v|, from which it differs by less than (2/pi) epsilon, so that the law is smooth at rest. S comes to
+    its end slowly, to 1 - (2/pi) epsilon/|v|: at equal epsilon the error is far greater than with tanh. As epsilon goes
+    to zero it becomes the Stribeck law, the exponential law (alpha = 1, a = 1/v_s) or Coulomb's (equal levels);
+    its slope at rest, (2/pi) N eta_s/epsilon, makes it stiff.
+    """
+
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest, were it not smoothed")
+    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
+    smoothing_velocity: Positive = parameter(1e-3, "epsilon", "speed over which friction changes its sign")
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+
+    name: ClassVar[str] = "smoothed-arctan"
+    kind: ClassVar = "smooth"
+    shape_parameters: ClassVar = ("stribeck_exponent",)
+    source: ClassVar[str] = (
+        "R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Stick-slip vibrations induced by alternate "
+        "friction models, Nonlinear Dynamics 16 (1998) 41-54"
+    )
+    creeps: ClassVar[bool] = True
+
+    _levels = levels_in_order
+
+    def _sign(self, velocity):
+        """S, the smoothed sgn(v)."""
+        return (2.0 / math.pi) * atan(velocity / self.smoothing_velocity)
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed."""
+        return self.force(speed, (), 1, load)[0]
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R, whatever the side; there are no internal states.
+
+        velocity: sliding velocity [1]   load: normal load N [1]      Returns (R, ()).
+        """
+        sign = self._sign(velocity)
+        return sign * stribeck_level(self, velocity * sign, load) + self.viscous_damping * velocity, ()
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True

@@ -1,0 +1,62 @@
+"""The Stribeck curve: static friction, a droop of any exponent and a viscous rise, set-valued at rest."""
+
+from typing import ClassVar
+
+from vibrocap.physics.friction.law import (
+    Law,
+    NonNegative,
+    Positive,
+    levels_in_order,
+    parameter,
+    parameters,
+    stribeck_level,
+)
+
+
+@parameters
+class Stribeck(Law):
+    """Stribeck curve: friction drops from static to Coulomb level as a film builds up, then rises with its viscosity.
+
+        R = {N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)] + delta2 |v|} sgn(v),   |R| <= N eta_s at v = 0
+                                                                    Bo and Pavelescu 1982; Armstrong-Helouvry 1991
+
+    alpha = 2 is the Gaussian, alpha = 1 the exponential law with a = 1/v_s. It is a function of velocity alone: no lag,
+    no presliding. An exponent that is not a whole number is rounded off within 1e-10 v_s of rest
+    (`vibrocap.physics.elementary.power`).
+    """
+
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
+    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+
+    name: ClassVar[str] = "stribeck"
+    kind: ClassVar = "set-valued"
+    shape_parameters: ClassVar = ("stribeck_exponent",)
+    source: ClassVar[str] = (
+        "L. C. Bo, D. Pavelescu, The friction-speed relation and its influence on the critical velocity of stick-slip "
+        "motion, Wear 82 (1982) 277-289; B. Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991"
+    )
+
+    _levels = levels_in_order
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed >= 0."""
+        return stribeck_level(self, speed, load) + self.viscous_damping * speed
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R while sliding to `side`; there are no internal states.
+
+        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
+        """
+        return side * self.steady_force(side * velocity, load), ()
+
+    def holding_limit(self, load):
+        """Largest force at rest, N eta_s."""
+        return load * self.static_coefficient
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True

@@ -1,0 +1,76 @@
+"""The contract of a machine with one sliding contact: one file per machine in this folder.
+
+Mechanical states come first in the state vector, the internal states of the friction law after them.
+"""
+
+from typing import Any, ClassVar
+
+from vibrocap.physics.elementary import cos, sin
+from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
+
+__all__ = ["Machine", "NonNegative", "Number", "Positive", "cos", "parameter", "parameters", "sin"]
+
+
+class Machine:
+    """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
+
+    states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
+    for a machine that is held to its place.
+    contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
+    half-period symmetry. place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
+    """
+
+    name: ClassVar[str]
+    states: ClassVar[tuple[str, ...]]
+    cyclic: ClassVar[str | None]
+    contact_state: ClassVar[str]
+    symmetry: ClassVar[tuple[int, ...]]
+    channels: ClassVar[tuple[str, ...]]
+    place: ClassVar[str | None] = None
+    normal_load: Any  # a number, or a word that the machine knows
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the machine's equations are their own mirror image, with these parameters."""
+        return True
+
+    def scales(self, time=1.0):
+        """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
+        return (1.0,) * len(self.states)
+
+    def ground_speed(self):
+        """Speed at which the ground moves under the contact."""
+        return 0.0
+
+    def load(self):
+        """Normal load of the contact."""
+        raise NotImplementedError
+
+    def contact_velocity(self, t, y):
+        """Sliding velocity of the contact."""
+        raise NotImplementedError
+
+    def holding_force(self, t, y, drive):
+        """Friction force that would keep a contact at rest at rest."""
+        raise NotImplementedError
+
+    def rates(self, t, y, drive, force):
+        """y', given the drive and the friction force. With force = holding_force the contact's acceleration is exactly
+        zero, which is how a stuck contact is integrated."""
+        raise NotImplementedError
+
+    def energy(self, t, y):
+        """Kinetic and potential energy."""
+        raise NotImplementedError
+
+    def momentum(self, t, y):
+        """Momentum along the line of sliding, whose rate is `outer_force` minus the friction force."""
+        raise NotImplementedError
+
+    def outer_force(self, t, y, drive):
+        """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""
+        return 0.0
+
+    def powers(self, t, y, drive, force):
+        """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v."""
+        raise NotImplementedError

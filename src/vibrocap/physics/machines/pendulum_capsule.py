@@ -1,0 +1,86 @@
+"""The pendulum capsule: an inverted pendulum, driven by a torque, on a capsule that slides on a line."""
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator
+
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, cos, parameter, parameters, sin
+
+
+def _checked_load(given: Any) -> Any:
+    if given == "weight" or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given < 1e300):
+        return given
+    raise ValueError('should be a finite number >= 0 (in units of m g) or "weight" (mass_ratio + 1)')
+
+
+@parameters
+class PendulumCapsule(Machine):
+    """Inverted pendulum (mass m, length l) on a capsule (mass M), joined by a torsional spring and a viscous damper.
+
+    The drive torque swings the pendulum, whose reaction pushes the capsule against friction. With
+    B = lambda + 1 - cos^2(theta) and P = drive + sin(theta) - rho theta - nu theta' (Liu et al. 2019, eq. 9):
+
+        theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
+        X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
+
+    Time is in units of sqrt(l/g), length in l, mass in m: `Scales` converts to and from SI. N = 1 is the weight of the
+    pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1). The load does
+    not follow the pendulum's vertical motion.
+    """
+
+    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m")
+    stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)")
+    damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)")
+    normal_load: Annotated[Any, BeforeValidator(_checked_load)] = parameter(
+        1.0, "N", 'load on the contact over m g: a number or "weight" (lambda + 1)'
+    )
+
+    name: ClassVar[str] = "pendulum-capsule"
+    states: ClassVar = ("angle", "angle_rate", "position", "velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "velocity"
+    symmetry: ClassVar = (-1, -1, -1, -1)
+    channels: ClassVar = ("drive", "damper")
+
+    def load(self):
+        """N."""
+        return self.mass_ratio + 1.0 if isinstance(self.normal_load, str) else self.normal_load
+
+    def contact_velocity(self, t, y):
+        """X'."""
+        return y[3]
+
+    def _torque(self, y, drive):
+        """P, all torques on the pendulum but the capsule's inertia."""
+        return drive + sin(y[0]) - self.stiffness * y[0] - self.damping * y[1]
+
+    def holding_force(self, t, y, drive):
+        """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
+        return cos(y[0]) * self._torque(y, drive) - sin(y[0]) * (y[1] * y[1])
+
+    def accelerations(self, t, y, drive, force):
+        """(theta'', X'') of eq. 9, in the form X'' = (holding force - R)/B, theta'' = P + cos(theta) X'' (eq. 4).
+
+        y: (theta, theta', X, X') [1]   drive: torque [1]   force: friction force R [1]
+        """
+        inertia = self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
+        capsule = (self.holding_force(t, y, drive) - force) / inertia
+        return self._torque(y, drive) + cos(y[0]) * capsule, capsule
+
+    def rates(self, t, y, drive, force):
+        """y' = (theta', theta'', X', X'')."""
+        pendulum, capsule = self.accelerations(t, y, drive, force)
+        return y[1], pendulum, y[3], capsule
+
+    def energy(self, t, y):
+        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + rho theta^2/2 + cos(theta)."""
+        kinetic = 0.5 * (self.mass_ratio + 1.0) * y[3] * y[3] + 0.5 * y[1] * y[1] - cos(y[0]) * y[1] * y[3]
+        return kinetic + 0.5 * self.stiffness * y[0] * y[0] + cos(y[0])
+
+    def momentum(self, t, y):
+        """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
+        return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
+
+    def powers(self, t, y, drive, force):
+        """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
+        return drive * y[1], -self.damping * y[1] * y[1]

@@ -1,0 +1,164 @@
+"""The page docs/symbols.md: how the symbols of the literature, the names in code and their meanings belong together.
+
+`python -m vibrocap.physics.symbols > docs/symbols.md` writes it; a test keeps it complete. Parameters come from the
+parts themselves, so a new law, machine or drive brings its own rows.
+"""
+
+import contextlib
+import re
+from collections.abc import Callable, Iterable
+
+from vibrocap.physics.catalogue import drives, laws, machines, wrappers
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import ParameterInfo, parameter_table
+from vibrocap.physics.scales import MOTION_UNITS, PARTS_IN_SI, Scales
+
+GREEK = {
+    "alpha": "α",
+    "beta": "β",
+    "delta": "δ",
+    "epsilon": "ε",
+    "eta": "η",
+    "gamma": "γ",
+    "kappa": "κ",
+    "lambda": "λ",
+    "mu": "μ",
+    "nu": "ν",
+    "Omega": "Ω",
+    "omega": "ω",
+    "phi": "φ",
+    "psi": "ψ",
+    "rho": "ρ",
+    "sigma": "σ",
+    "tau": "τ",
+    "theta": "θ",
+    "xi": "ξ",
+}
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+# Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
+STATES = {
+    "angle": ("theta", "angle of the pendulum from upright"),
+    "angle_rate": ("theta'", "its rate"),
+    "position": ("X", "position of the capsule; nothing depends on it"),
+    "velocity": ("X'", "velocity of the capsule"),
+    "sliding_velocity": ("v", "velocity of a block over the belt under it"),
+    "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
+    "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
+    "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
+    "flowing": ("p_2", "1 where all bristles slip (elasto-plastic)"),
+    **{
+        name: (symbol.format(i), meaning.format(i))
+        for name_of, symbol, meaning in (
+            ("element_force_{}", "F_{}", "force of element {} (Maxwell-slip)"),
+            ("slipping_{}", "q_{}", "1 where element {} slips (Maxwell-slip)"),
+        )
+        for i in range(1, 5)
+        for name in (name_of.format(i),)
+    },
+    "log_age": ("phi", "logarithm of the state of the contact, ln(theta v0/D_c) (rate-and-state)"),
+    "gap_position": ("u", "position of the joint in its gap (backlash)"),
+    "engaged": ("e", "side on which the joint pushes, +1 or -1; 0 in the gap (backlash)"),
+}
+QUANTITIES = {
+    "time": ("tau", "time"),
+    "side": ("sgn v", "direction of sliding, +1 or -1; 0 where the contact sticks"),
+    "friction": ("R", "friction force"),
+    "holding_force": ("R_0", "friction force that would hold a resting contact"),
+    "contact_velocity": ("v", "sliding velocity of the contact"),
+    "drive": ("h cos(omega tau)", "force or torque of the drive"),
+    "energy": ("H", "kinetic and potential energy of the machine"),
+    "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
+    "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
+    "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator)"),
+    **{
+        f"{name}_rate": (f"{symbol}'", f"rate of {name}")
+        for name, (symbol, _) in STATES.items()
+        if name not in ("angle", "angle_rate", "position", "velocity", "sliding_velocity")
+    },
+    "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
+    "damper_work": ("W_damper", "work of the damper since the start"),
+    "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
+    "contact_sliding_work": ("W_slide", "work lost by sliding since the start"),
+    "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
+    "impulse": ("J", "integral of the friction force since the start"),
+}
+
+
+def printed(symbol: str) -> str:
+    """A symbol with its Greek letters and subscripts: "delta0" as "δ₀", "g_0" as "g₀"."""
+    greek = re.sub(r"[A-Za-z]+", lambda word: GREEK.get(word[0], word[0]), symbol)
+    return re.sub(r"(?<=\w)_?(\d)", lambda digit: digit[1].translate(SUBSCRIPTS), greek)
+
+
+def page() -> str:
+    """The whole page, in Markdown."""
+    lines = [
+        "# Symbols",
+        "",
+        "Written by `python -m vibrocap.physics.symbols > docs/symbols.md`, from the parts themselves.",
+        "",
+        "A path such as `machine.mass_ratio` names a parameter of a system. All is dimensionless unless a unit is",
+        "given; time is in units of sqrt(l/g), length in l, mass in m.",
+        "",
+    ]
+    for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())):
+        for name, part in parts.items():
+            lines += [f"## {title} `{name}`: `{part.__name__}`", "", *_parameters(part), ""]
+        if title == "Friction law":
+            lines += _wrapped()
+    lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
+    lines += ["## What else a motion can be asked for", "", *_quantities(QUANTITIES), ""]
+    lines += ["## In SI", "", "`Scales` and the records whose fields carry units.", ""]
+    for record in (Scales, *PARTS_IN_SI):
+        lines += [f"### `{record.__name__}`", "", *_parameters(record), ""]
+    return "\n".join(lines)
+
+
+def _wrapped() -> list[str]:
+    """What each wrapper adds to the parameters of a law."""
+    lines = []
+    for name, wrapper in wrappers().items():
+        lines += [f"## Around a friction law: `{name}-...`, `{name}(...)`", "", *_rows(added_parameters(wrapper)), ""]
+    return lines
+
+
+def added_parameters(wrapper: Callable[[type[Law]], type[Law]]) -> tuple[ParameterInfo, ...]:
+    """The parameters that a wrapper adds to those of a law, of the first law that it fits."""
+    for law in laws().values():
+        with contextlib.suppress(ValueError):
+            return parameter_table(wrapper(law))[len(parameter_table(law)) :]
+    raise ValueError(f"{wrapper} fits no law")
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
+    found = [head, tuple("---" for _ in head), *rows]
+    return ["| " + " | ".join(row) + " |" for row in found]
+
+
+def _parameters(part: type) -> list[str]:
+    return _rows(parameter_table(part))
+
+
+def _rows(parameters: Iterable[ParameterInfo]) -> list[str]:
+    rows = [(printed(info.symbol), f"`{info.name}`", info.meaning, _default(info)) for info in parameters]
+    return _table(("symbol", "name in code", "meaning", "default"), rows)
+
+
+def _default(info: ParameterInfo) -> str:
+    """A default as it stands in a case file; nothing where the parameter must be given."""
+    if info.default is None:
+        return "none"
+    return f"{info.default:g}" if isinstance(info.default, (int, float)) else ""
+
+
+def _quantities(quantities: dict[str, tuple[str, str]]) -> list[str]:
+    rows = [
+        (printed(symbol), f"`{name}`", meaning, MOTION_UNITS.get(name, ""))
+        for name, (symbol, meaning) in quantities.items()
+    ]
+    return _table(("symbol", "name in code", "meaning", "unit in SI"), rows)
+
+
+if __name__ == "__main__":
+    print(page(), end="")

@@ -1,0 +1,159 @@
+"""Motion pictures: the capsule with its pendulum on a ground with ticks, the contact coloured by stick and slip."""
+
+import math
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
+
+from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
+from vibrocap.plotting.style import BLUE, GREEN, ORANGE, STYLE, VERMILION, blank_figure
+
+PERIODS = 5  # the last ones are filmed
+FRAMES_PER_SECOND = 25
+SECONDS_PER_PERIOD = 2.0
+MOST_FRAMES = 750  # a longer film runs faster instead
+
+# side of the contact: (colour, words); the words too, so that nothing rests on colour alone
+CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
+HALF_WIDTH, HEIGHT, BOB = 0.42, 0.34, 0.12  # of the drawing; the pendulum's length is 1
+HIGH, WIDTH_OVER_HEIGHT = 1.65, 16 / 9
+
+
+def animate_motion(
+    motion: Trajectory, path: str | Path, periods: float = PERIODS, progress: Callable[[float], Any] | None = None
+) -> Path:
+    """Film the last periods of a motion to an .mp4 (by ffmpeg) or .gif file.
+
+    The pendulum's bob is at X - sin(theta), cos(theta), as in the paper's section 2.2. The camera follows the mean
+    travel, which the ticks of the ground and a triangle where the film starts show. Raises ValueError for .mp4 without
+    ffmpeg, and for another ending.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".mp4", ".gif"):
+        raise ValueError(f"a film should end in .mp4 or .gif, got {str(path)!r}")
+    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ValueError("an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif")
+    start = max(0.0, motion.end - periods * motion.period)
+    shown = max((motion.end - start) / motion.period, 1e-9)
+    frames = min(MOST_FRAMES, max(2, round(shown * SECONDS_PER_PERIOD * FRAMES_PER_SECOND)))
+    # The end itself is left out, so that a repeated film of whole periods goes on smoothly.
+    times = np.linspace(start, motion.end, frames, endpoint=False)
+    with matplotlib.rc_context(STYLE):
+        scene = _Scene(motion, times)
+        film = path.suffix.lower() == ".mp4"
+        writer = (FFMpegWriter if film else PillowWriter)(fps=FRAMES_PER_SECOND)
+        with writer.saving(scene.figure, str(path), dpi=100 if film else 70):
+            for number in range(frames):
+                scene.show(number)
+                writer.grab_frame()
+                if progress is not None:
+                    progress((number + 1) / frames)
+    return path
+
+
+class _Scene:
+    """The drawing of one frame, changed from frame to frame. The camera moves with the mean travel."""
+
+    def __init__(self, motion: Trajectory, times: np.ndarray):
+        self.motion = motion
+        self.times = times
+        self.angle, self.position = motion.at(times, "angle"), motion.at(times, "position")
+        self.side = _shown_side(motion, times)
+        self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
+        self.low = -0.4 if np.cos(self.angle).min() > -0.1 else -1.0
+        reach = float(np.abs(self.position - self.camera).max()) + 1.0 + 2 * BOB
+        self.half = max(reach, (HIGH - self.low) * WIDTH_OVER_HEIGHT / 2)
+        self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
+        self.figure = blank_figure((8.0, 8.0 / WIDTH_OVER_HEIGHT))
+        self.figure.set_layout_engine("none")
+        self.axes: Axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        self.axes.set_axis_off()
+        self.axes.set(xlim=(-self.half, self.half), ylim=(self.low, self.high))
+        self._ground()
+        self._machine()
+        self._words()
+
+    def _ground(self) -> None:
+        """A line with a long tick every length l, short ones between, and a flag where the film starts."""
+        grey = "#404040"
+        self.axes.plot([-self.half, self.half], [0, 0], color=grey, linewidth=1.2)
+        first = math.floor(self.camera.min() - self.half) - 1
+        last = math.ceil(self.camera.max() + self.half) + 1
+        self.marks = np.arange(first, last + 0.25, 0.25)
+        lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
+        self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0)[0] for size in lengths]
+        self.numbers = {
+            mark: self.axes.text(0, -0.1, f"{mark:g}", ha="center", va="top", fontsize=8, color=grey, clip_on=True)
+            for mark in self.marks[self.marks % 1 == 0]
+        }
+        self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none")[0]
+
+    def _machine(self) -> None:
+        outline = "#303030"
+        shape = BoxStyle("round", pad=0, rounding_size=0.12)
+        body = FancyBboxPatch((0, 0), 2 * HALF_WIDTH, HEIGHT, boxstyle=shape, facecolor="#DCE6EF", edgecolor=outline)
+        self.body, self.bob = body, Circle((0, 0), BOB, facecolor=BLUE, edgecolor=outline, zorder=5)
+        self.contact = self.axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3)[0]
+        self.rod = self.axes.plot([], [], color=outline, linewidth=2.2, zorder=4)[0]
+        self.pivot = self.axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=outline, zorder=6)[
+            0
+        ]
+        self.axes.add_patch(body)
+        self.axes.add_patch(self.bob)
+
+    def _words(self) -> None:
+        top, side = self.high - 0.03 * (self.high - self.low), 0.97 * self.half
+        self.clock = self.axes.text(-side, top, "", va="top", fontsize=10)
+        self.state = self.axes.text(side, top, "", va="top", ha="right", fontsize=11, weight="bold")
+        self.axes.text(
+            side,
+            self.low + 0.02,
+            "lengths in $l$; triangle: start of the film",
+            ha="right",
+            fontsize=7.5,
+            color="#555555",
+        )
+
+    def show(self, number: int) -> None:
+        """Draw a frame."""
+        camera, time, position = self.camera[number], self.times[number], self.position[number]
+        x = position - camera
+        bob = x - math.sin(self.angle[number]), HEIGHT + math.cos(self.angle[number])
+        colour, words = CONTACT[int(self.side[number])]
+        self.body.set_x(x - HALF_WIDTH)
+        self.contact.set_data([x - HALF_WIDTH + 0.05, x + HALF_WIDTH - 0.05], [0, 0])
+        self.contact.set_color(colour)
+        self.rod.set_data([x, bob[0]], [HEIGHT, bob[1]])
+        self.bob.set_center(bob)
+        self.pivot.set_data([x], [HEIGHT])
+        for mark, tick in zip(self.marks, self.ticks, strict=True):
+            tick.set_xdata([mark - camera, mark - camera])
+        for mark, label in self.numbers.items():
+            label.set_x(mark - camera)
+        self.flag.set_xdata([self.position[0] - camera])
+        earlier = time - self.motion.period
+        lines = [rf"time $\tau/T$ = {time / self.motion.period:.2f}", f"position $X$ = {position:+.3f}"]
+        if earlier >= 0.0:
+            drift = position - self.motion.at(earlier, "position")[0]
+            lines.append(f"drift over the last period = {drift:+.4f}")
+        self.clock.set_text("\n".join(lines))
+        self.state.set_text(words)
+        self.state.set_color(colour)
+
+
+def _shown_side(motion: Trajectory, times: np.ndarray) -> np.ndarray:
+    """The side of the contact; a stick shorter than the time between two frames is shown in one frame still."""
+    side = motion.at(times, "side").astype(int)
+    if motion.system.friction.kind != "set-valued":
+        return np.where(side == 0, np.sign(motion.at(times, "contact_velocity")).astype(int), side)
+    for phase in motion.phases:
+        if phase.side == STUCK and phase.end > times[0]:
+            side[min(int(np.searchsorted(times, phase.start)), len(times) - 1)] = STUCK
+    return side

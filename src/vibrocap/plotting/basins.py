@@ -1,0 +1,147 @@
+"""Pictures of basins: which way each start travels in the end, and which attractor it leads to."""
+
+import types
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
+from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
+from vibrocap.plotting.cells import Cell, share
+from vibrocap.plotting.maps import (
+    CELL_STYLES,
+    HALO,
+    OTHERS,
+    PRINT,
+    UNSETTLED,
+    _hatch,
+    _hatched,
+    add_title_and_legend,
+    study_axes,
+)
+from vibrocap.plotting.study_view import EQUALS, ViewAxis, axis_label, case_label, value_text
+from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, LABELS, ORANGE, SKY, VERMILION, VIOLET, YELLOW, save
+from vibrocap.studies.orbit_datasets import basin_dataset
+
+DIRECTIONS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", GREY)}
+ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, VIOLET)  # none of the colours of the ways
+# Those that have no value of their own: (words, face, hatch, colour of the hatch), as in maps of studies.
+UNVALUED_STYLES = {
+    NOT_SETTLED: ("not settled", "#FFFFFF", UNSETTLED, BLACK),
+    FAILED: ("failed", *CELL_STYLES[Cell.FAILED]),
+    NOT_TOLD: ("settled, not told apart", *CELL_STYLES[Cell.NO_VALUE]),
+}
+
+
+def plot_basins(basins: Basins, path: str | Path) -> Path:
+    """Draw basins into a file (.png, .svg or .pdf); the same basins give the same bytes."""
+    return save(basin_figure(basins), path, PRINT)
+
+
+def basin_figure(basins: Basins) -> Figure:
+    """The figure of basins: directions of travel, and beside them the attractors where several travel one way.
+
+    Starts that failed or did not settle are hatched, so that nothing depends on colour alone.
+    """
+    several = len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
+    words: Any = types.SimpleNamespace(
+        title="Which way each start travels" + (", and to which attractor" if several else ""),
+        setting=_setting(basins),
+        note=f"{basins.label.size:,} starts; all dimensionless",
+    )
+    with matplotlib.rc_context(PRINT):
+        fig, axes = study_axes(words, 2 if several else 1)
+        handles = _draw(axes[0], basins, basins.direction, {code: colour for code, (_, colour) in DIRECTIONS.items()})
+        _frame(axes[0], basins, first=True)
+        legend = [
+            Patch(facecolor=colour, label=_direction_label(basins, code))
+            for code, colour, _ in handles
+            if code in DIRECTIONS
+        ]
+        if several:
+            colours = {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
+            _draw(axes[1], basins, basins.label, colours)
+            _frame(axes[1], basins, first=False)
+            axes[0].set_title("direction of travel")
+            axes[1].set_title("attractor")
+            named = basins.attractors[: len(ATTRACTORS)]
+            legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each)) for k, each in enumerate(named)]
+            if others := basins.attractors[len(ATTRACTORS) :]:
+                count = sum(each.starts for each in others)
+                legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
+        for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
+            if count := int(np.sum(basins.label == code)):
+                patch = Patch(facecolor=face, label=f"{text}: {share(count, basins.label.size)}")
+                legend.append(_hatched(patch, hatch, ink))
+        add_title_and_legend(fig, words, legend)
+    return fig
+
+
+def _draw(ax: Axes, basins: Basins, codes: np.ndarray, colours: dict[int, str]) -> list[tuple[int, str, np.ndarray]]:
+    """Cells in the colours of their codes, hatched where they have no value; (code, colour, where) of what is shown."""
+    x, y = _edges(basins)
+    faces = colours | {code: face for code, (_, face, _, _) in UNVALUED_STYLES.items()}
+    shown = [(code, colour, codes == code) for code, colour in faces.items() if np.any(codes == code)]
+    number = np.zeros(codes.shape)
+    for k, (_, _, where) in enumerate(shown):
+        number[where] = k
+    paint: dict[str, Any] = {"cmap": ListedColormap([colour for _, colour, _ in shown]), "vmin": -0.5}
+    ax.pcolormesh(x, y, number.T, vmax=len(shown) - 0.5, rasterized=True, label="values", **paint)
+    for code, (_, _, hatch, ink) in UNVALUED_STYLES.items():
+        _hatch(ax, x, y, basins.label == code, hatch, "white", HALO)
+        _hatch(ax, x, y, basins.label == code, hatch, ink)
+    return shown
+
+
+def _edges(basins: Basins) -> tuple[np.ndarray, np.ndarray]:
+    x, y = (ViewAxis(name, values, name).edges for name, values in zip(basins.axes, (basins.x, basins.y), strict=True))
+    return x, y
+
+
+def _frame(ax: Axes, basins: Basins, first: bool) -> None:
+    """Limits and labels of the axes."""
+    x, y = _edges(basins)
+    dataset = basin_dataset(basins)
+    labels = [
+        f"initial {LABELS[name]}" if name in LABELS else axis_label(str(path), dataset[path].attrs)
+        for name, path in zip(basins.axes, dataset["label"].dims, strict=True)
+    ]
+    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]], xlabel=labels[0])
+    if first:
+        ax.set_ylabel(labels[1])
+
+
+def _setting(basins: Basins) -> str:
+    """The case in brief, and where the starts are."""
+    dataset = basin_dataset(basins)
+    words = case_label(dataset, {})
+    if PHASE not in basins.axes and basins.phase:
+        words += f", t₀/T{EQUALS}{value_text(basins.phase)}"
+    return words
+
+
+def _direction_label(basins: Basins, code: int) -> str:
+    """A direction with its share of all starts, and with the drift where all that travel so drift alike."""
+    where = basins.direction == code
+    words = f"{DIRECTIONS[code][0]}: {share(int(np.sum(where)), where.size)}"
+    drifts = basins.drift[where]
+    if code != NO_TRAVEL and len(drifts) and np.ptp(drifts) <= 1e-9:
+        words += _drift(drifts[0])
+    return words
+
+
+def _attractor(attractor: Attractor) -> str:
+    """An attractor in the legend."""
+    motion = attractor.motion
+    drift = "" if motion.drift is None else _drift(motion.drift)
+    return f"{motion.kind}{drift}: {share(attractor.starts, max(round(attractor.starts / attractor.share), 1))}"
+
+
+def _drift(drift: float) -> str:
+    return f", ΔX{EQUALS}{drift:+.4g}".replace("-", "\N{MINUS SIGN}")

@@ -1,0 +1,284 @@
+"""Pictures of branches: where steady motions travel, how fast, and which of them are stable."""
+
+import itertools
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
+from vibrocap.orbits.continuation.branch import Branch
+from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
+from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.plotting.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION, figure, save
+
+QUANTITIES = {
+    "mean_velocity": "mean velocity of the steady motion",
+    "drift": "drift over one response",
+    "period": "period of the steady motion",
+}
+UNSTABLE = (0, (3.0, 2.2))
+# (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
+MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
+    SpecialKind.PITCHFORK: ("D", 5.5, True),
+    SpecialKind.FOLD: ("o", 10.0, False),
+    SpecialKind.FLIP: ("s", 5.0, True),
+    SpecialKind.NEIMARK_SACKER: ("o", 5.5, True),
+    SpecialKind.BRANCH_POINT: ("P", 6.0, True),
+    SpecialKind.WORD_CHANGE: ("|", 7.0, False),
+    SpecialKind.JUMP: ("X", 6.0, True),
+    SpecialKind.UNLOCATED: ("x", 6.0, False),
+}
+WORDS = {SpecialKind.PITCHFORK: "pitchfork: symmetry breaks", SpecialKind.WORD_CHANGE: "change of the stick/slip word"}
+LOSS = ("D", 6.0)  # an open pitchfork: symmetry breaks where the multipliers jump
+LOSS_WORDS = "symmetry breaks at a change of word"
+# Two halves of one disc: full where both sweeps agree.
+SWEPT: dict[str, dict[str, Any]] = {
+    way: {
+        "marker": "o",
+        "fillstyle": half,
+        "markersize": 4.0,
+        "markerfacecolor": VERMILION,
+        "markerfacecoloralt": "none",
+        "markeredgecolor": VERMILION,
+        "markeredgewidth": 0.6,
+    }
+    for way, half in (("up", "right"), ("down", "left"))
+}
+LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
+
+
+def plot_branches(
+    found: Branch | BranchDiagram | Sequence[Branch | BranchDiagram],
+    path: str | Path,
+    quantity: str = "mean_velocity",
+    *,
+    titles: Sequence[str] = (),
+    multipliers: bool = False,
+    swept: Sequence[BifurcationDiagram] = (),
+) -> Path:
+    """Mean velocity (drift, period) over a parameter: stable motions solid, unstable dashed, special points marked.
+
+    Of mirror twins, of which a branch holds one, both are drawn. Several diagrams stand side by side, on one scale.
+
+    quantity: "mean_velocity", "drift" or "period"; titles: of the panels; by default the friction laws
+    multipliers: a second row with the size of the largest Floquet multiplier
+    swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
+    """
+    given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
+    if not given or not any(len(branch) for each in given for branch in _branches(each)):
+        raise ValueError("found should hold at least one branch that is not empty")
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity should be one of {', '.join(QUANTITIES)}, got {quantity!r}")
+    if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
+        raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
+    if swept and [(each.over, each.system.friction.name) for each in swept] != [
+        (each.over, each.system.friction.name) for each in given
+    ]:
+        raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
+    rows, columns = 1 + multipliers, len(given)
+    size = (4.4 * columns + 1.0, 3.4 + 1.9 * multipliers + 0.5)
+    fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
+    used: set[str] = set()
+    with matplotlib.rc_context(STYLE):
+        for column, each in enumerate(given):
+            ax = axes[0, column]
+            used |= draw_branches(ax, _branches(each), quantity)
+            if swept:
+                used |= draw_swept(ax, swept[column], quantity)
+            ax.set_title(titles[column] if titles else law_title(each), pad=8)
+            if multipliers:
+                draw_multipliers(axes[1, column], _branches(each))
+            axes[-1, column].set(xlabel=parameter_label(each), xlim=each.between)
+        axes[0, 0].set_ylabel(QUANTITIES[quantity])
+        if multipliers:
+            axes[1, 0].set_ylabel("largest\n" + r"multiplier $|\mu|$")
+        fig.legend(handles=_handles(given, used), loc="outside lower center", ncols=3 if columns > 1 else 2)
+    return save(fig, path)
+
+
+def law_title(found: Branch | BranchDiagram) -> str:
+    """The friction law, as a title."""
+    name = found.system.friction.name.replace("-", " ").replace("lugre", "LuGre")
+    return f"{name[0].upper()}{name[1:]} law"
+
+
+def parameter_label(found: Branch | BranchDiagram) -> str:
+    """Name and symbol of the parameter, for an axis."""
+    part, name = found.over.split(".", 1)
+    record = getattr(found.system, part)
+    symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
+    greek = {"λ": r"\lambda", "ρ": r"\rho", "ν": r"\nu", "ω": r"\omega", "Ω": r"\Omega"}.get(symbol, symbol)
+    plain = all(letter.isascii() for letter in greek)
+    return f"{part} {name.replace('_', ' ')} " + (f"${greek}$" if plain else symbol)
+
+
+def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_velocity") -> set[str]:
+    """Draw branches with their twins and special points; returns which marks and styles the legend must explain."""
+    used: set[str] = set()
+    marks: list[tuple[SpecialPoint, float, float, str]] = []
+    if quantity != "period":
+        ax.axhline(0.0, color="#9A9A9A", linewidth=0.6, zorder=1)
+    for branch in branches:
+        if not len(branch):
+            continue
+        colour = branch_colour(branch)
+        for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
+            for x, y, stable in stretches(branch, quantity):
+                style: dict[str, Any] = {"linewidth": 1.8} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
+                ax.plot(x, sign * y, color=colour, zorder=3 if stable else 2, solid_capstyle="butt", **style)
+                used.add("stable" if stable else "unstable")
+            for special in branch.special_points:
+                marks.append((special, special.parameter, sign * value_at(branch, special, quantity), colour))
+        used.add(colour)
+    for special, x, y, colour in marks:
+        marker, size, filled = MARKS[special.kind]
+        over: dict[str, Any] = {"zorder": 5, "linestyle": "none"}
+        if special.kind is SpecialKind.WORD_CHANGE and special.passed is not None:
+            marker, size = LOSS
+            ax.plot(x, y, marker=marker, markersize=size, markerfacecolor="white", color=BLACK, **over)
+            used.add(LOSS_WORDS)
+        elif filled:
+            ax.plot(x, y, marker=marker, markersize=size, color=BLACK, markeredgecolor="white", **over)
+            used.add(special.kind.value)
+        else:
+            look = {"markerfacecolor": "white", "zorder": 4} if special.kind is SpecialKind.FOLD else {}
+            ax.plot(x, y, marker=marker, markersize=size, color=colour, markeredgewidth=1.1, **(over | look))
+            used.add(special.kind.value)
+    for branch in branches if quantity != "period" else ():
+        _label_travel(ax, branch)
+    return used
+
+
+def _label_travel(ax: Axes, branch: Branch) -> None:
+    """Write the parameter beside each place where symmetric motions lose their stability or gain it: travel begins or
+    ends there."""
+    if not branch.symmetric:
+        return
+    for special in branch.special_points:
+        if special.stability == "kept":
+            continue
+        lost = (special.stability == "lost") == (branch.parameter[-1] > branch.parameter[0])
+        style: dict[str, Any] = {"ha": "right" if lost else "left", "va": "top", "fontsize": 8.5, "color": "#333333"}
+        ax.annotate(
+            f"{special.parameter:.4f}",
+            (special.parameter, 0.0),
+            xytext=(-4 if lost else 6, -6),
+            textcoords="offset points",
+            **style,
+        )
+
+
+def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str) -> set[str]:
+    """Mark the settled motions of sweeps: half a disc for each way in which the parameter went."""
+    for d, way in enumerate(swept.directions):
+        settled = swept.response_period[d] > 0
+        periods = np.array(
+            [swept.system.with_parameters({swept.over: float(value)}).drive.period for value in swept.values]
+        )
+        shown = swept.drift[d] * (1.0 / periods if quantity == "mean_velocity" else swept.response_period[d])
+        x = np.broadcast_to(swept.values, settled.shape)
+        ax.plot(x[settled], shown[settled], **SWEPT[way], linestyle="none", zorder=3.5)
+    return set(swept.directions)
+
+
+def draw_multipliers(ax: Axes, branches: Iterable[Branch]) -> None:
+    """Size of the largest multiplier over the parameter; a branch jumps where its word changes."""
+    ax.axhline(1.0, color="#9A9A9A", linewidth=0.8, zorder=1)
+    for branch in branches:
+        if not len(branch):
+            continue
+        largest = np.max(np.abs(branch.multipliers), axis=1)
+        for first, last, stable in branch.parts:
+            style: dict[str, Any] = {"linewidth": 1.6} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
+            shown = slice(first, last + 1)
+            ax.plot(branch.parameter[shown], largest[shown], color=branch_colour(branch), **style)
+    ax.set_ylim(bottom=0.0)
+
+
+def branch_colour(branch: Branch) -> str:
+    """Black for symmetric motions and for cycles, blue for those that travel, others for longer responses."""
+    if branch.symmetric or branch.response_period == 0:
+        return BLACK
+    if branch.response_period == 1:
+        return BLUE
+    return LONGER.get(branch.response_period, SKY if branch.response_period % 2 == 0 else VERMILION)
+
+
+def value_at(branch: Branch, special: SpecialPoint, quantity: str) -> float:
+    """The quantity drawn, at a special point."""
+    if quantity == "period":
+        return float(np.interp(special.arclength, branch.arclength, branch.period))
+    drift = 0.0 if special.drift is None else special.drift
+    if quantity == "drift":
+        return drift
+    system = branch.system.with_parameters({branch.over: special.parameter})
+    return drift / (branch.response_period * system.drive.period)
+
+
+def stretches(branch: Branch, quantity: str) -> list[tuple[np.ndarray, np.ndarray, bool]]:
+    """(parameter, quantity, stable) of each stretch of a branch, cut exactly where the stability changes."""
+    values = getattr(branch, quantity)
+    corners = [(s, p, v, bool(ok), bool(ok)) for s, p, v, ok in zip(
+        branch.arclength, branch.parameter, values, branch.stable, strict=True
+    )]  # fmt: skip
+    for special in branch.special_points:
+        before, after = special.unstable_before == 0, special.unstable_after == 0
+        value = value_at(branch, special, quantity)
+        corners.append((special.arclength, special.parameter, value, before, after))
+    corners.sort(key=lambda corner: corner[0])
+    found: list[tuple[list[float], list[float], bool]] = []
+    for (_, p, v, _, leaving), (_, q, w, arriving, _) in itertools.pairwise(corners):
+        stable = leaving or arriving  # the first and the last point may be a birth, whose multiplier is 1
+        if not found or found[-1][2] != stable:
+            found.append(([p], [v], stable))
+        found[-1][0].append(q)
+        found[-1][1].append(w)
+    return [(np.array(x), np.array(y), stable) for x, y, stable in found]
+
+
+def _branches(found: Branch | BranchDiagram) -> tuple[Branch, ...]:
+    return found.branches if isinstance(found, BranchDiagram) else (found,)
+
+
+def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
+    """The legend: what was drawn and nothing else."""
+    handles = []
+    for colour, text in {
+        BLACK: "symmetric: no travel" if any(each.symmetric for one in given for each in _branches(one)) else "cycles",
+        BLUE: "mirror twins that travel",
+        GREEN: "twins of 2 drive periods",
+        PURPLE: "of 4 drive periods",
+        ORANGE: "of 8 drive periods",
+        SKY: "of other even numbers of periods",
+        VERMILION: "of other odd numbers of periods",
+    }.items():
+        if colour in used:
+            handles.append(Line2D([], [], color=colour, linewidth=1.8, label=text))
+    grey = "#444444"
+    if "stable" in used:
+        handles.append(Line2D([], [], color=grey, linewidth=1.8, label="stable"))
+    if "unstable" in used:
+        handles.append(Line2D([], [], color=grey, linewidth=1.0, linestyle=UNSTABLE, label="unstable"))
+    for kind, (marker, size, filled) in MARKS.items():
+        if kind.value in used:
+            look: dict[str, Any] = (
+                {"markeredgecolor": "white"} if filled else {"markeredgewidth": 1.1, "markerfacecolor": "white"}
+            )
+            text = WORDS.get(kind, kind.value)
+            handles.append(
+                Line2D([], [], linestyle="none", marker=marker, color=BLACK, markersize=size, label=text, **look)
+            )
+    if LOSS_WORDS in used:
+        marker, size = LOSS
+        look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
+        handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
+    for way, style in SWEPT.items():
+        if way in used:
+            handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **style))
+    return handles

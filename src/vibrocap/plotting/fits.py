@@ -1,0 +1,314 @@
+"""Pictures of fits: measured and fitted force, loops, residuals, intervals; laws compared, and laws matched."""
+
+import math
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from vibrocap.identification.experiments.comparison import Comparison
+from vibrocap.identification.experiments.match import Match
+from vibrocap.identification.inference.identifiability import Verdict
+from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
+from vibrocap.plotting.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    STYLE,
+    VERMILION,
+    blank_figure,
+    decimated,
+    footnote,
+    save,
+    unit_of,
+)
+
+MOST_RECORDS = 6  # of one sheet
+HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops
+MOST_POINTS = 6000  # of a line
+BINS = 60
+NEGLIGIBLE = 1e-4  # of the upper end: a value that is as good as zero has no place on a logarithmic scale
+DECADES = 1.0  # shown to either side of a parameter's value
+MEASURED = {"color": GREY, "linewidth": 1.6, "label": "measured"}
+FITTED = {"color": BLUE, "linewidth": 1.0, "label": "fitted"}
+HELD_OUT = {"color": VERMILION, "linewidth": 1.0, "label": "predicted (held out)"}
+TARGET = {"color": GREY, "linewidth": 2.0}
+MATCHED = {"color": BLUE, "linewidth": 1.1}
+DIFFERENCE = {"color": VERMILION, "linewidth": 1.0}
+
+
+def plot_fit(fit: Fit, path: str | Path) -> Path:
+    """Draw a fit into a file (.png, .svg or .pdf): records and parameters."""
+    return save(fit_figure(fit), path)
+
+
+def plot_residuals(fit: Fit, path: str | Path) -> Path:
+    """Draw what a fit leaves of each record into a file (.png, .svg or .pdf)."""
+    return save(residual_figure(fit), path)
+
+
+def plot_comparison(comparison: Comparison, path: str | Path) -> Path:
+    """Draw the errors of compared laws into a file (.png, .svg or .pdf)."""
+    return save(comparison_figure(comparison), path)
+
+
+def fit_figure(fit: Fit) -> Figure:
+    """A row for each record, force over time, displacement and velocity; below, the intervals of the parameters."""
+    shown = _chosen(fit.records)
+    searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
+    heights = (2.15 * len(shown) + 0.25, 0.9 + 0.24 * len(searched))
+    fig = blank_figure((11.0, sum(heights) + 0.5))
+    with matplotlib.rc_context(STYLE):
+        top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
+        steady = fit.options.get("method", "").startswith("steady")  # samples at rest are left out: no loops
+        # the load point's velocity through a spring is made of noise, and its loops tell nothing
+        widths = (1,) if steady else (2, 1) if fit.options.get("method", "").endswith("spring") else (2, 1, 1)
+        rows = top.subplots(len(shown), len(widths), squeeze=False, width_ratios=widths)
+        for axes, record in zip(rows, shown, strict=True):
+            if steady:
+                _curve(axes[0], record)
+            else:
+                _history(axes, record)
+        top.align_ylabels()
+        handles = {h.get_label(): h for axes in rows for h in axes[0].get_lines()}
+        top.legend(handles=list(handles.values()), loc="outside upper right", ncols=3, frameon=False, fontsize=8.5)
+        _forest(bottom.subplots(), searched)
+        held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {fit.held_out_relative_rmse:.1%}"
+        fig.suptitle(
+            f"{fit.law_name}: error {fit.relative_rmse:.1%} of the force's standard deviation{held}",
+            fontsize=10.5, x=0.01, ha="left", weight="bold",
+        )  # fmt: skip
+        footnote(fig, _small_print(fit, shown))
+    return fig
+
+
+def residual_figure(fit: Fit) -> Figure:
+    """A row for each record: error over time, against velocity, and its distribution beside the normal one."""
+    shown = _chosen(fit.records)
+    fig = blank_figure((11.0, 2.1 * len(shown) + 0.7))
+    with matplotlib.rc_context(STYLE):
+        rows = fig.subplots(len(shown), 3, squeeze=False, width_ratios=(2, 1, 1))
+        for (left, middle, right), record in zip(rows, shown, strict=True):
+            error = record.predicted - record.measured
+            scale, prefix = unit_of(error)
+            error = error / scale
+            colour = _style(record)["color"]
+            speed_scale, speed_prefix = unit_of(record.velocity)
+            at = _even_choice(len(error), MOST_POINTS)
+            time, envelope = decimated(record.time, error, MOST_POINTS)
+            left.plot(time, envelope, color=colour, linewidth=0.6)
+            left.axhline(0.0, color="#444444", linewidth=0.6)
+            left.set(xlabel="time (s)", ylabel=f"error ({prefix}N)", title=_title(record))
+            middle.plot(record.velocity[at] / speed_scale, error[at], ".", color=colour, markersize=1.2, alpha=0.5)
+            middle.axhline(0.0, color="#444444", linewidth=0.6)
+            middle.set(xlabel=f"velocity ({speed_prefix}m/s)", ylabel=f"error ({prefix}N)")
+            width = float(np.std(error)) or 1.0
+            count, edges, _ = right.hist(error, bins=BINS, color=colour, alpha=0.45, linewidth=0, label="errors")
+            x = np.linspace(edges[0], edges[-1], 200)
+            normal = np.exp(-0.5 * ((x - np.mean(error)) / width) ** 2) / (width * math.sqrt(2 * math.pi))
+            right.plot(x, normal * float(np.sum(count)) * (edges[1] - edges[0]), color="#000000", linewidth=0.9)
+            right.set(xlabel=f"error ({prefix}N)", ylabel="samples")
+        fig.align_ylabels()
+        fig.suptitle(f"{fit.law_name}: fitted less measured force", fontsize=10.5, x=0.01, ha="left", weight="bold")
+        footnote(fig, "Lines on the right: normal distribution. " + _left_out(fit, shown))
+    return fig
+
+
+def comparison_figure(comparison: Comparison) -> Figure:
+    """Laws from the best down: the error where they were not fitted, and where they were."""
+    laws = [each for each in comparison.laws if each.fit.ok]
+    fig = blank_figure((7.0, 1.3 + 0.34 * len(laws)))
+    with matplotlib.rc_context(STYLE):
+        ax = fig.subplots()
+        places = np.arange(len(laws))[::-1]
+        held, fitted = (100 * np.array([getattr(x, name) for x in laws]) for name in ("held_out", "relative_rmse"))
+        ax.hlines(places, np.fmin(held, fitted), np.fmax(held, fitted), color="#C8C8C8", linewidth=1.5)
+        ax.plot(held, places, "D", color=VERMILION, markersize=4, label="held out")
+        ax.plot(fitted, places, "o", color=BLUE, markersize=8, markerfacecolor="none", label="fitted to all records")
+        ax.set_yticks(places, [f"{each.law} ({each.parameters})" for each in laws])
+        ax.set(
+            xlabel="error over the standard deviation of the force (%)", xlim=(0.0, None), ylim=(-0.6, len(laws) - 0.4)
+        )
+        fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
+        footnote(fig, f"Held out: {comparison.method}. In brackets: number of searched parameters.")
+    return fig
+
+
+def _history(axes: np.ndarray, record: RecordResult) -> None:
+    """Force over time, and over displacement and velocity in a shorter stretch, whose loops can be told apart."""
+    scale, prefix = unit_of(record.measured)
+    wide, narrow = _stretch(record, HISTORY), _stretch(record, LOOPS)
+    steps = 0.5 * (record.velocity[1:] + record.velocity[:-1]) * np.diff(record.time)
+    displacement = np.concatenate(([0.0], np.cumsum(steps)))
+    part = displacement[narrow]
+    displacement = displacement - 0.5 * (part.max() + part.min())
+    columns = (
+        (record.time, wide, 1.0, "time (s)"),
+        (displacement, narrow, *_labelled(displacement[narrow], "displacement", "m")),
+        (record.velocity, narrow, *_labelled(record.velocity[narrow], "velocity", "m/s")),
+    )
+    for ax, (x, stretch, factor, label) in zip(axes, columns[: len(axes)], strict=True):
+        at = np.arange(len(x))[stretch]
+        at = at[_even_choice(len(at), MOST_POINTS)]
+        for force, style in ((record.measured, MEASURED), (record.predicted, _style(record))):
+            ax.plot(x[at] / factor, force[at] / scale, **style)
+        ax.set(xlabel=label, ylabel=f"force ({prefix}N)")
+    axes[0].set_title(_title(record) + _part(record, wide))
+    axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
+
+
+def _curve(ax: Axes, record: RecordResult) -> None:
+    """Force over velocity, sample by sample."""
+    scale, prefix = unit_of(record.measured)
+    speed_scale, speed_prefix = unit_of(record.velocity)
+    order = np.argsort(record.velocity)
+    at = order[_even_choice(len(order), MOST_POINTS)]
+    v = record.velocity[at] / speed_scale
+    ax.plot(v, record.measured[at] / scale, ".", markersize=2, color=MEASURED["color"], label=MEASURED["label"])
+    for side in (v < 0, v > 0):
+        ax.plot(v[side], record.predicted[at][side] / scale, **_style(record))
+    ax.set(xlabel=f"velocity ({speed_prefix}m/s)", ylabel=f"force ({prefix}N)", title=_title(record))
+
+
+def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
+    """The interval of each parameter over its value; arrows where the data leave an end open."""
+    least, most = 10**-DECADES, 10**DECADES
+    for place, p in zip(range(len(parameters))[::-1], parameters, strict=True):
+        firm = p.determined
+        colour = GREEN if firm else VERMILION
+        if p.value > (NEGLIGIBLE * p.high if p.low <= 0 and math.isfinite(p.high) else 0.0):
+            low, high = (min(max(end / p.value, least), most) for end in (max(p.low, 0.0), p.high))
+            ax.plot((low, high), (place, place), color=colour, linewidth=1.4, solid_capstyle="butt")
+            for end, place_of_end, open_mark in ((p.low / p.value, low, "<"), (p.high / p.value, high, ">")):
+                beyond = not least <= end <= most
+                ax.plot(place_of_end, place, open_mark if beyond else "|", color=colour, markersize=6, clip_on=False)
+            ax.plot(
+                1.0,
+                place,
+                "o" if firm else "s",
+                color=colour,
+                markersize=5,
+                markerfacecolor=colour if firm else "white",
+            )
+        else:
+            ax.text(1.0, place, "as good as zero", ha="center", va="center", fontsize=8, color=colour)
+        text = f"{number(p.value, 4)} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
+        note = "" if firm else f"  {p.verdict}"
+        ax.text(1.02, place, text + note, transform=ax.get_yaxis_transform(), va="center", fontsize=8, color="#222222")
+    ax.axvline(1.0, color="#999999", linewidth=0.7)
+    ax.set_xscale("log")
+    ticks = (0.1, 0.2, 0.5, 1, 2, 5, 10)
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.minorticks_off()
+    ax.set_yticks(range(len(parameters))[::-1], [p.name for p in parameters])
+    ax.set(xlim=(least, most), ylim=(-0.6, len(parameters) - 0.4), xlabel="95 % interval over the fitted value")
+    ax.set_title("Parameters: green and filled where the data determine them")
+
+
+def _end(value: float) -> str:
+    return number(value, 4) if math.isfinite(value) else "open"
+
+
+def _chosen(records: tuple[RecordResult, ...]) -> list[RecordResult]:
+    """The records of a sheet: where they are too many, the first fitted and the first held-out ones."""
+    if len(records) <= MOST_RECORDS:
+        return list(records)
+    held = [each for each in records if each.held_out][: MOST_RECORDS // 2]
+    return [each for each in records if not each.held_out][: MOST_RECORDS - len(held)] + held
+
+
+def _left_out(fit: Fit, shown: list[RecordResult]) -> str:
+    missing = len(fit.records) - len(shown)
+    return f"{missing} more record{'s' * (missing != 1)} not drawn." if missing else ""
+
+
+def _small_print(fit: Fit, shown: list[RecordResult]) -> str:
+    text = "Percentages: root mean square error over the standard deviation of the measured force. "
+    if not fit.options.get("method", "").startswith("steady"):
+        text += "Displacement: about the middle of what is shown. "
+    return text + _left_out(fit, shown)
+
+
+def _title(record: RecordResult) -> str:
+    return f"{record.name}: {record.relative_rmse:.1%}" + (", held out" if record.held_out else "")
+
+
+def _style(record: RecordResult) -> dict:
+    return HELD_OUT if record.held_out else FITTED
+
+
+def _stretch(record: RecordResult, most: int) -> slice:
+    """Samples of at most so many periods of the motion, around its fastest."""
+    time, velocity = record.time, record.velocity
+    even = np.linspace(time[0], time[-1], min(len(time), 1 << 16))
+    spectrum = np.abs(np.fft.rfft(np.interp(even, time, velocity - velocity.mean())))
+    periods = max(int(np.argmax(spectrum)), 1)
+    if periods <= most:
+        return slice(0, len(time))
+    half = 0.5 * most * (time[-1] - time[0]) / periods
+    middle = min(max(float(time[int(np.argmax(np.abs(velocity)))]), time[0] + half), time[-1] - half)
+    begin, end = (int(place) for place in np.searchsorted(time, (middle - half, middle + half)))
+    return slice(begin, max(end, begin + 2))
+
+
+def _part(record: RecordResult, stretch: slice) -> str:
+    """Which part of a record a stretch is, where it is not the whole."""
+    if stretch == slice(0, len(record.time)):
+        return ""
+    return f", {record.time[stretch.start]:.3g} to {record.time[stretch.stop - 1]:.3g} s"
+
+
+def _labelled(values: np.ndarray, name: str, unit: str) -> tuple[float, str]:
+    """The factor of the unit that suits the values, and the label of their axis."""
+    factor, prefix = unit_of(values)
+    return factor, f"{name} ({prefix}{unit})"
+
+
+def _even_choice(count: int, most: int) -> np.ndarray:
+    """Places of at most `most` of `count` samples, evenly chosen."""
+    return np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(int)
+
+
+def plot_match(match: Match, path: str | Path) -> Path:
+    """Draw a match into a file (.png, .svg or .pdf)."""
+    return save(match_figure(match), path)
+
+
+def match_figure(match: Match) -> Figure:
+    """Force over velocity, and over time where a motion was matched; below, matched less target."""
+    driven = len(match.time) > 0
+    columns = [(match.velocity, "velocity")]
+    if driven:
+        columns = [(match.time, "time"), *columns]
+    fig = blank_figure((9.5 if driven else 6.0, 4.6))
+    with matplotlib.rc_context(STYLE):
+        axes = fig.subplots(
+            2, len(columns), squeeze=False, sharex="col", height_ratios=(2, 1), width_ratios=(2, 1) if driven else None
+        )
+        for (upper, lower), (x, label) in zip(axes.T, columns, strict=True):
+            upper.plot(x, match.target, label=f"{match.to.name}, the target", **TARGET)
+            upper.plot(x, match.matched, label=f"{match.law.name}, matched", **MATCHED)
+            lower.plot(x, match.matched - match.target, **DIFFERENCE)
+            lower.axhline(0.0, color="#444444", linewidth=0.6)
+            upper.set_ylabel("force")
+            lower.set(xlabel=label, ylabel="matched less target")
+            if not driven and np.min(x) > 0 and np.max(x) > 30 * np.min(x):
+                lower.set_xscale("log")
+        fig.align_ylabels()
+        if driven:  # beside the title, for loops leave no room within
+            lines = axes[0, 0].get_lines()
+            fig.legend(handles=lines, loc="outside upper right", ncols=2, frameon=False, fontsize=8.5)
+        else:
+            axes[0, 0].legend(frameon=False, fontsize=8.5)
+        for ax in axes[1]:
+            if ax.get_xscale() == "linear":
+                ax.xaxis.set_major_locator(MaxNLocator(6 if ax is axes[1, 0] else 4))
+        fig.suptitle(
+            f"{match.law.name} for {match.to.name}: {match.relative_rmse:.1%} remain",
+            fontsize=10.5, x=0.01, ha="left", weight="bold",
+        )  # fmt: skip
+        footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")
+    return fig

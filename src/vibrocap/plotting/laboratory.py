@@ -1,0 +1,239 @@
+"""Pictures of what a friction law does: its canonical tests, its card, and what smoothing its contact costs."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+
+from vibrocap.laboratory.contact_sizes import contact_sizes
+from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
+from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
+from vibrocap.laboratory.test_sheet import REACHES, TestSheet
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import described
+from vibrocap.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    SKY,
+    STICK_SHADE,
+    STYLE,
+    VERMILION,
+    blank_figure,
+    figure,
+    footnote,
+    legend,
+    save,
+)
+
+COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)
+CYCLES_SHOWN = 3.2  # of stick-slip
+WIDEST = 6.0  # speeds of the contact, of its steady curve
+CURVE: dict[str, Any] = {"color": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.0}
+FLAT = 1e-3  # of the break-away force: what is no lag, or no curve
+LINE = 150  # letters of a title
+UNITS = "All quantities in the units of the law's parameters."
+SHAPES = {"tanh": VERMILION, "arctan": BLUE}
+FORMULAS = {"tanh": r"$\tanh(v/\epsilon)$", "arctan": r"$(2/\pi)\,\arctan(v/\epsilon)$"}
+WIDTH = r"width of the smoothing $\epsilon$"
+
+
+def plot_sheet(sheet: TestSheet, path: str | Path) -> Path:
+    """Draw the canonical tests of a law: presliding, frictional lag, break-away and stick-slip in one sheet."""
+    fig = blank_figure((10.6, 7.6))
+    with matplotlib.rc_context(STYLE):
+        (presliding, lag), (break_away, stick_slip) = fig.subplots(2, 2)
+        draw_presliding(presliding, sheet.presliding)
+        _draw_lag(lag, sheet)
+        _draw_break_away(break_away, sheet)
+        _draw_stick_slip(stick_slip, sheet)
+        fig.suptitle(_title(sheet.law, sheet.load), fontsize=9.5, x=0.01, ha="left")
+    footnote(fig, f"{_creep_label(sheet)} {UNITS}")
+    return save(fig, path)
+
+
+def plot_law_card(law: Law, path: str | Path, *, load: float = 1.0) -> Path:
+    """Draw a law: its steady curve and its presliding loops."""
+    sizes = contact_sizes(law, load)
+    found = tuple(presliding_loop(law, reach * sizes.displacement, load=load) for reach in REACHES)
+    fig = blank_figure((9.4, 3.8))
+    with matplotlib.rc_context(STYLE):
+        steady, loops = fig.subplots(1, 2)
+        draw_steady_curve(steady, law, load, WIDEST * sizes.speed)
+        draw_presliding(loops, found)
+        fig.suptitle(_title(law, load), fontsize=9.5, x=0.01, ha="left")
+    footnote(fig, UNITS)
+    return save(fig, path)
+
+
+def draw_steady_curve(ax: Axes, law: Law, load: float, widest: float) -> None:
+    """Friction force at constant velocity, to both sides; what a set-valued law can hold at rest stands upright."""
+    speed = widest * np.concatenate((np.geomspace(1e-5, 0.01, 100), np.linspace(0.01, 1.0, 400)[1:]))
+    force = np.array([float(law.steady_force(float(v), load)) for v in speed])
+    back = force if law.symmetric else np.array([_steady_back(law, float(v), load) for v in speed])
+    ax.plot(speed, force, color=BLUE, linewidth=1.5)
+    ax.plot(-speed, -back, color=BLUE, linewidth=1.5)
+    if law.kind == "set-valued":
+        middle, limit = float(law.holding_middle(load)), float(law.holding_limit(load))
+        ends = np.array([middle - limit, middle + limit])
+        ax.plot([0.0, 0.0], ends, color=VERMILION, linewidth=2.0, label="held at rest")
+        ax.plot([0.0, 0.0], ends, "o", color=VERMILION, markersize=3.5)
+        legend(ax)
+    ax.set(title="Steady sliding", xlabel="velocity $v$", ylabel="friction force $R$")
+
+
+def _steady_back(law: Law, speed: float, load: float) -> float:
+    """Size of the steady force when sliding back, of a law that is not the same in both directions."""
+    from vibrocap.laboratory.driven import driven_force
+
+    sizes = contact_sizes(law, load)
+    time = np.linspace(0.0, 100.0 * sizes.displacement / speed, 50)
+    return -float(driven_force(law, time, np.full(50, -speed), load=load).force[-1])
+
+
+def draw_presliding(ax: Axes, loops: tuple[PreslidingLoop, ...]) -> None:
+    """Loops of force over displacement: the first loading thin, the last cycle in full."""
+    for loop, colour in zip(reversed(loops), reversed(COLOURS[: len(loops)]), strict=True):
+        first, last = slice(0, loop.last + 1), slice(loop.last, None)
+        ax.plot(loop.displacement[first], loop.force[first], color=colour, linewidth=0.6)
+        ax.plot(loop.displacement[last], loop.force[last], color=colour, linewidth=1.5)
+    ax.locator_params(axis="x", nbins=6)
+    ax.set(title="Presliding, quasi-static", xlabel="displacement $x$", ylabel="friction force $R$")
+
+
+def _draw_lag(ax: Axes, sheet: TestSheet) -> None:
+    lag, lags = sheet.lag, bool(np.max(np.abs(sheet.lag.width)) > FLAT * sheet.sizes.force)
+    rows = zip(lag.force, lag.frequency, (BLUE, ORANGE, VERMILION, GREEN, SKY), strict=False)
+    for force, frequency, colour in rows if lags else ():
+        ax.plot(lag.velocity, force, color=colour, linewidth=1.4, label=rf"$\omega$ = {frequency:.3g}")
+        if np.ptp(force) > FLAT * sheet.sizes.force:
+            _arrow(ax, lag.velocity, force, colour)
+    if not lags:
+        ax.plot(lag.velocity, lag.force[-1], color=BLUE, linewidth=1.8, label="no lag, at any frequency")
+    speed = np.linspace(lag.velocity.min(), lag.velocity.max(), 400)
+    steady = [float(sheet.law.steady_force(float(v), sheet.load)) for v in speed]
+    ax.plot(speed, steady, label="steady", **CURVE)
+    if np.ptp(lag.force) <= FLAT * sheet.sizes.force:
+        ax.set_ylim(0.0, 1.3 * sheet.sizes.force)
+    ax.set(title="Frictional lag", xlabel="velocity $v$", ylabel="friction force $R$")
+    legend(ax)
+
+
+def _arrow(ax: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
+    """The direction in which a loop is passed, at an eighth of its way."""
+    i = len(x) // 5
+    head, tail = (x[i + 8], y[i + 8]), (x[i], y[i])
+    ax.annotate("", head, tail, arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.2})
+
+
+def _draw_break_away(ax: Axes, sheet: TestSheet) -> None:
+    found = sheet.break_away
+    ax.plot(found.rate, found.applied, color=SKY, linewidth=1.0, marker="o", markersize=3, label="applied then")
+    ax.plot(found.rate, found.force, color=BLUE, linewidth=1.4, label="largest friction")
+    for peaked, face in ((True, BLUE), (False, "white")):
+        chosen = found.peaked == peaked
+        if chosen.any():
+            text = "" if peaked else "no maximum: friction never falls"
+            ax.plot(
+                found.rate[chosen], found.force[chosen], "o", color=BLUE, markersize=4.5, markerfacecolor=face,
+                label=text or None,
+            )  # fmt: skip
+    ax.set_xscale("log")
+    low, high = float(np.min(found.force)), float(np.nanmax([*found.applied, *found.force]))
+    ax.set_ylim(0.0 if low > 0.8 * high else low - 0.15 * (high - low), high + 0.25 * (high - low) + 0.1 * low)
+    ax.set(title="Break-away", xlabel="rate of the force", ylabel="force")
+    legend(ax)
+
+
+def _draw_stick_slip(ax: Axes, sheet: TestSheet) -> None:
+    found = sheet.stick_slip
+    periodic = found.regime in ("stick-slip", "oscillation")
+    begin = found.time[-1] - CYCLES_SHOWN * found.period if periodic else 0.0
+    shown = found.time >= begin
+    ax.plot(found.time[shown], found.pull[shown], color=BLUE, linewidth=1.5, label="pull of the spring")
+    ax.plot(found.time[shown], found.friction[shown], color=VERMILION, linewidth=0.9, label="friction")
+    if found.sticks:
+        still = shown & (np.abs(found.velocity) <= found.still)
+        ax.fill_between(
+            found.time, 0.0, 1.0, where=still.tolist(), transform=ax.get_xaxis_transform(), label="sticks",
+            **STICK_SHADE,
+        )  # fmt: skip
+    words = f" of period {found.period:.4g}" if periodic else ""
+    ax.set(title=f"Pulled through a spring: {found.regime}{words}", xlabel="time", ylabel="force")
+    ax.set_xlim(max(begin, found.time[0]), found.time[-1])
+    legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+
+
+def _creep_label(sheet: TestSheet) -> str:
+    found = sheet.creep
+    if not found.creeps:
+        words = "no drift"
+    else:
+        words = f"a drift of {found.drift_per_cycle:.3g} per cycle"
+    if not found.status.ok:
+        words += f" (ended after {len(found.displacement) - 1} cycles: {found.status.value})"
+    return f"Creep under a force {found.bias:.3g} + {found.amplitude:.3g} cos: {words}."
+
+
+def _title(law: Law, load: float) -> str:
+    return textwrap.fill(f"{described(law, 4)}; load {load:g}", LINE)
+
+
+def plot_regularisation(reports: Regularisation | Sequence[Regularisation], path: str | Path) -> Path:
+    """Error of the measure and steps of the integrator against the width, for one system and one or two shapes."""
+    given = [reports] if isinstance(reports, Regularisation) else list(reports)
+    if not given:
+        raise ValueError("reports should hold at least one regularisation, got none")
+    fig, axes = figure(1, 2, size=(9.2, 3.6))
+    with matplotlib.rc_context(STYLE):
+        draw_errors(axes[0, 0], given)
+        draw_steps(axes[0, 1], given)
+        for ax in axes[0]:
+            legend(ax)
+    return save(fig, path)
+
+
+def draw_errors(ax: Axes, reports: Sequence[Regularisation], needed: Sequence[WidthNeeded] = ()) -> None:
+    """Relative error against width; errors within the noise of integration are left out.
+
+    needed: widths for wanted errors, drawn as dotted guides
+    """
+    for report in reports:
+        known = np.abs(report.errors) > report.noise
+        share = np.abs(report.relative_errors)
+        colour = SHAPES[report.shape]
+        ax.loglog(report.widths[known], share[known], color=colour, linewidth=1.4)
+        for sign, face, words in ((-1.0, colour, "too small"), (1.0, "white", "too large")):
+            chosen = known & (np.sign(report.errors) == sign)
+            if chosen.any():
+                ax.loglog(
+                    report.widths[chosen], share[chosen], "o", color=colour, markersize=4, markerfacecolor=face,
+                    label=f"{FORMULAS[report.shape]}: {words}",
+                )  # fmt: skip
+    for found in needed:
+        if found.width is not None:
+            share = found.error / abs(found.regularisation.exact.value)
+            guide = {"color": "#808080", "linewidth": 0.8, "linestyle": ":", "zorder": 1}
+            ax.plot([found.width, found.width], [ax.get_ylim()[0], share], **guide)
+            ax.plot([ax.get_xlim()[0], found.width], [share, share], **guide)
+    name = reports[0].measure.replace("_", " ")
+    ax.set(title=f"Error of the {name}", xlabel=WIDTH, ylabel="error over the exact value")
+
+
+def draw_steps(ax: Axes, reports: Sequence[Regularisation]) -> None:
+    """Steps of the integrator against width, and of the run with the contact solved exactly."""
+    for report in reports:
+        label = f"{FORMULAS[report.shape]}, this package"
+        ax.loglog(report.widths, report.steps, "o-", color=SHAPES[report.shape], markersize=4, label=label)
+    exact = reports[0].exact.steps
+    ax.axhline(exact, color=GREEN, linewidth=2.0, label="exact contact, this package", zorder=1)
+    ax.annotate(
+        f"{exact:,}", (reports[0].widths.max(), exact), (0, -4), textcoords="offset points", ha="right", va="top",
+        color=BLACK, fontsize=8,
+    )  # fmt: skip
+    ax.set(title="Steps for the whole run", xlabel=WIDTH, ylabel="steps")

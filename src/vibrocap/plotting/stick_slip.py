@@ -1,0 +1,201 @@
+"""Pictures of stick-slip records: force with its phases and levels, periods, and the diagram of regimes."""
+
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from vibrocap.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    STICK_SHADE,
+    STYLE,
+    VERMILION,
+    blank_figure,
+    decimated,
+    footnote,
+    legend,
+    save,
+    unit_of,
+)
+from vibrocap.records.regime_diagram import RegimeDiagram
+from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
+from vibrocap.records.stick_slip import StickSlip
+
+DETAIL_PERIODS = 5  # in the detail beside the whole record
+MOST_BINS = 40
+CROWD = 80  # slips; more have smaller marks
+MOST_POINTS = 4000  # of a line: longer records are drawn by the extremes of as many stretches
+MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREEN), SLOW: ("D", ORANGE)}
+
+
+def plot_stick_slip(found: StickSlip, path: str | Path) -> Path:
+    """Draw a record into a file (.png, .svg or .pdf): the force with its phases, a detail, velocity and periods."""
+    return save(stick_slip_figure(found), path)
+
+
+def plot_regimes(diagram: RegimeDiagram, path: str | Path) -> Path:
+    """Draw the regimes of many records over stiffness and pulling speed into a file (.png, .svg or .pdf)."""
+    return save(regime_figure(diagram), path)
+
+
+def stick_slip_figure(found: StickSlip) -> Figure:
+    """The whole record above; below a detail with its phases and levels, the slider's velocity there, the periods."""
+    fig = blank_figure((10.0, 7.4))
+    with matplotlib.rc_context(STYLE):
+        top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.35))[:, 0]
+        _whole(top.subplots(), found)
+        left, right = bottom.subfigures(1, 2, squeeze=False, width_ratios=(1.65, 1.0))[0]
+        window = _detail_window(found)
+        if found.velocity is None:
+            _detail(left.subplots(), found, window)
+        else:
+            axes = left.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
+            _detail(axes[0], found, window)
+            _velocity(axes[1], found, window)
+            axes[0].set_xlabel("")
+            left.align_ylabels()
+        _periods(right.subplots(), found)
+        fig.suptitle(f"{found.name}: {found.regime.name}", fontsize=10.5, x=0.01, ha="left", weight="bold")
+        reason = found.regime.reason
+        footnote(fig, textwrap.fill(f"{reason[:1].upper()}{reason[1:]}.", 150))
+    return fig
+
+
+def regime_figure(diagram: RegimeDiagram) -> Figure:
+    """Records as marks over stiffness and pulling speed; form and colour are the regime, the number P/T0."""
+    fig = blank_figure((6.4, 4.6))
+    with matplotlib.rc_context(STYLE):
+        ax = fig.subplots()
+        ax.set(xscale="log", yscale="log", xlabel="stiffness k (N/m)", ylabel="pulling speed V (m/s)")
+        for regime, (mark, colour) in MARKS.items():
+            at = np.array([each == regime for each in diagram.regimes])
+            if at.any():
+                ax.plot(
+                    diagram.stiffness[at], diagram.pulling_speed[at], mark, color=colour, markersize=9,
+                    markeredgecolor="white", markeredgewidth=0.6, linestyle="none", label=f"{regime} ({at.sum()})",
+                )  # fmt: skip
+        for k, v, ratio in zip(diagram.stiffness, diagram.pulling_speed, diagram.period_ratio, strict=True):
+            if np.isfinite(ratio):
+                ax.annotate(f"{ratio:.3g}", (k, v), (7, 0), textcoords="offset points", va="center", fontsize=8)
+        ax.margins(0.22)
+        if np.isfinite(diagram.border):
+            low, high = ax.get_xlim()
+            bottom, top = ax.get_ylim()
+            k = np.geomspace(low, high, 50)
+            ax.plot(
+                k, diagram.border / np.sqrt(k), color=BLACK, linewidth=0.9, linestyle=(0, (5, 3)),
+                label="a Coulomb block sticks half of the time",
+            )  # fmt: skip
+            ax.set(xlim=(low, high), ylim=(bottom, top))
+        fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
+        footnote(fig, r"Beside each mark: period over $2\pi\sqrt{m/k}$, where the mass is known.")
+    return fig
+
+
+def _whole(ax: Axes, found: StickSlip) -> None:
+    x, y = decimated(found.time, found.force, MOST_POINTS)
+    ax.plot(x, y, color="#5A5A5A", linewidth=0.5)
+    minor = tuple(slip for slip in found.slips if slip.minor)
+    size = 0.8 if len(found.slips) <= CROWD else 0.4
+    for slips, face, name in ((found.main_slips, VERMILION, "slip"), (minor, "white", "minor slip")):
+        if slips:
+            where = [slip.start for slip in slips]
+            ax.plot(
+                where, [slip.start_force for slip in slips], "v", color=VERMILION, markerfacecolor=face,
+                markersize=5 * size, markeredgewidth=size, label=f"{name} ({len(slips)})",
+            )  # fmt: skip
+    _levels(ax, found)
+    window = _detail_window(found)
+    if window[1] - window[0] < 0.99 * (found.time[-1] - found.time[0]):
+        ax.axvspan(*window, color=BLUE, alpha=0.10, linewidth=0, label="detail below")
+    ax.set(xlabel="time (s)", ylabel=_force_label(found), title="The record")
+    if ax.get_legend_handles_labels()[0]:
+        legend(ax, loc="center left", bbox_to_anchor=(1.005, 0.5))
+
+
+def _detail(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
+    kept = (found.time >= window[0]) & (found.time <= window[1])
+    ax.plot(found.time[kept], found.force[kept], color="#5A5A5A", linewidth=0.7)
+    _shade(ax, found, window)
+    for phase in found.phases:
+        if phase.kind == "slip" and phase.start >= window[0] and phase.end <= window[1]:
+            ax.plot(
+                (phase.start, phase.end), (phase.start_force, phase.end_force), "o", color=VERMILION, markersize=3.5,
+                markerfacecolor="white" if phase.minor else VERMILION, markeredgewidth=0.8,
+            )  # fmt: skip
+    title = "Detail: stick phases shaded, start and end of slips" if found.phases else "Detail"
+    ax.set(xlabel="time (s)", ylabel=_force_label(found), title=title, xlim=window)
+
+
+def _velocity(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
+    assert found.velocity is not None
+    kept = (found.time >= window[0]) & (found.time <= window[1])
+    scale, prefix = unit_of(found.velocity[kept])
+    ax.plot(found.time[kept], found.velocity[kept] / scale, color=BLUE, linewidth=0.7)
+    _shade(ax, found, window)
+    assert found.pulling_speed is not None
+    ax.axhline(found.pulling_speed / scale, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+    ax.set(xlabel="time (s)", ylabel=f"velocity ({prefix}m/s)", title="Slider (pulling speed dashed)", xlim=window)
+
+
+def _periods(ax: Axes, found: StickSlip) -> None:
+    periods = np.diff([slip.start for slip in found.main_slips])
+    if len(periods) < 2:
+        ax.text(0.5, 0.5, "no periods", ha="center", va="center", transform=ax.transAxes, color="#555555")
+        ax.set(title="Periods", xticks=[], yticks=[])
+        return
+    assert found.period is not None
+    bins = int(np.clip(2 * np.sqrt(len(periods)), 5, MOST_BINS))
+    ax.hist(periods, bins=bins, color="#BFD9EA", edgecolor="white", linewidth=0.5)
+    lines: list[tuple[float | None, str, str, Any]] = [
+        (found.period.mean, f"mean {found.period.mean:.4g} s", BLUE, "-"),
+        (found.period.median, f"median {found.period.median:.4g} s", BLUE, (0, (1, 1.5))),
+        (found.recurrence.spectral_period, "spectrum {:.4g} s", GREEN, (0, (5, 2))),
+        (found.recurrence.correlation_period, "correlation {:.4g} s", ORANGE, (0, (3, 1, 1, 1))),
+        (found.regime.inertial_period, r"$2\pi\sqrt{{m/k}}$ = {:.4g} s", VERMILION, (0, (8, 2))),
+    ]
+    for value, text, colour, style in lines:
+        if value is not None:
+            ax.axvline(value, color=colour, linestyle=style, linewidth=1.2, label=text.format(value))
+    ax.set(xlabel="period (s)", ylabel="number of periods", title="Periods", xlim=(0.0, None))
+    ax.set_ylim(0.0, ax.get_ylim()[1])
+    ax.yaxis.set_major_locator(MaxNLocator(integer=True))
+    legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, fontsize=8)
+
+
+def _levels(ax: Axes, found: StickSlip) -> None:
+    lines = (
+        (found.static_level.mean if found.static_level else None, "static level", VERMILION, "-"),
+        (found.kinetic_level, "kinetic level", BLUE, (0, (5, 2))),
+        (found.slip_end_level.mean if found.slip_end_level else None, "level at slip end", GREEN, (0, (1, 1.5))),
+    )
+    for value, name, colour, style in lines:
+        if value is not None:
+            ax.axhline(value, color=colour, linestyle=style, linewidth=1.1, label=f"{name} {value:.4g}")
+
+
+def _shade(ax: Axes, found: StickSlip, window: tuple[float, float]) -> None:
+    for phase in found.phases:
+        if phase.kind == "stick" and phase.end > window[0] and phase.start < window[1]:
+            ax.axvspan(max(phase.start, window[0]), min(phase.end, window[1]), **STICK_SHADE)
+
+
+def _detail_window(found: StickSlip) -> tuple[float, float]:
+    """A stretch of some periods around the middle of the record."""
+    begin, end = float(found.time[0]), float(found.time[-1])
+    period = found.period.mean if found.period else (end - begin) / DETAIL_PERIODS
+    half = min(0.5 * DETAIL_PERIODS * period, 0.5 * (end - begin))
+    middle = 0.5 * (begin + end)
+    return middle - half, middle + half
+
+
+def _force_label(found: StickSlip) -> str:
+    return "force over normal force" if found.force_unit == "1" else "force (N)"

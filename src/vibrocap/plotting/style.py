@@ -1,0 +1,127 @@
+"""The style of all pictures: colours, labels, figures, and files that come out the same every time.
+
+Figures are made as objects, never through pyplot's global state, so that drawing leaves no trace in a session.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+# Okabe and Ito's colours, which colour-blind readers can tell apart.
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+VIOLET, GREY = "#5B3A8C", "#8C8C8C"
+
+# The paper's arrangement: LuGre red and solid, exponential blue and dashed.
+LM_STYLE: dict[str, Any] = {"color": "#C8102E", "linestyle": "-", "linewidth": 1.4}
+EM_STYLE: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 2)), "linewidth": 1.4}
+
+STICK_SHADE: dict[str, Any] = {"color": "#B8B8B8", "alpha": 0.45, "linewidth": 0, "zorder": 0}
+ANY_UNITS = "All quantities in the units of the parameters."
+DIMENSIONLESS = r"All quantities dimensionless: lengths in $l$, time in $\sqrt{l/g}$, forces in $m\,g$."
+
+LABELS = {
+    "time": r"time $\tau$",
+    "periods": r"time in drive periods $\tau/T$",
+    "angle": r"pendulum angle $\theta$",
+    "angle_rate": r"angular velocity $\theta'$",
+    "position": r"capsule position $X$",
+    "velocity": r"capsule velocity $X'$",
+    "contact_velocity": r"sliding velocity $X'$",
+    "sliding_velocity": "sliding velocity $v$",
+    "bristle": r"bristle deflection $\xi$",
+    "bristle_rate": r"bristle rate $\xi'$",
+    "friction": r"friction force $R$",
+    "drive": r"drive $h\cos\omega\tau$",
+}
+
+PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))  # of units
+
+STYLE: dict[Any, Any] = {
+    "figure.dpi": 110,
+    "savefig.dpi": 150,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "mathtext.fontset": "stix",
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.xmargin": 0.02,
+    "axes.ymargin": 0.06,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "legend.frameon": True,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "none",
+    "legend.fontsize": 8.5,
+    "svg.hashsalt": "vibrocap",
+}
+
+
+def figure(
+    nrows: int = 1, ncols: int = 1, size: tuple[float, float] = (6.4, 4.0), **options: Any
+) -> tuple[Figure, Any]:
+    """A figure in the project's style and its axes, an array [nrows, ncols]; `size` in inches.
+
+    Further options go to `Figure.subplots` (sharex, width_ratios, ...).
+    """
+    fig = blank_figure(size)
+    with matplotlib.rc_context(STYLE):
+        axes = fig.subplots(nrows, ncols, squeeze=False, **options)
+    return fig, axes
+
+
+def blank_figure(size: tuple[float, float]) -> Figure:
+    """A figure in the project's style without axes; `size` in inches."""
+    with matplotlib.rc_context(STYLE):
+        fig = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(fig)
+    return fig
+
+
+def legend(axes: Axes, **options: Any) -> None:
+    """A legend in the project's style."""
+    with matplotlib.rc_context(STYLE):
+        axes.legend(**{"loc": "best", **options})
+
+
+def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
+    """A line of small print below the axes."""
+    fig.supxlabel(text, fontsize=7.5, color="#555555", x=0.01, ha="left")
+
+
+def save(fig: Figure, path: str | Path, style: dict[Any, Any] = STYLE) -> Path:
+    """Write a figure to a file (.png, .svg or .pdf); the same figure gives the same bytes."""
+    path = Path(path)
+    dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with matplotlib.rc_context(style):
+        fig.savefig(path, metadata=dates.get(path.suffix.lower()))
+    return path
+
+
+def decimated(x: np.ndarray, y: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """A line of at most `most` points through the least and the largest y of as many stretches as that takes."""
+    block = -(-2 * len(x) // most)
+    if block <= 2:
+        return x, y
+    number = len(x) // block
+    parts = y[: number * block].reshape(number, block)
+    at = np.sort(np.stack([parts.argmin(axis=1), parts.argmax(axis=1)], axis=1), axis=1)
+    index = (at + block * np.arange(number)[:, None]).ravel()
+    return x[index], y[index]
+
+
+def unit_of(values: np.ndarray) -> tuple[float, str]:
+    """The unit in which the largest of the values is between 1 and 1000, as a factor and a prefix."""
+    largest = float(np.max(np.abs(values)))
+    return next((each for each in PREFIXES if largest >= each[0]), PREFIXES[-1])

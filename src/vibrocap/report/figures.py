@@ -1,0 +1,117 @@
+"""The paper's figures, drawn: LM red and solid, EM blue and dashed, as in the paper."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
+from vibrocap.plotting import style as plots
+
+WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns
+NARROW = 3.3  # for three
+WIDE = 8.2, 1.9  # for one
+SHARED = 3  # labels at most in a legend above all panels
+CROWDED = 4  # curves, from which on the legend is set small
+
+LABELS = {
+    "mass_ratio": r"mass ratio $\lambda$",
+    "mean_velocity": "average velocity",
+    "excess": r"friction $-$ steady friction",
+    "phase": r"time in the period $\tau/T$",
+}
+
+
+def draw(figure: Figure, path: Path) -> Path:
+    """Draw a figure into a file; its suffix chooses the format."""
+    rows = -(-len(figure.panels) // figure.columns)
+    width, height = {1: WIDE, 3: (NARROW, HEIGHT)}.get(figure.columns, (WIDTH, HEIGHT))
+    fig, axes = plots.figure(rows, figure.columns, size=(width * figure.columns, height * rows + 0.4))
+    for panel, ax in zip(figure.panels, axes.flat, strict=True):
+        _panel(ax, panel)
+    _legends(fig, axes, figure)
+    plots.footnote(fig)
+    return plots.save(fig, path)
+
+
+def _panel(ax: Any, panel: Panel) -> None:
+    labels = plots.LABELS | LABELS
+    for curve in panel.curves:
+        style = _style(curve)
+        ax.plot(curve.x, curve.y, label=curve.label, **style)
+        for share in curve.arrows:
+            _arrow(ax, curve, share, style["color"])
+    ax.set_xlabel(labels[panel.x])
+    ax.set_ylabel(labels[panel.y])
+    ax.set_title(panel.title, loc="left", fontsize=9.5, fontweight="bold")
+    for begin, end in panel.spans:
+        ax.axvspan(begin, end, **plots.STICK_SHADE)
+    if panel.x_limits:
+        ax.set_xlim(panel.x_limits)
+    if panel.y_limits:
+        ax.set_ylim(panel.y_limits)
+    for i, mark in enumerate(panel.marks):
+        _mark(ax, mark, i)
+
+
+def _legends(fig: Any, axes: Any, figure: Figure) -> None:
+    """One legend above all panels where they share a few labels; else one in each panel whose labels are new."""
+    handles = {label: h for ax in axes.flat for h, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    if len(handles) <= SHARED:
+        fig.legend(
+            handles.values(), handles.keys(), loc="outside upper right", ncols=SHARED, fontsize=8.5, frameon=False
+        )
+        return
+    seen: set[tuple[str, ...]] = set()
+    for panel, ax in zip(figure.panels, axes.flat, strict=True):
+        labels = tuple(curve.label for curve in panel.curves)
+        if labels not in seen:
+            plots.legend(ax, **({"fontsize": 6.5, "ncols": 2} if len(labels) > CROWDED else {"fontsize": 8}))
+        seen.add(labels)
+
+
+def _style(curve: Curve) -> dict[str, Any]:
+    style = {
+        "LM": plots.LM_STYLE,
+        "EM": plots.EM_STYLE,
+        "steady": {"color": plots.BLACK, "linestyle": "-", "linewidth": 1.3},
+        "limit": {"color": "#888888", "linestyle": ":", "linewidth": 1.0},
+        "sliding": {"color": plots.GREEN, "linestyle": "-", "linewidth": 1.6},
+        "twin": {"color": plots.GREEN, "linestyle": (0, (3, 1.5, 1, 1.5)), "linewidth": 1.8},
+    }[curve.role]
+    return style | {"alpha": 0.3 + 0.7 * curve.weight, "linewidth": style["linewidth"] * (0.6 + 0.4 * curve.weight)}
+
+
+def _arrow(ax: Any, curve: Curve, share: float, color: str) -> None:
+    """An arrowhead on a curve, in its direction; nothing where the curve stands still."""
+    start = min(int(share * (curve.x.size - 1)), curve.x.size - 2)
+    moved = np.hypot(
+        (curve.x[start:] - curve.x[start]) / np.ptp(curve.x), (curve.y[start:] - curve.y[start]) / np.ptp(curve.y)
+    )
+    ahead = int(np.argmax(moved > 0.004))
+    if ahead:
+        ax.annotate(
+            "",
+            xy=(curve.x[start + ahead], curve.y[start + ahead]),
+            xytext=(curve.x[start], curve.y[start]),
+            arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 0.0, "mutation_scale": 11},
+        )
+
+
+def _mark(ax: Any, mark: Mark, place: int) -> None:
+    """A named point, or a named vertical line whose names take turns in height."""
+    if mark.y is None:
+        ax.axvline(mark.x, color="#777777", linewidth=0.8, linestyle=":")
+        ax.annotate(
+            mark.label,
+            (mark.x, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, -9 - 11 * (place % 2)),
+            textcoords="offset points",
+            fontsize=8,
+            color="#444444",
+        )
+        return
+    ax.plot([mark.x], [mark.y], marker="o", markersize=5, color="#111111", zorder=5)
+    if mark.label:
+        ax.annotate(mark.label, (mark.x, mark.y), xytext=(7, 4), textcoords="offset points", fontsize=10)

@@ -1,0 +1,106 @@
+"""The whole paper in one run: figures with their data, claims with their verdicts, errata, one report."""
+
+import csv
+import dataclasses
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from vibrocap.paper.claim import Verdict
+from vibrocap.paper.claims import verdicts
+from vibrocap.paper.figure_data import Figure
+from vibrocap.paper.figures import FIGURES, KEYS, chosen_figures
+from vibrocap.paper.main_finding import main_finding
+from vibrocap.paper.runs import Runs
+from vibrocap.report.figures import draw
+from vibrocap.report.page import Result, write_report
+
+__all__ = ["KEYS", "Reproduction", "reproduce"]
+
+Progress = Callable[[str, float], None]
+FIGURES_SHARE = 0.6  # of the time, roughly
+
+
+@dataclasses.dataclass(frozen=True)
+class Reproduction:
+    """What a run of `reproduce` made and where it lies."""
+
+    report: Path
+    claims: tuple[Verdict, ...]
+    figures: tuple[Path, ...]
+    seconds: float
+    finished: bool
+
+
+def reproduce(out: Path, only: str | None = None, progress: Progress | None = None) -> Reproduction:
+    """Draw the paper's figures from our own runs, judge its claims, and write everything into a folder.
+
+    out: made if it does not exist: report.html (self-contained), claims.json, claims.csv, figures/figNN.png and .csv
+    only: the key of one figure, such as "fig09", which is drawn with its claims alone
+    progress: called with what is being done and the share done
+
+    What is done is written even if the run is interrupted or fails, marked as not finished. Raises ValueError for an
+    unknown figure and OSError where the folder cannot be written, both before any work.
+    """
+    wanted = chosen_figures(only)
+    out = Path(out)
+    (out / "figures").mkdir(parents=True, exist_ok=True)
+    (out / "claims.json").write_text("[]\n", encoding="utf-8")
+    began, runs = time.perf_counter(), Runs()
+    tell = progress or (lambda what, share: None)
+    result = Result(only=only)
+    try:
+        for i, key in enumerate(wanted):
+            tell(f"figure {key}", FIGURES_SHARE * i / len(wanted))
+            figure = FIGURES[key](runs)
+            write_data(figure, out / "figures" / f"{key}.csv")
+            result.figures[key] = (figure, draw(figure, out / "figures" / f"{key}.png"))
+        if only in (None, "fig09"):
+            tell("the half-period symmetry", FIGURES_SHARE)
+            result.finding = main_finding(runs)
+        for chapter, verdict in verdicts(
+            runs, only, lambda what, share: tell(what, FIGURES_SHARE + (0.98 - FIGURES_SHARE) * share)
+        ):
+            result.verdicts.setdefault(chapter, []).append(verdict)
+        result.finished = True
+    finally:
+        result.seconds = time.perf_counter() - began
+        claims = tuple(verdict for chapter in result.verdicts.values() for verdict in chapter)
+        write_claims(claims, out)
+        report = write_report(result, out / "report.html")
+    tell("report", 1.0)
+    return Reproduction(report, claims, tuple(path for _, path in result.figures.values()), result.seconds, True)
+
+
+def write_data(figure: Figure, path: Path) -> None:
+    """The data of a figure: one row per point, full precision."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(("panel", "curve", "x_name", "y_name", "x", "y"))
+        for panel, curve, x_name, y_name, x, y in figure.rows:
+            writer.writerow((panel, curve, x_name, y_name, repr(x), repr(y)))
+
+
+def write_claims(claims: tuple[Verdict, ...], out: Path) -> None:
+    """The verdicts as JSON and as a table."""
+    rows = [verdict.row for verdict in claims]
+    (out / "claims.json").write_text(json.dumps(rows, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    with (out / "claims.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        names = (
+            "key",
+            "where",
+            "says",
+            "test",
+            "tolerance",
+            "tolerance_origin",
+            "outcome",
+            "verdict",
+            "why",
+            "nearest",
+        )
+        writer.writerow((*names, "figures", "found"))
+        for row in rows:
+            found = "; ".join(f"{name} = {value!r}" for name, value in row["found"].items())
+            writer.writerow((*(row[name] for name in names), " ".join(row["figures"]), found))
