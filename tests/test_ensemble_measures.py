@@ -212,7 +212,7 @@ def test_a_fault_would_be_noticed(module, right, wrong, measure, monkeypatch):
         assert name != module or right in text
         return text.replace(right, wrong) if name == module else text
 
-    monkeypatch.setattr(numerics, "kernel_source", edited)
+    monkeypatch.setattr(link, "kernel_source", edited)
     replay._hooks.cache_clear()
     try:
         found = [vc.measured(motion_of(name), [measure], window=WINDOW)[measure] for name in names]

@@ -102,36 +102,3 @@ def on_period(real, whole, tape, lane) -> None:
 def advance(real, whole, tape, rounds) -> None:
     """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
     raise NotImplementedError
-
-
-# Numbers: of one lane, or of all lanes at once.
-
-
-def where(choice, one, other):
-    """One number where the choice is true, else the other."""
-    raise NotImplementedError
-
-
-def floor(x):
-    """The largest whole number up to x, as a float."""
-    raise NotImplementedError
-
-
-def square_root(x):
-    """The square root."""
-    raise NotImplementedError
-
-
-def exponent(x):
-    """Exponent e of x = m 2^e with 1 <= m < 2."""
-    raise NotImplementedError
-
-
-def mantissa(x):
-    """m of x = m 2^e with 1 <= m < 2."""
-    raise NotImplementedError
-
-
-def power_of_two(k):
-    """2^k."""
-    raise NotImplementedError

@@ -11,39 +11,13 @@ import inspect
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from vibrocap.numerics.linker.checks import check
+from vibrocap.numerics.linker.recipes import Recipe
+
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler import Compiled
 
-# Modules of the kernel, in the order in which they use each other.
-COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
-STEPS = {False: (*COMMON, "step.explicit"), True: (*COMMON, "step.implicit", "step.method_choice")}  # maybe stiff?
-TANGENTS = {False: "events.no_tangents", True: "events.tangents"}
-PIECES = {False: "events.one_branch", True: "events.law_branches"}  # of the law, on each side
-# The hooks of one motion, of an ensemble.
-RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
-ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
-MOVING = ("events.contact", "loop.one_step")
-# Of one motion, of an ensemble one by one, of a thread of a graphics card, of an ensemble abreast.
-LOOPS = {
-    "single": (*ALONE, *MOVING, "loop.one_by_one"),
-    "ensemble": (*MOVING, "loop.one_by_one", "loop.run_queue"),
-    "card": (*ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.card_thread"),
-    "abreast": (
-        "arithmetic.elementary_polynomials",
-        "events.contact",
-        "loop.one_step",
-        "step.taylor_simd",
-        "step.stabilised_simd",
-        "step.resolved_simd",
-        "loop.simd_step",
-        "loop.run_queue",
-    ),
-}
 PLAIN_VECTORS = "from vibrocap.numerics.kernel.arithmetic.plain_vectors"
-VECTOR_NAMES = (
-    *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
-    *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
-)
 GENERATED = "# From the equations"  # as `compiler/subset.py` reads it
 ENTRIES = ("advance", "advance_ensemble", "follow")  # the last one of a kernel is called from outside
 
@@ -72,30 +46,25 @@ def _body(module: ModuleType) -> str:
         if not isinstance(node, (ast.Import, ast.ImportFrom))
         and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
     ]
-    return "\n\n\n".join(ast.get_source_segment(text, node) or "" for node in kept)
+    lines = text.splitlines()
+    return "\n\n\n".join(_segment(lines, node) for node in kept)
 
 
-def linked_source(generated: str, maybe_stiff: bool, pieces: bool, loop: str = "single", tangent: bool = False) -> str:
-    """Text of the kernel module of a system, without decorators: plain Python.
+def _segment(lines: list[str], node: ast.stmt) -> str:
+    """The text of a statement of a module, without a comment behind it."""
+    *before, last = lines[node.lineno - 1 : node.end_lineno]
+    return "\n".join([*before, last.encode()[: node.end_col_offset].decode()])
 
-    pieces: whether the law has switched states; tangent: whether the tangents of motions are carried along (abreast)
-    loop: "single": the entry is `one_by_one.advance`, which records one motion; "ensemble" or "abreast":
-    `run_queue.advance_ensemble`, which measures many, one by one or all lanes at once (of `generated` abreast).
-    """
+
+def linked_source(generated: str, recipe: Recipe) -> str:
+    """Text of a kernel as plain Python: generated code and the modules of a recipe, checked (see `checks.py`)."""
+    kernel = {name: kernel_source(name) for name in recipe.modules}
+    parts = {"the numbers of memory_layout.py": _lane_constants(), "the generated code": generated, **kernel}
+    check(recipe, parts, kernel_source("interface"))
     head = "import math\n\nimport numpy as np\n"
-    if loop in ("abreast", "card"):
-        head += f"{PLAIN_VECTORS} import {', '.join(VECTOR_NAMES if loop == 'abreast' else ('take', 'whole_equal'))}\n"
-    hooks = RECORDING if loop == "single" else MEASURING
-    kernel = [
-        kernel_source(name) for name in (*STEPS[maybe_stiff], *hooks, PIECES[pieces], TANGENTS[tangent], *LOOPS[loop])
-    ]
-    return "\n\n".join([head, _lane_constants(), GENERATED, generated, *kernel]) + "\n"
-
-
-def driven_text(generated: str) -> str:
-    """Text of the kernel module of a law under an imposed motion; the entry is `driven.follow`."""
-    head = "import math\n\nimport numpy as np\n"
-    return "\n\n".join([head, _lane_constants(), GENERATED, generated, kernel_source("driven")]) + "\n"
+    if recipe.primitives:
+        head += f"{PLAIN_VECTORS} import {', '.join(recipe.primitives)}\n"
+    return "\n\n".join([head, _lane_constants(), GENERATED, generated, *kernel.values()]) + "\n"
 
 
 def plain_kernel(text: str) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from vibrocap.numerics.codegen.driven_source import DrivenEquations, DrivenLayou
 from vibrocap.numerics.codegen.driven_step import driven_source
 from vibrocap.numerics.codegen.resolution import visible_speed
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.linker.link import compiled_kernel, driven_text, plain_kernel
+from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import DRIVEN
 from vibrocap.numerics.run.threads import available_threads, share
 
 LEAP = 0.25  # of its natural size: the most by which a state changes in a step where a sharp function of it could hide
@@ -38,7 +39,7 @@ class DrivenRuns:
 def driven_kernel(equations: DrivenEquations, plain: bool = False) -> tuple[DrivenLayout, Callable]:
     """(layout, entry) of the kernel of these equations, compiled or as plain Python."""
     layout, generated = driven_source(equations)
-    text = driven_text(generated)
+    text = linked_source(generated, DRIVEN)
     return layout, plain_kernel(text)["follow"] if plain else compiled_kernel(text)
 
 

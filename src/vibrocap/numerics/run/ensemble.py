@@ -13,7 +13,8 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
-from vibrocap.numerics.linker.link import compiled_kernel, kernel_source, linked_source, plain_kernel
+from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import ensemble_recipe
 from vibrocap.numerics.run.threads import available_threads, share
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
@@ -45,13 +46,6 @@ def ensemble_order(tolerance: float) -> int:
     return 10 if tolerance >= 1e-9 else 12
 
 
-GATHERING = (
-    "observe.turning_points",
-    "observe.accumulators",
-    "observe.stick_statistics",
-)  # modules of the kernel that measure
-
-
 @functools.lru_cache(maxsize=64)
 def ensemble_kernel(
     equations: Any, order: int, lanes: int, plain: bool = False, integrands: Integrands | None = None
@@ -77,11 +71,10 @@ def ensemble_source(
     parameters, switches = len(equations.parameter_paths), len(equations.switches)
     layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches)
     generated = [generated_source(equations, layout, loop), integrands.text]
-    measuring = [kernel_source(name) for name in GATHERING]
     tangent = layout.states > equations.base
     stiff = equations.hold is None and not tangent
-    text = linked_source("\n\n".join([*generated, *measuring]), stiff, layout.switches > 0, loop, tangent)
-    return layout, text
+    recipe = ensemble_recipe(loop, stiff, layout.switches > 0, tangent)
+    return layout, linked_source("\n\n".join(generated), recipe)
 
 
 def ensemble_run(

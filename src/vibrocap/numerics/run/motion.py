@@ -12,6 +12,7 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import motion_recipe
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
 EVENT_ROOM = 2_000
@@ -50,7 +51,7 @@ def kernel(equations: Any, order: int, plain: bool = False) -> tuple[Layout, Cal
     states = len(equations.rates)
     switches = len(equations.switches)
     layout = Layout(1, states, states, order, len(equations.parameter_paths), switches=switches)
-    text = linked_source(generated_source(equations, layout), equations.hold is None, switches > 0)
+    text = linked_source(generated_source(equations, layout), motion_recipe(equations.hold is None, switches > 0))
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text)
 
 
