@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.laboratory.checks import check_numbers
-from vibrocap.numerics.codegen.source import ScalarWriter
+from vibrocap.numerics.api import ScalarWriter
 from vibrocap.numerics.expressions.graph import FUNCTIONS, Expression, Graph, derivative
 from vibrocap.physics.friction.law import Law
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.measures.travel import travelling
-from vibrocap.numerics.kernel.memory_layout import LETTERS_PER_PLACE, RESULT_HEAD, Layout
+from vibrocap.numerics.api import LETTERS_PER_PLACE, RESULT_HEAD, Layout
 from vibrocap.physics.system import System
 
 CODES = {1: "F", 2: "S", 3: "B"}  # two bits of a letter of a word, see `numerics.kernel.observe.stick_statistics`

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import Equations
-from vibrocap.numerics.codegen.source import Integrands, integrands_source
+from vibrocap.numerics.api import Integrands, integrands_source
 from vibrocap.numerics.expressions.graph import Expression, Graph
 
 

@@ -9,9 +9,8 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Certificate, Status, Trajectory
+from vibrocap.numerics.api import Recorded, memory, recorded_run
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.kernel import memory_layout as memory
-from vibrocap.numerics.run.motion import Recorded, recorded_run
 from vibrocap.physics.system import System
 
 # By the numbers of `memory_layout`.

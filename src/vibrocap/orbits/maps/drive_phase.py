@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.equations import Equations
+from vibrocap.numerics.api import Budget, memory
 from vibrocap.numerics.expressions.graph import Expression, Graph
-from vibrocap.numerics.kernel import memory_layout as memory
-from vibrocap.numerics.run.ensemble import Budget
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 
 PHASE_TIME = "start.time"  # path of the parameter that the shifted equations have more than the others

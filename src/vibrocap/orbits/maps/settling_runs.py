@@ -6,8 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.measures.ensemble import CHUNK
-from vibrocap.numerics.kernel import memory_layout as memory
-from vibrocap.numerics.run.ensemble import Budget
+from vibrocap.numerics.api import Budget, memory
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled

@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.numerics.api import Budget, ensemble_run, memory
 from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
-from vibrocap.numerics.kernel import memory_layout as memory
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
 
