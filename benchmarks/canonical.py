@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.motion import recorded_run
+from vibrocap.numerics.run.motion import recorded_run
 
 END = 20.0
 # Stretch [m], velocity [m/s] and bristle [m] at the end: our runs at 1e-11 and 1e-13 and Radau at 1e-11 agree to these.

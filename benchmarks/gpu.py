@@ -16,8 +16,8 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics import cuda
-from vibrocap.numerics.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run import cuda
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 RUNS = 1_000_000
 PERIODS = 40

@@ -14,9 +14,9 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from benchmarks.sweep_vibrocap import budget, problem
-from vibrocap.numerics import link
-from vibrocap.numerics.ensemble import ensemble_order, ensemble_run, ensemble_source
-from vibrocap.numerics.lanes import RESULT_HEAD
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
+from vibrocap.numerics.linker import link
+from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_run, ensemble_source
 
 SIZES = (1, 1_000, 10_000, 100_000, 1_000_000)
 PERIODS = 20

@@ -7,7 +7,7 @@ import numpy as np
 
 import vibrocap as vc
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100
-from vibrocap.numerics import motion as engine
+from vibrocap.numerics.run import motion as engine
 
 
 def main() -> None:

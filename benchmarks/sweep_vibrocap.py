@@ -5,8 +5,8 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import INITIAL, PERIODS, SWEEP_SET, Sweep
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.lanes import RESULT_HEAD
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 # The largest with two digits at which 99 % of the runs end within the error asked.
 TOLERANCE = {"exponential": 5.9e-8, "lugre": 2.0e-7}

@@ -8,9 +8,10 @@ from unittest import mock
 import numpy as np
 
 from vibrocap.laboratory.driven_equations import driven_equations
-from vibrocap.numerics import driven_run
-from vibrocap.numerics.driven_step import driven_source
-from vibrocap.numerics.link import driven_text, plain_kernel
+from vibrocap.numerics.codegen.driven_step import driven_source
+from vibrocap.numerics.linker.link import linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import DRIVEN
+from vibrocap.numerics.run import driven_run
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 
 
@@ -103,7 +104,7 @@ def wandering(rng, time, size):
 @functools.cache
 def plain_driven(equations):
     layout, generated = driven_source(equations)
-    return layout, plain_kernel(driven_text(generated))
+    return layout, plain_kernel(linked_source(generated, DRIVEN))
 
 
 @contextlib.contextmanager

@@ -10,11 +10,12 @@ import numpy as np
 
 import vibrocap as vc
 from vibrocap.motion.equations import Equations, equations, parameter_values
-from vibrocap.numerics import motion
-from vibrocap.numerics.graph import evaluate
-from vibrocap.numerics.lanes import Layout
-from vibrocap.numerics.link import linked_source, plain_kernel
-from vibrocap.numerics.source import generated_source
+from vibrocap.numerics.codegen.source import generated_source
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.linker.link import linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import motion_recipe
+from vibrocap.numerics.run import motion
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,7 +58,7 @@ def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel
     states = len(recorded.rates)
     switches = len(recorded.switches)
     layout = Layout(lanes, states, states, order, len(recorded.parameter_paths), switches=switches)
-    text = linked_source(generated_source(recorded, layout), recorded.hold is None, switches > 0)
+    text = linked_source(generated_source(recorded, layout), motion_recipe(recorded.hold is None, switches > 0))
     kernel = PlainKernel(plain_kernel(text), layout, recorded, text, *layout.allocated())
     for lane in range(lanes):
         set_lane(kernel, system, lane)

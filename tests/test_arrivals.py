@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from vibrocap.numerics.arrivals import CALL, PRODUCT, QUOTIENT, SUM, Arrivals
+from vibrocap.numerics.codegen.latency_order import CALL, PRODUCT, QUOTIENT, SUM, Arrivals
 
 
 def test_a_name_is_known_when_the_last_of_what_it_needs_is_and_the_operation_is_done():

@@ -6,8 +6,8 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from vibrocap.motion.equations import equations
-from vibrocap.numerics import source
-from vibrocap.numerics.jets import JetWriter
+from vibrocap.numerics.codegen import source
+from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.physics.elementary import cos
 from vibrocap.physics.machines.oscillator import Oscillator
 from vibrocap.physics.parameters import parameters

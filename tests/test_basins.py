@@ -9,7 +9,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import Basins, basins

@@ -16,12 +16,12 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics import ensemble, motion
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
 from vibrocap.numerics.compiler.subset import parsed
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.link import plain_kernel
-from vibrocap.numerics.motion import recorded_run
+from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.run import ensemble, motion
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+from vibrocap.numerics.run.motion import recorded_run
 
 
 def exactly(text, entry):
@@ -215,7 +215,7 @@ def test_sums_of_products_are_fused():
 ABREAST = """
 import math
 
-from vibrocap.numerics.plain_vectors import (
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     align_stack, bits, exponent, floor, load, mantissa, power_of_two, square_root, store, where, whole_above, whole_add,
     whole_equal, whole_reached, whole_set
 )
@@ -436,7 +436,9 @@ def test_whole_texts_are_refused(text, what):
 def test_files_are_named_where_a_text_says_what_came_from_where():
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     text = kernel_of(system).text.replace("    changes = 0\n", "    changes = []\n", 1)
-    with pytest.raises(Refused, match=r"numerics/roots.py, function `sign_changes`, line 3 of it .*`changes = \[\]`"):
+    with pytest.raises(
+        Refused, match=r"kernel/arithmetic/roots.py, function `sign_changes`, line 3 of it .*`changes = \[\]`"
+    ):
         ir(text, "advance")
 
 

@@ -15,7 +15,7 @@ import pytest
 
 import vibrocap as vc
 from law_instances import draws, instances, random_internal, varied
-from vibrocap.numerics.graph import Graph, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.friction.law import Law

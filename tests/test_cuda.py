@@ -19,13 +19,13 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics import cuda as on_card
-from vibrocap.numerics import lanes as memory
 from vibrocap.numerics.compiler import Compiled, host, object_code
 from vibrocap.numerics.compiler.card import ARGUMENTS, LIBRARY, THREAD, thread_code
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.lanes import DONE, RESULT_HEAD, TOO_MANY_STEPS
-from vibrocap.numerics.link import plain_kernel
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel.memory_layout import DONE, RESULT_HEAD, TOO_MANY_STEPS
+from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.run import cuda as on_card
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff": vc.LuGre(bristle_stiffness=1e4)}
 EVERYTHING = 63  # all groups of measures
@@ -285,7 +285,7 @@ def bindings_found() -> bool:
 @pytest.mark.skipif(not bindings_found(), reason='cuda-bindings is not installed (pip install "vibrocap[gpu]")')
 def test_without_a_card_the_message_says_what_was_found():
     """The driver is told to show no card; where there is no driver, that is what the message says."""
-    call = "from vibrocap.numerics.cuda import cuda_problem; print(cuda_problem())"
+    call = "from vibrocap.numerics.run.cuda import cuda_problem; print(cuda_problem())"
     shown = {**os.environ, "CUDA_VISIBLE_DEVICES": ""}
     done = subprocess.run([sys.executable, "-c", call], env=shown, capture_output=True, text=True, check=True)
     assert "found: cuda-bindings, but: " in done.stdout

@@ -8,8 +8,8 @@ import pytest
 import vibrocap as vc
 from driven_laws import Play, on_plain_python, uneven, wandering
 from vibrocap.laboratory.driven_equations import driven_equations
-from vibrocap.numerics.driven_run import driven_runs
-from vibrocap.numerics.driven_step import decomposition, solution
+from vibrocap.numerics.codegen.driven_step import decomposition, solution
+from vibrocap.numerics.run.driven_run import driven_runs
 
 
 @pytest.mark.parametrize("holes", [(), ((1, 2), (2, 1)), ((0, 3), (1, 3), (2, 0), (2, 3), (3, 0))])

@@ -6,10 +6,10 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vibrocap.numerics import elementary_polynomials, plain_vectors
 from vibrocap.numerics.compiler import compiled
-from vibrocap.numerics.graph import Graph, derivative, evaluate
-from vibrocap.numerics.link import kernel_source, plain_kernel
+from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
+from vibrocap.numerics.kernel.arithmetic import elementary_polynomials, plain_vectors
+from vibrocap.numerics.linker.link import kernel_source, plain_kernel
 from vibrocap.physics.elementary import atan, tanh
 
 FUNCTIONS = {
@@ -17,7 +17,7 @@ FUNCTIONS = {
     "atan": (elementary_polynomials.arc_tangent, mp.atan),
 }
 ULPS = 3
-MODULES = ("one_number", "elementary_polynomials")
+MODULES = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 
 
 def points():
@@ -79,7 +79,7 @@ def test_exp_reaches_both_ends():
 
 
 BITS = """
-from vibrocap.numerics.plain_vectors import exponent, load, mantissa, power_of_two, store
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, load, mantissa, power_of_two, store
 
 def entry(real, whole, tape, width):
     store(tape, 0, exponent(load(real, 0)))

@@ -10,11 +10,11 @@ import pytest
 import vibrocap as vc
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics import elementary_polynomials
-from vibrocap.numerics.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
-from vibrocap.numerics.lanes import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS
-from vibrocap.numerics.motion import recorded_run
-from vibrocap.numerics.registers import lane_count
+from vibrocap.numerics.kernel.arithmetic import elementary_polynomials
+from vibrocap.numerics.kernel.arithmetic.registers import lane_count
+from vibrocap.numerics.kernel.memory_layout import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS
+from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
+from vibrocap.numerics.run.motion import recorded_run
 
 LANES = lane_count()
 ORDER, STEPS = 10, RESULT_HEAD.index("taylor_steps")
@@ -201,7 +201,7 @@ def test_a_new_run_finds_nothing_of_the_last():
 def test_the_same_bits_from_many_small_blocks(monkeypatch):
     """A thread that has used up its block comes back for the next; no run is left out."""
     results = together("exponential", range(40))[1]
-    monkeypatch.setattr("vibrocap.numerics.ensemble.BLOCK", 3)
+    monkeypatch.setattr("vibrocap.numerics.run.ensemble.BLOCK", 3)
     monkeypatch.setattr(np, "empty", np.zeros)  # so that what nobody writes is not by chance what was there before
     for threads in (1, 2):
         assert np.array_equal(together.__wrapped__("exponential", range(40), threads)[1], results)

@@ -14,9 +14,10 @@ from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics import ensemble as numerics
-from vibrocap.numerics import link, replay
-from vibrocap.numerics.motion import recorded_run
+from vibrocap.numerics.linker import link
+from vibrocap.numerics.run import ensemble as numerics
+from vibrocap.numerics.run import replay
+from vibrocap.numerics.run.motion import recorded_run
 
 BRIDGE = sys.modules["vibrocap.measures.ensemble"]  # the module, whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -109,7 +110,7 @@ def window_of(motion):
 class TestAgainstArrays:
     """Six points per piece against twelve or sixteen, which are exact to rounding.
 
-    Six are off by 1e-6 tolerance^(10/12) = 2e-13 of a piece (`gather.py`), of which a window has some hundred.
+    Six are off by 1e-6 tolerance^(10/12) = 2e-13 of a piece (`accumulators.py`), of which a window has some hundred.
     """
 
     def test_travel(self, name):
@@ -192,12 +193,12 @@ def test_both_answers_about_symmetry_occur():
 @pytest.mark.parametrize(
     ("module", "right", "wrong", "measure"),
     [
-        ("gather", "1.0 / 30.0, LIGHT, HEAVY", "1.0 / 30.0, HEAVY, LIGHT", "drive_work"),
-        ("gather", "total * (end - start)", "total * end", "mean_friction"),
-        ("gather", "here + largest_change(real, i) > best", "False", "peak_friction"),
-        ("gather", "largest, least = max(largest, value), min(least, value)", "pass", "largest_velocity"),
-        ("turning", "k * abs(real[row", "0.1 * k * abs(real[row", "largest_angle"),
-        ("spelling", "> SLIVER * real[PERIOD + lane]", "> 0.3 * real[PERIOD + lane]", "stick_fraction"),
+        ("observe.accumulators", "1.0 / 30.0, LIGHT, HEAVY", "1.0 / 30.0, HEAVY, LIGHT", "drive_work"),
+        ("observe.accumulators", "total * (end - start)", "total * end", "mean_friction"),
+        ("observe.accumulators", "here + largest_change(real, i) > best", "False", "peak_friction"),
+        ("observe.accumulators", "largest, least = max(largest, value), min(least, value)", "pass", "largest_velocity"),
+        ("observe.turning_points", "k * abs(real[row", "0.1 * k * abs(real[row", "largest_angle"),
+        ("observe.stick_statistics", "> SLIVER * real[PERIOD + lane]", "> 0.3 * real[PERIOD + lane]", "stick_fraction"),
     ],
 )
 def test_a_fault_would_be_noticed(module, right, wrong, measure, monkeypatch):
@@ -211,7 +212,7 @@ def test_a_fault_would_be_noticed(module, right, wrong, measure, monkeypatch):
         assert name != module or right in text
         return text.replace(right, wrong) if name == module else text
 
-    monkeypatch.setattr(numerics, "kernel_source", edited)
+    monkeypatch.setattr(link, "kernel_source", edited)
     replay._hooks.cache_clear()
     try:
         found = [vc.measured(motion_of(name), [measure], window=WINDOW)[measure] for name in names]

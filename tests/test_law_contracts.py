@@ -15,7 +15,7 @@ import pytest
 import vibrocap as vc
 from imposed_motion import settled_pieces, stroke
 from law_instances import LAW_NAMES, LAWS, WRAPPED, draws, mirrored, random_internal, random_motion, without_viscosity
-from vibrocap.numerics.graph import Graph, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.catalogue import laws, wrappers
 from vibrocap.physics.parameters import parameter_table

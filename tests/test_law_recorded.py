@@ -8,8 +8,8 @@ import pytest
 
 from law_instances import LAW_NAMES, LAWS, draws, random_internal, random_motion
 from test_series import Real
-from vibrocap.numerics.graph import Graph, derivative, evaluate
-from vibrocap.numerics.jets import JetWriter
+from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 
 EPSILON = float(np.finfo(float).eps)
 each_law = pytest.mark.parametrize("law", LAWS, ids=LAW_NAMES)

@@ -8,9 +8,9 @@ import pytest
 import vibrocap as vc
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
-from vibrocap.numerics import ensemble as numerics
-from vibrocap.numerics import link
-from vibrocap.numerics.graph import derivative, evaluate
+from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.numerics.linker import link
+from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.orbits.closing import shooting
 from vibrocap.orbits.closing.orbit import shoot
 from vibrocap.orbits.maps import stroboscopic_map
@@ -104,7 +104,7 @@ def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):
     system = system_with(vc.Exponential(), **{"machine.mass_ratio": 2.6})
     start, parameters = np.array([[0.61, 1.5, 0.0, 0.3]]), np.array([parameter_values(system)])
     original = link.kernel_source
-    assert right in original("tangents")
+    assert right in original("events.tangents")
     with np.errstate(all="ignore"):
         sound = plain_map(system).images(start, parameters).jacobian
         monkeypatch.setattr(link, "kernel_source", lambda name: original(name).replace(right, wrong))

@@ -13,9 +13,9 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics import implicit
-from vibrocap.numerics.lanes import DONE
-from vibrocap.numerics.motion import recorded_run
+from vibrocap.numerics.kernel.memory_layout import DONE
+from vibrocap.numerics.kernel.step import implicit
+from vibrocap.numerics.run.motion import recorded_run
 
 MACHINE = vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0, normal_load=1.0)
 DRIVE = vc.Biharmonic(amplitude=1.8, frequency=1.0, second_amplitude=0.5, second_phase=0.8)

@@ -10,9 +10,10 @@ import vibrocap as vc
 import vibrocap.motion.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics import link, roots
-from vibrocap.numerics.lanes import DONE, PIECE_HEAD, RUNNING, TOO_MANY_EVENTS
-from vibrocap.numerics.motion import kernel, recorded_run
+from vibrocap.numerics.kernel.arithmetic import roots
+from vibrocap.numerics.kernel.memory_layout import DONE, PIECE_HEAD, RUNNING, TOO_MANY_EVENTS
+from vibrocap.numerics.linker import link
+from vibrocap.numerics.run.motion import kernel, recorded_run
 
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre(), "stiff lugre": vc.LuGre(bristle_stiffness=1e4)}
 
@@ -175,11 +176,11 @@ def test_an_edited_law_is_another_kernel(monkeypatch):
 def test_an_edited_loop_is_another_kernel(monkeypatch):
     """A constant changed in a module that the loop imports reaches the linked text too."""
     before = hashed(linked_text(vc.Exponential()))
-    body = link.kernel_source("roots")
+    body = link.kernel_source("arithmetic.roots")
     edited = body.replace("NARROWEST = 2.0**-36", "NARROWEST = 2.0**-30")
     assert edited != body
     original = link.kernel_source
-    monkeypatch.setattr(link, "kernel_source", lambda name: edited if name == "roots" else original(name))
+    monkeypatch.setattr(link, "kernel_source", lambda name: edited if name == "arithmetic.roots" else original(name))
     assert hashed(linked_text(vc.Exponential())) != before
     assert roots.NARROWEST == 2.0**-36
 

@@ -12,7 +12,7 @@ import vibrocap as vc
 from vibrocap.laboratory import regularisation
 from vibrocap.laboratory.regularisation import SmoothedRun, regularisation_error, width_for
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.graph import Graph, evaluate
+from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.smoothed import smoothed

@@ -17,8 +17,8 @@ import pytest
 import vibrocap as vc
 from plain_kernels import PlainKernel, kernel_of
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.graph import Graph, evaluate
-from vibrocap.numerics.jets import JetWriter
+from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.elementary import atan, cos, exp, log, power, sin, sqrt, tanh
 
 EPSILON = float(np.finfo(float).eps)

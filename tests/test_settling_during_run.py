@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.numerics.settle import FASTEST, LONGEST_PERIOD, SLOWEST, STANDSTILL
-from vibrocap.numerics.stroboscope import Stroboscope
+from vibrocap.numerics.kernel.observe.settle import FASTEST, LONGEST_PERIOD, SLOWEST, STANDSTILL
+from vibrocap.numerics.run.stroboscope import Stroboscope
 
 TOLERANCE = 1e-9
 THRESHOLD = 1e-6

@@ -15,9 +15,9 @@ import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from vibrocap.laboratory.driven_equations import driven_equations
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.lanes import DONE, RESULT_HEAD
-from vibrocap.numerics.resolution import system_sharpness, visible_speed
+from vibrocap.numerics.codegen.resolution import system_sharpness, visible_speed
+from vibrocap.numerics.kernel.memory_layout import DONE, RESULT_HEAD
+from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
 TABLE = json.loads(Path(__file__).with_name("sharp_motions.json").read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from stability_polynomials import DAMPED, damping, interval, longest_reach, smallest_filter, terms, undamped, wedge
-from vibrocap.numerics.stabilised import POLYNOMIALS
+from vibrocap.numerics.kernel.step.stabilised import POLYNOMIALS
 
 ORDERS = sorted(POLYNOMIALS)
 MACHINE = vc.PendulumCapsule(mass_ratio=0.3, stiffness=2.0, damping=1.0)

@@ -84,7 +84,7 @@ def test_what_does_not_change_a_result_does_not_change_the_identity():
 
 def test_edited_code_is_another_study(tmp_path):
     sources = {
-        "numerics/loop.py": "a = 1\n",
+        "numerics/kernel/loop/one_step.py": "a = 1\n",
         "physics/friction/law.py": "b = 1\n",
         "measures/ensemble.py": "def run():\n    from vibrocap.motion import simulate\n",
         "motion/simulate.py": "from vibrocap.physics.system import System\n",

@@ -8,7 +8,7 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.motion.equations import equations
-from vibrocap.numerics.ensemble import ensemble_source
+from vibrocap.numerics.run.ensemble import ensemble_source
 
 EMIT = """
 import sys

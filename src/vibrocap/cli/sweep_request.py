@@ -133,7 +133,7 @@ class SweepRequest:
         return found + self._device_complaints()
 
     def _device_complaints(self) -> list[str]:
-        from vibrocap.numerics.cuda import cuda_problem
+        from vibrocap.numerics.api import cuda_problem
 
         if self.device not in DEVICES:
             return [f"--device: should be {' or '.join(DEVICES)}, got {self.device!r}"]

@@ -9,10 +9,8 @@ import numpy as np
 from vibrocap.laboratory.driven_equations import driven_equations
 from vibrocap.laboratory.driven_input import imposed_motion, parameter_sets, start_states
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.driven_run import driven_runs
-from vibrocap.numerics.driven_source import DrivenEquations
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics.api import DrivenEquations, driven_runs, memory
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.friction.law import Law
 
 STATUSES = {

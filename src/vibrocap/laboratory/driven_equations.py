@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.motion.equations import is_recorded
-from vibrocap.numerics.driven_source import DrivenEquations
-from vibrocap.numerics.graph import Graph
-from vibrocap.numerics.resolution import sharpness
+from vibrocap.numerics.api import DrivenEquations, sharpness
+from vibrocap.numerics.expressions.graph import Graph
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.laboratory.checks import check_numbers
-from vibrocap.numerics.graph import FUNCTIONS, Expression, Graph, derivative
-from vibrocap.numerics.source import ScalarWriter
+from vibrocap.numerics.api import ScalarWriter
+from vibrocap.numerics.expressions.graph import FUNCTIONS, Expression, Graph, derivative
 from vibrocap.physics.friction.law import Law
 
 # What a written formula calls `math`.

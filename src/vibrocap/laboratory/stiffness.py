@@ -11,7 +11,7 @@ from vibrocap.laboratory.checks import check_numbers, checked_list
 from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law
 from vibrocap.laboratory.speed_scale import speed_scale
 from vibrocap.laboratory.visited_states import implicit_euler
-from vibrocap.numerics.graph import Expression, derivative
+from vibrocap.numerics.expressions.graph import Expression, derivative
 from vibrocap.physics.friction.law import Law
 
 INTERVAL = 2.785  # of the negative real axis on which the classical Runge-Kutta method is stable

@@ -17,8 +17,7 @@ from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import whole_periods
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.lanes import ASK_INTEGRALS, ASK_PEAK
-from vibrocap.numerics.replay import replayed
+from vibrocap.numerics.api import ASK_INTEGRALS, ASK_PEAK, replayed
 from vibrocap.physics.system import System
 
 

@@ -15,8 +15,8 @@ from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics import ensemble as numerics
-from vibrocap.numerics.graph import evaluate
+from vibrocap.numerics import api as numerics
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.system import PARTS, System
@@ -83,7 +83,7 @@ def ensemble(
     if device not in DEVICES:
         raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
     if device == "cuda":
-        from vibrocap.numerics.cuda import cuda_ensemble_run, cuda_problem
+        from vibrocap.numerics.api import cuda_ensemble_run, cuda_problem
 
         problem = cuda_problem()
         if problem is not None:

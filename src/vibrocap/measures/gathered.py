@@ -5,17 +5,17 @@ import dataclasses
 import numpy as np
 
 from vibrocap.measures.travel import travelling
-from vibrocap.numerics.lanes import LETTERS_PER_PLACE, RESULT_HEAD, Layout
+from vibrocap.numerics.api import LETTERS_PER_PLACE, RESULT_HEAD, Layout
 from vibrocap.physics.system import System
 
-CODES = {1: "F", 2: "S", 3: "B"}  # two bits of a letter of a word, see `numerics.spelling`
+CODES = {1: "F", 2: "S", 3: "B"}  # two bits of a letter of a word, see `numerics.kernel.observe.stick_statistics`
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Gathered:
     """Results of runs of systems of one form; every quantity is an array [runs].
 
-    system: one of them, for names and kinds; results: [runs, layout.result_size], see `numerics.lanes.RESULT_HEAD`
+    system: one of them, for names and kinds; results: [runs, layout.result_size], see `memory_layout.RESULT_HEAD`
     period: drive period of each run; mirrored: whether it has the half-period symmetry
     threshold: of settling; 0 where it was not looked for
     """
@@ -53,7 +53,7 @@ class Gathered:
         return self.results[:, first + self.layout.states] - self.results[:, first]
 
     def entry(self, name: str, i: int = 0) -> np.ndarray:
-        """Number i of an entry of what is gathered, see `numerics.lanes.gathered_entries`."""
+        """Number i of an entry of what is gathered, see `memory_layout.gathered_entries`."""
         place = self.layout.gathered_slice(name)
         if not 0 <= i < place.stop - place.start:
             raise IndexError(f"{name} has no number {i}")

@@ -15,15 +15,15 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import Equations
-from vibrocap.numerics.graph import Expression, Graph
-from vibrocap.numerics.source import Integrands, integrands_source
+from vibrocap.numerics.api import Integrands, integrands_source
+from vibrocap.numerics.expressions.graph import Expression, Graph
 
 
 @dataclasses.dataclass(frozen=True)
 class Standard:
     """Read from what the kernel gathers.
 
-    groups: what has to be gathered for it, a sum of `ASK_...` of `numerics.lanes`
+    groups: what has to be gathered for it, a sum of `ASK_...` of `memory_layout`
     value: of the runs that finished, one number (or text) per run
     """
 

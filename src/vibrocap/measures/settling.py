@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.settle import LONGEST_PERIOD
-from vibrocap.numerics.stroboscope import Stroboscope
+from vibrocap.numerics.api import LONGEST_PERIOD, Stroboscope
 
 # A motion is settled where it will change by no more than this share of the natural size of any state; no tolerance of
 # a run can promise more than a thousand times itself, since errors of some hundred steps add up in a period.

@@ -8,7 +8,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
-from vibrocap.numerics.lanes import (
+from vibrocap.numerics.api import (
     ASK_EXTREMES,
     ASK_INTEGRALS,
     ASK_MAGNITUDE,

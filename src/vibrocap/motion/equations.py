@@ -4,8 +4,8 @@ import dataclasses
 import functools
 from typing import Any
 
-from vibrocap.numerics.balance import Balance
-from vibrocap.numerics.graph import Expression, Graph
+from vibrocap.numerics.expressions.balance import Balance
+from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import PARTS, System

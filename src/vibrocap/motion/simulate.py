@@ -9,12 +9,11 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
 from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import Certificate, Status, Trajectory
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.graph import evaluate
-from vibrocap.numerics.motion import Recorded, recorded_run
+from vibrocap.numerics.api import Recorded, memory, recorded_run
+from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
 
-# By the numbers of `lanes.py`.
+# By the numbers of `memory_layout`.
 EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
 STATUSES = {
     memory.DONE: Status.FINISHED,

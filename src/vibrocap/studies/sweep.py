@@ -143,7 +143,7 @@ def run_study(
 
 def size_in_words(study: Study, threads: int | None = None) -> str:
     """How many runs, how many bytes before compression, and roughly how long."""
-    from vibrocap.numerics.threads import available_threads
+    from vibrocap.numerics.api import available_threads
 
     runs = study.plan.count
     gigabytes = runs * sum(each.bytes_per_run for each in variables(study)) / 1e9

@@ -2,7 +2,7 @@
 
 A kernel is one text: constants, then functions, of which one is called from outside.
 
-- Imports: `import math`, `import numpy as np`, and names of `vibrocap.numerics.plain_vectors`.
+- Imports: `import math`, `import numpy as np`, and names of `vibrocap.numerics.kernel.arithmetic.plain_vectors`.
 - Constants: statements between the functions are executed as they are; a number, a tuple of numbers or a NumPy array of
   one or two dimensions can then be used in functions. Functions do not change them.
 - Functions: positional arguments without defaults, no recursion, no nested functions. One machine function is made of
@@ -29,7 +29,7 @@ import dataclasses
 import re
 from typing import Any
 
-PLAIN_VECTORS = "vibrocap.numerics.plain_vectors"
+PLAIN_VECTORS = "vibrocap.numerics.kernel.arithmetic.plain_vectors"
 ORIGIN = re.compile(r"^# From (.+)$", re.MULTILINE)  # a line of the text above what another file gave
 
 

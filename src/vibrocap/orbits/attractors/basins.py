@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import check_run, initial_state
-from vibrocap.numerics import lanes as memory
+from vibrocap.numerics.api import memory
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, visited_ranges
 from vibrocap.orbits.maps.drive_phase import at_next_section

@@ -93,7 +93,7 @@ def classify(
     run = settling_runs(map_, start[None], parameters[None], settle_periods)
     orbits, _, run = orbits_reached(map_, run, settle_periods, 1)
     if not run.finished[0]:
-        reason = f"the run ended with the number {run.ended[0]} of numerics/lanes.py; simulate it to see its status"
+        reason = f"the run ended with the number {run.ended[0]} of memory_layout.py; simulate it to see its status"
         return MotionClass("failed", reason, None, math.nan, None, named_states(map_.system, run.state[0]))
     if run.response_period[0] > 0:
         return class_of_orbit(orbits[0].orbit)

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import check_run, initial_state
-from vibrocap.numerics.ensemble import Budget
+from vibrocap.numerics.api import Budget
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
 from vibrocap.orbits.maps.settling_runs import iterates
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, driven_map

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget
+from vibrocap.numerics.api import Budget, memory
 from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 from vibrocap.orbits.parameter_range import checked_pair

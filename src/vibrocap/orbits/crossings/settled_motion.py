@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrocap.measures.during_run import measured
 from vibrocap.motion.simulate import period_marks, simulate
-from vibrocap.numerics.stroboscope import Stroboscope
+from vibrocap.numerics.api import Stroboscope
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, named_states, state_vector
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED

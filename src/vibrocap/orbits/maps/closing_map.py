@@ -7,8 +7,7 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
-from vibrocap.numerics.ensemble import Budget
-from vibrocap.numerics.lanes import ASK_WORD
+from vibrocap.numerics.api import ASK_WORD, Budget
 from vibrocap.orbits.maps.itinerary import closed_word
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, Ends, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations

@@ -5,8 +5,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.numerics.ensemble import Budget
-from vibrocap.numerics.lanes import ASK_WORD
+from vibrocap.numerics.api import ASK_WORD, Budget
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
 from vibrocap.orbits.maps.variations import variational_equations

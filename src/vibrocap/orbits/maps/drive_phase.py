@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.equations import Equations
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget
-from vibrocap.numerics.graph import Expression, Graph
+from vibrocap.numerics.api import Budget, memory
+from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 
 PHASE_TIME = "start.time"  # path of the parameter that the shifted equations have more than the others
@@ -56,7 +55,7 @@ def shifted_equations(equations: Equations) -> Equations:
 def at_next_section(
     map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, phase: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(states at the next start of a drive period [runs, states], numbers of `lanes.py` for how each run ended).
+    """(states at the next start of a drive period [runs, states], numbers of `memory_layout` for how each run ended).
 
     phase: [runs] where in the drive's period each run starts, as a share of it (whole parts do not matter); a run that
         starts at the section is there already

@@ -6,8 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.measures.ensemble import CHUNK
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget
+from vibrocap.numerics.api import Budget, memory
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
@@ -19,7 +18,7 @@ MOST_STEPS = 10**9
 class SettlingRuns:
     """Where runs ended, arrays [runs, ...].
 
-    state: [runs, states] at the start of a drive period; ended: numbers of `lanes.py`
+    state: [runs, states] at the start of a drive period; ended: numbers of `memory_layout`
     response_period: 0 where it did not settle
     drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
     """

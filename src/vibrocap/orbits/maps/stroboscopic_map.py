@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.motion.equations import Equations, equations, parameter_values
-from vibrocap.numerics import lanes as memory
-from vibrocap.numerics.ensemble import Budget, ensemble_run
-from vibrocap.numerics.graph import depends_on_time, evaluate
+from vibrocap.numerics.api import Budget, ensemble_run, memory
+from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
 
@@ -38,7 +37,7 @@ class Ends:
 
     @property
     def status(self) -> np.ndarray:
-        """[runs] numbers of `numerics/lanes.py`."""
+        """[runs] numbers of `numerics/kernel/memory_layout.py`."""
         return self.results[:, memory.RESULT_HEAD.index("status")].astype(int)
 
     @property
@@ -74,7 +73,8 @@ class StroboscopicMap:
     """The map of the state over drive periods, for one form of system; parameters and states differ from run to run.
 
     Derivatives are exact: the tangents of a motion are carried through its events by saltation, on the lanes of one
-    kernel (`numerics/tangents.py`). What a sticking contact has forgotten is a direction in which the map is constant.
+    kernel (`kernel/events/tangents.py`). What a sticking contact has forgotten is a direction in which the map is
+    constant.
     """
 
     def __init__(self, system: System, tolerance: float = 1e-12, threads: int | None = None, plain: bool = False):
@@ -152,7 +152,7 @@ class StroboscopicMap:
     ) -> Ends:
         """Run states [runs, states] with parameters [runs, parameters] as far as a budget allows.
 
-        recording: equations in place of the map's own; the others as for `numerics.ensemble.ensemble_run`
+        recording: equations in place of the map's own; the others as for `numerics.run.ensemble.ensemble_run`
         """
         options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
         recording = self.equations if recording is None else recording

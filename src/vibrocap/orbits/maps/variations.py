@@ -5,7 +5,7 @@ import functools
 from collections.abc import Sequence
 
 from vibrocap.motion.equations import Equations
-from vibrocap.numerics.graph import Expression, Graph, derivative
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 
 # Natural size of a tangent that starts with the natural size of a state: derivatives may err by so many tolerances.
 # Not without limit: what decays fast along a motion that is smooth already would be followed by steps too long for it.
@@ -17,7 +17,7 @@ def variational_equations(equations: Equations) -> Equations:
     """The equations of a motion together with one tangent: y' = f(t, y), delta' = (df/dy) delta.
 
     The states of the tangent follow those of the motion. Exact derivatives of the recorded equations; the kernel
-    carries the tangent through events by saltation (`numerics/tangents.py`).
+    carries the tangent through events by saltation (`kernel/events/tangents.py`).
     """
     graph = Graph()
     graph.nodes.extend(equations.graph.nodes)

@@ -1,0 +1,187 @@
+"""Writes the series of the contact's acceleration from the balance of momentum, see `expressions/balance.py`.
+
+It leaves few products where the solved equations have many.
+"""
+
+from typing import Any
+
+from vibrocap.numerics.codegen.latency_order import Term, combined
+from vibrocap.numerics.expressions.balance import Balance
+from vibrocap.numerics.expressions.graph import Expression, sensitivity
+
+
+class BalanceWriter:
+    """Writes the coefficients of the acceleration, on behalf of a `jets.JetWriter`.
+
+    A node has the level 0 if its coefficient k contains a_k, 1 if its coefficient k + 1 is the first that does.
+    """
+
+    def __init__(self, writer: Any, balance: Balance):
+        self.writer, self.balance = writer, balance
+        self._levels: dict[int, int | None] = {}
+        self._simples: dict[int, bool] = {}
+
+    def level(self, index: int) -> int | None:
+        """0, 1 or None: see above."""
+        if index not in self._levels:
+            op, *operands = self.writer.graph.nodes[index]
+            self._levels[index] = None  # of a state that is met on the way to itself
+            if index == self.balance.acceleration.index:
+                level = 0
+            elif op == "state":
+                level = 1 if self.level(self.writer.rates[operands[0]].index) == 0 else None
+            elif op in ("constant", "time", "side", "parameter"):
+                level = None
+            else:
+                levels = [self.level(i) for i in operands]
+                level = min((found for found in levels if found is not None), default=None)
+            self._levels[index] = level
+        return self._levels[index]
+
+    @property
+    def usable(self) -> bool:
+        """Whether momentum is made of states whose rates contain the acceleration by sums and products only."""
+        return self.level(self.balance.momentum.index) == 1 and self._simple(self.balance.momentum.index)
+
+    def _simple(self, index: int) -> bool:
+        """Whether a node contains the acceleration, if at all, by sums and products only."""
+        if index not in self._simples:
+            self._simples[index] = True  # of a state that is met on the way to itself
+            self._simples[index] = self._made_simply(index)
+        return self._simples[index]
+
+    def _made_simply(self, index: int) -> bool:
+        op, *operands = self.writer.graph.nodes[index]
+        if self.level(index) is None or index == self.balance.acceleration.index:
+            return True
+        if op == "state":
+            return self._simple(self.writer.rates[operands[0]].index)
+        if op == "mul" and self.level(operands[0]) is not None and self.level(operands[1]) is not None:
+            return False
+        return op in ("add", "sub", "neg", "mul") and all(self._simple(i) for i in operands)
+
+    def formula(self, index: int, op: str, operands: list, k: int) -> str | None:
+        """The coefficient k of a node, where it is written in another way than elsewhere."""
+        if index == self.balance.acceleration.index:
+            return self.acceleration(k)
+        if op == "mul" and self.level(index) is not None and operands[0] != operands[1]:
+            fixed, open_ = self._sides(index)
+            if fixed is None:
+                return None
+            newest = self.writer.products([((fixed, 0), (open_, k))])
+            return " + ".join(filter(None, (self._settled(index, k), newest))) or "0.0"
+        return None
+
+    def is_open(self, index: int) -> bool:
+        """Whether coefficient k of a node is c + d a_k, with one and the same d at every order."""
+        return self.level(index) == 0 and self._simple(index)
+
+    def _slope(self, index: int) -> str:
+        """The factor d of the acceleration in an open node."""
+        graph, acceleration = self.writer.graph, self.balance.acceleration
+        slope = sensitivity(Expression(graph, index), acceleration.index, {})
+        return self.writer.coefficient(slope.index, 0)
+
+    def _sides(self, index: int) -> tuple[int | None, int]:
+        """The factor of a product that is known first, and the one that contains the acceleration."""
+        _, a, b = self.writer.graph.nodes[index]
+        level = self.level(index)
+        if self.level(a) == level:
+            return (None, a) if self.level(b) == level else (b, a)
+        return a, b
+
+    def _settled(self, index: int, k: int) -> str:
+        """What coefficient k of a product is but for the newest one of the factor that contains the acceleration."""
+        fixed, open_ = self._sides(index)
+        assert fixed is not None
+        known = self.writer.products(((fixed, i), (open_, k - i)) for i in range(1, k + 1))
+        return self.writer.named(("settled", index, k), f"o{self.writer.number(index)}_{k}", known) if known else ""
+
+    def without(self, index: int, k: int) -> list[Term]:
+        """The coefficient k of a node of level 0, but for what a_k adds."""
+        if self.level(index) is None or self.level(index) == 1:
+            return self.writer.signed_terms(index, k, inner=True)
+        op, *operands = self.writer.graph.nodes[index]
+        if index == self.balance.acceleration.index:
+            return []
+        if op == "mul":
+            fixed, open_ = self._sides(index)
+            assert fixed is not None
+            settled = self._settled(index, k)
+            return [*([(1, settled)] if settled else []), *self._times(fixed, self.without(open_, k))]
+        return combined(op, [self.without(i, k) for i in operands])
+
+    def rate_without(self, index: int, k: int) -> list[Term]:
+        """k times the coefficient k of a node of level 1, but for what a_(k-1) adds."""
+        op, *operands = self.writer.graph.nodes[index]
+        if self.level(index) is None:
+            value = self.writer.coefficient(index, k)
+            return [] if value == "0.0" else [(1, value if k == 1 else f"{float(k)!r} * {value}")]
+        if op == "state":
+            return self._rate(self.writer.rates[operands[0]].index, k - 1)
+        if op == "mul":
+            fixed, open_ = self._sides(index)
+            assert fixed is not None
+            settled = self._settled(index, k)
+            first = [(1, settled if k == 1 else f"{float(k)!r} * {settled}")] if settled else []
+            return [*first, *self._times(fixed, self.rate_without(open_, k))]
+        return combined(op, [self.rate_without(i, k) for i in operands])
+
+    def _times(self, factor: int, terms: list[Term]) -> list[Term]:
+        """Terms times the first coefficient of a factor: each, or their sum where some are products already."""
+        if not terms:
+            return []
+        start = self.writer.coefficient(factor, 0)
+        if all(text.isidentifier() for _, text in terms):
+            return [(sign, f"{start} * {text}") for sign, text in terms]
+        return [(1, f"{start} * ({self.writer.arrivals.sum(terms)})")]
+
+    def _holding(self, k: int) -> list[Term]:
+        outer = self.writer.signed_terms(self.balance.outer.index, k, inner=True)
+        return combined("sub", [outer, self.rate_without(self.balance.momentum.index, k + 1)])
+
+    def holding(self, k: int) -> str:
+        """Coefficient k of the force that would hold the contact, if it rests."""
+        value = self.writer.arrivals.sum(self._holding(k))
+        return value if value == "0.0" else self.writer.named(("hold", k), f"hold_{k}", value)
+
+    def acceleration(self, k: int) -> str:
+        """a_k."""
+        force = self._force(k)
+        return force if force == "0.0" else f"{force} * {self._mobility()}"
+
+    def _force(self, k: int) -> str:
+        """What a_k is but for one over the inertia."""
+        writer = self.writer
+        if self.balance.share.value == 1.0:  # the force that holds is not asked for itself
+            held = self._holding(k)
+        else:
+            held = [] if self.holding(k) == "0.0" else [(1, self.holding(k))]
+        friction = writer.signed_terms(self.balance.friction.index, k)
+        force = writer.arrivals.sum(combined("sub", [held, friction]))
+        return force if force == "0.0" else writer.named(("force", k), f"force_{k}", force)
+
+    def _mobility(self, k: int = 1) -> str:
+        """One over k times the inertia."""
+        writer = self.writer
+        if k > 1:
+            return writer.named(("mobility", k), f"mobility_{k}", f"{self._mobility()} * {1.0 / k!r}")
+        inertia = writer.coefficient(self.balance.inertia(writer.rates).index, 0)
+        share = writer.coefficient(self.balance.share.index, 0)
+        return writer.named(("mobility", 1), "mobility", f"{share} / {inertia}")
+
+    def state(self, rate: int, k: int) -> str:
+        """Coefficient k of a state whose rate is an open node, without waiting for a_(k-1) itself."""
+        writer, terms = self.writer, [(sign, f"{text} * {1.0 / k!r}") for sign, text in self._rate(rate, k - 1)]
+        force, slope, factor = self._force(k - 1), self._slope(rate), self._mobility(k)
+        if slope != "1.0":
+            factor = writer.named(("mobility", rate, k), f"mobility_{writer.number(rate)}_{k}", f"{factor} * {slope}")
+        return writer.arrivals.sum(terms if force == "0.0" else [*terms, (1, f"{force} * {factor}")])
+
+    def _rate(self, index: int, k: int) -> list[Term]:
+        """`without` of a rate, as one name if it has several terms, as state and momentum both need it."""
+        terms = self.without(index, k)
+        if len(terms) < 2:
+            return terms
+        name = f"e{self.writer.number(index)}_{k}"
+        return [(1, self.writer.named(("without", index, k), name, self.writer.arrivals.sum(terms)))]

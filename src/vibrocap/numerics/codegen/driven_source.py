@@ -1,0 +1,190 @@
+"""Writes scalar code of one law under an imposed motion: its force, guards and jumps (see `driven_generated.py`)."""
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.numerics.codegen.resolution import SharpArgument
+from vibrocap.numerics.codegen.source import ScalarWriter
+from vibrocap.numerics.expressions.graph import Expression, Graph
+
+SMALLEST_EXPONENT = -700.0  # exp of it is 1e-304
+# Entries of `whole`.
+WHOLE = ("STATUS", "STEPS", "REFUSED", "STEP_LIMIT", "JUMPS", "FORCE_START", "INTERNAL_START")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class DrivenEquations:
+    """A law under an imposed motion, recorded; laws of one form share it, their numbers are parameters.
+
+    The states of the graph are the internal states, those that move first, then velocity, load and their rates in time.
+    """
+
+    graph: Graph
+    parameter_names: tuple[str, ...]
+    order: tuple[int, ...]  # state of the graph for each internal state of the law
+    moving: int  # how many states move; the others have the rate zero and change in jumps only
+    rates: tuple[Expression, ...]  # of the states that move
+    force: Expression
+    guards: tuple[Expression, ...]
+    after_switch: tuple[tuple[Expression, ...], ...]  # states after each guard has fallen
+    after_reversal: tuple[Expression, ...]
+    scales: tuple[Expression, ...]  # natural size of each state
+    sharp: tuple[SharpArgument, ...]  # of the contact velocity, in the rates
+    sharp_internal: bool  # whether a sharp function depends on an internal state
+    set_valued: bool
+
+    @property
+    def states(self) -> int:
+        """Number of internal states."""
+        return len(self.order)
+
+
+@dataclasses.dataclass(frozen=True)
+class DrivenLayout:
+    """Where everything stands in the memory of a driven kernel."""
+
+    states: int
+    parameters: int
+    frozen: int
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Numbers per entry of `real`."""
+        return {
+            "PARAMETER": self.parameters,
+            "FROZEN": self.frozen,
+            "STATE": self.states,
+            "NEW": self.states,  # at the end of the step
+            "INVERSE_SCALE": self.states,  # one over tolerance and natural size
+            **dict.fromkeys(("VELOCITY", "LOAD", "VELOCITY_RATE", "LOAD_RATE"), 1),
+            "STEP": 1,  # proposed
+            "VISIBLE_SPEED": 1,  # up to which friction changes fast
+            "LEAP": 1,  # longest change of a state within a step, over its tolerance
+        }
+
+    @property
+    def places(self) -> dict[str, int]:
+        """Offset of each entry of `whole` and of `real`."""
+        starts = itertools.accumulate(self.sizes.values(), initial=0)
+        return {name: i for i, name in enumerate(WHOLE)} | dict(zip(self.sizes, starts, strict=False))
+
+    def allocated(self) -> tuple[np.ndarray, np.ndarray]:
+        """(real, whole) with everything zero."""
+        return np.zeros(sum(self.sizes.values())), np.zeros(len(WHOLE), dtype=np.int64)
+
+
+class DrivenWriter(ScalarWriter):
+    """Scalar code in which states, velocity and load are local names, and what does not change on a side is frozen."""
+
+    def __init__(self, equations: DrivenEquations, frozen: dict[int, str]):
+        super().__init__(equations.graph)
+        self.frozen = frozen
+        self.used: list[str] = []  # names of what is frozen, in the order of their use
+        k = equations.states
+        self.leaves = {i: f"z{i}" for i in range(k)} | {k: "v", k + 1: "w", k + 2: "a", k + 3: "b"}
+
+    def _name(self, index: int) -> str:
+        op, *operands = self.graph.nodes[index]
+        if op == "state":
+            return self.leaves[operands[0]]
+        if op not in ("constant", "side") and is_frozen(self.graph, index):
+            name = self.frozen.setdefault(index, f"c{len(self.frozen)}")
+            if name not in self.used:
+                self.used.append(name)
+            return name
+        return super()._name(index)
+
+    def _formula(self, op: str, operands: list) -> str:
+        if op == "exp":  # an exponential that underflows takes twice the time
+            return f"math.exp(max({self._name(operands[0])}, {SMALLEST_EXPONENT!r}))"
+        return super()._formula(op, operands)
+
+
+class FrozenWriter(ScalarWriter):
+    """Scalar code of what depends on the parameters and the side only."""
+
+    def _formula(self, op: str, operands: list) -> str:
+        return f"real[PARAMETER + {operands[0]}]" if op == "parameter" else super()._formula(op, operands)
+
+
+def is_frozen(graph: Graph, index: int) -> bool:
+    """Whether a node depends on nothing but parameters and the side."""
+    waiting, seen = [index], set()
+    while waiting:
+        found = waiting.pop()
+        if found in seen:
+            continue
+        seen.add(found)
+        op, *operands = graph.nodes[found]
+        if op in ("state", "time"):
+            return False
+        if op not in ("constant", "parameter", "side"):
+            waiting.extend(operands)
+    return True
+
+
+def function_source(head: str, lines: Sequence[str]) -> str:
+    """A function from its head and the lines of its body."""
+    return "\n".join([f"def {head}:", *("    " + line for line in lines), ""])
+
+
+def _loaded(writer: DrivenWriter, states: int) -> list[str]:
+    """Lines that read the states at `at` and what is frozen."""
+    return [f"z{i} = real[at + {i}]" for i in range(states)] + thawed(writer.used)
+
+
+def thawed(names: Sequence[str]) -> list[str]:
+    """Lines that read what is frozen under these names."""
+    return [f"{name} = real[FROZEN + {name[1:]}]" for name in names]
+
+
+def frozen_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
+    """`freeze`: what depends on parameters and side only, once from turn to turn."""
+    writer = FrozenWriter(equations.graph)
+    values = [writer.name(Expression(equations.graph, index)) for index in frozen]
+    lines = [*writer.lines, *(f"real[FROZEN + {i}] = {value}" for i, value in enumerate(values))]
+    return function_source("freeze(real, side)", lines or ["pass"])
+
+
+def force_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
+    """`force`: of the states at a place of the memory."""
+    writer = DrivenWriter(equations, frozen)
+    value = writer.name(equations.force)
+    return function_source(
+        "force(real, at, v, w, side)", [*_loaded(writer, equations.states), *writer.lines, f"return {value}"]
+    )
+
+
+def guard_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
+    """`least_guard`: value and number of the guard that is least."""
+    writer = DrivenWriter(equations, frozen)
+    values = [writer.name(guard) for guard in equations.guards]
+    lines = [*_loaded(writer, equations.states), *writer.lines]
+    lines += [f"least, which = {values[0] if values else '1.0'}, 0"]
+    for i, value in enumerate(values[1:], start=1):
+        lines += [f"if {value} < least:", f"    least, which = {value}, {i}"]
+    return function_source("least_guard(real, at, v, w, side)", [*lines, "return least, which"])
+
+
+def switch_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
+    """`switch`: the states at a place of the memory become those after a guard has fallen."""
+    lines: list[str] = []
+    for i, states in enumerate(equations.after_switch):
+        writer = DrivenWriter(equations, frozen)
+        values = [writer.name(state) for state in states]
+        body = [*_loaded(writer, equations.states), *writer.lines]
+        body += [f"real[at + {j}] = {value}" for j, value in enumerate(values)]
+        lines += [f"if which == {i}:", *("    " + line for line in body)]
+    return function_source("switch(real, at, which, v, w, side)", lines or ["pass"])
+
+
+def reversal_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
+    """`reverse`: the states at a place of the memory become those after the contact has turned to `side`."""
+    writer = DrivenWriter(equations, frozen)
+    values = [writer.name(state) for state in equations.after_reversal]
+    lines = [*_loaded(writer, equations.states), *writer.lines]
+    lines += [f"real[at + {j}] = {value}" for j, value in enumerate(values)]
+    return function_source("reverse(real, at, w, side)", lines)

@@ -1,0 +1,255 @@
+"""Writes the proof that a step sees all that its equations hold, from the recorded graph of any law.
+
+A Taylor series knows of a function what its first derivatives at the start of the step tell. From far away those of
+exp[-(v/v_s)^2] are below rounding, and the series passes a dip of the speed without friction ever rising there. So for
+every *sharp* node of the graph, a function that is no polynomial of the contact velocity or of an internal state of the
+law, it is asked over the whole step:
+
+    unseen      G h (largest - least value over the step) <= tolerance      the step cannot notice it at all
+    seen        G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
+    gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
+
+with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. All values over
+the step are enclosures by interval arithmetic, from those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. Where one
+of the nodes is neither, the step is too long.
+
+theta: with the size f of an exponential at the start, the terms that a series of order p shows are f r^k/k!, r the
+change of the exponent over the step. Where the last is held to the tolerance, what is left out is less than 10 times
+that as long as f >= 1e-3 tolerance. The terms of algebraic functions and logarithms fall like a power of the ratio of
+step and distance to the singularity: they need a size of 10 tolerances. A logarithm is never taken as seen: in a power,
+exp(a log x), the terms of both all but cancel, so that the last ones tell nothing.
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
+from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
+
+SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
+STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
+SECANTS = 6
+VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
+
+
+@dataclasses.dataclass(frozen=True)
+class SharpArgument:
+    """What a sharp exponential or hyperbolic tangent of the contact velocity is a function of."""
+
+    op: str
+    argument: Expression
+
+
+@dataclasses.dataclass(frozen=True)
+class Sharpness:
+    """The sharp nodes of some rates.
+
+    internal: whether any of them depends on an internal state of the law
+    arguments: of those exponentials and hyperbolic tangents that depend on the contact velocity alone
+    """
+
+    nodes: tuple[int, ...]
+    internal: bool
+    arguments: tuple[SharpArgument, ...]
+
+
+def sharpness(
+    graph: Graph, rates: Sequence[Expression], contact: Expression, internal: Sequence[Expression]
+) -> Sharpness:
+    """What in these rates could hide within a step.
+
+    contact: the contact velocity; internal: the internal states of the law
+    """
+    on_contact, on_internal = {contact.index}, {state.index for state in internal}
+    found, arguments, of_internal = [], [], False
+    for index in reachable(graph, [rate.index for rate in rates]):
+        op, *operands = graph.nodes[index]
+        varying = operands[1:] if op == "div" else operands_of(graph, index)
+        by_internal = any(i in on_internal for i in varying)
+        if op in SHARP_FUNCTIONS and (by_internal or any(i in on_contact for i in varying)):
+            found.append(index)
+            of_internal = of_internal or by_internal
+            if op in STEEP and not by_internal:
+                arguments.append(SharpArgument(op, Expression(graph, varying[0])))
+        for group in (on_contact, on_internal):
+            if any(i in group for i in operands_of(graph, index)):
+                group.add(index)
+    return Sharpness(tuple(found), of_internal, tuple(arguments))
+
+
+def system_sharpness(equations: Any) -> Sharpness:
+    """What in the equations of a system could hide within a step."""
+    internal = [equations.graph.node("state", i) for i in equations.internal_states]
+    return sharpness(equations.graph, equations.rates, equations.contact_velocity, internal)
+
+
+def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: np.ndarray, load: float) -> np.ndarray:
+    """Speed from which on none of the exponentials and hyperbolic tangents of a driven law changes any more [runs].
+
+    An exponential is then e^-25 of what it is at rest, a hyperbolic tangent within e^-20 of 1. The secant method on
+    logarithms, which finds it at once where the argument is a power of the speed.
+    """
+    largest = np.zeros(len(parameters))
+
+    def size(which: SharpArgument, speed: np.ndarray) -> np.ndarray:
+        symbols = [*([0.0] * states), speed, load, 0.0, 0.0]
+        (value,) = evaluate([which.argument], 0.0, symbols, 1.0, parameters.T)
+        return value
+
+    with np.errstate(all="ignore"):  # a parameter set out of its bounds shows in its run
+        for which in arguments:
+            rest = size(which, np.zeros(len(parameters)))
+            wanted = np.log(STEEP[which.op])
+            low, high = np.full(len(parameters), -20.0), np.full(len(parameters), 0.0)  # logarithms of the speed
+            below, above = (np.log(np.abs(size(which, np.exp(x)) - rest)) - wanted for x in (low, high))
+            for _ in range(SECANTS):
+                following = high - above * (high - low) / (above - below)
+                following = np.where(np.isfinite(following), following, high)
+                low, below, high = high, above, following
+                above = np.log(np.abs(size(which, np.exp(high)) - rest)) - wanted
+            largest = np.fmax(largest, np.where(np.abs(above) < 0.1, np.exp(high), 0.0))
+    return largest
+
+
+def mirrored(equations: Any) -> bool:
+    """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
+    graph, memory, nodes = equations.graph, {}, system_sharpness(equations).nodes
+    slopes = [sensitivity(rate, node, memory) for node in nodes for rate in equations.rates]
+    watched = [*(Expression(graph, node) for node in nodes), *slopes]
+    if not watched:
+        return True
+    draw = np.random.default_rng(0)
+    states = draw.uniform(0.1, 0.9, (len(equations.rates), 5))
+    values = draw.uniform(0.5, 1.5, (len(equations.parameter_paths), 1))
+    mirror = np.resize(equations.symmetry, len(states))[:, None] * states
+    with np.errstate(all="ignore"):
+        one = evaluate(watched, 0.3, states, 1.0, values)
+        other = evaluate(watched, 0.3, mirror, -1.0, values)
+    return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
+
+
+def sparse(equations: Any) -> bool:
+    """Whether some sharp function knows at rest nothing of the sign of the velocity, or is a logarithm.
+
+    A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
+    four vanish.
+    """
+    graph, memory = equations.graph, {}
+    draw = np.random.default_rng(0)
+    states = draw.uniform(0.1, 0.9, len(equations.rates))
+    states[equations.contact_state] = 0.0
+    values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
+    for node in system_sharpness(equations).nodes:
+        op, *operands = graph.nodes[node]
+        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index, memory)
+        with np.errstate(all="ignore"):
+            if op == "log" or evaluate([slope], 0.3, states, 1.0, values)[0] == 0.0:
+                return True
+    return False
+
+
+def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
+    """`unresolved` of one lane, or `unresolved_abreast` of all."""
+    sharp = system_sharpness(equations)
+    head = (
+        "def unresolved_abreast(real, h, lasting, start_low, start_high, low, high):"
+        if abreast
+        else "def unresolved(real, lane, h, lasting, start_low, start_high, low, high, widened):"
+    )
+    if not sharp.nodes:
+        return "\n".join([head, f"    return {'0.0 * h' if abreast else '0.0'}", ""])
+    text = Lines(abreast, polynomials)
+    graph, contact = equations.graph, equations.contact_velocity.index
+    for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
+        text.lines.append(f"{name} = {text.entry(place)}")
+
+    def over_step(index: int) -> Interval | None:
+        op, *operands = graph.nodes[index]
+        if index == contact:
+            return "low", "high"
+        if op == "state":
+            value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
+            row, scale = f"SERIES + {operands[0]} * (ORDER + 1) * LANES", f"SCALE + {operands[0]} * LANES"
+            if abreast:
+                r = text.name(f"excursion_abreast(real, {row}, h)")
+            else:
+                r = text.name(f"excursion(real, {row} + lane, h) + widened * {text.entry(scale)}")
+            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
+        return ("time", text.name("time + h")) if op == "time" else None
+
+    def at_start(index: int) -> Interval | None:
+        op, *operands = graph.nodes[index]
+        if index == contact:
+            return "start_low", "start_high"
+        if op == "state":
+            value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
+            if abreast:
+                return same(value)
+            r = text.name(f"widened * {text.entry(f'SCALE + {operands[0]} * LANES')}")
+            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
+        return ("time", "time") if op == "time" else None
+
+    step, start = Enclosures(graph, text, over_step), Enclosures(graph, text, at_start)
+    memory: dict = {}
+    text.lines.append(f"worst = {'0.0 * h' if abreast else '0.0'}")
+    for node in sharp.nodes:
+        weights = []
+        for i, rate in enumerate(equations.rates):
+            slope = sensitivity(rate, node, memory)
+            if slope.value != 0.0:
+                inverse = (
+                    text.entry(f"INVERSE_SCALE + {i} * LANES") if abreast else f"1.0 / real[SCALE + {i} * LANES + lane]"
+                )
+                weights.append(text.name(f"{text.size(step.of(slope.index))} * ({inverse})"))
+        if not weights:
+            continue
+        weight = weights[0]
+        for other in weights[1:]:
+            weight = text.larger(weight, other)
+        weight = text.name(f"{weight} * lasting")
+        varies, size, gentle = _node(graph, node, text, step, start)
+        theta = VISIBLE[graph.nodes[node][0]]
+        either = [f"({weight} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
+        either += [f"({gentle})"] if gentle else []
+        shown = text.name((" | " if abreast else " or ").join(either))
+        share = f"{weight} * {varies}"
+        # Not a number (0 times infinity) is no proof.
+        unseen = text.name(f"{share} <= tolerance")
+        fine = f"{shown} | {unseen}" if abreast else f"{shown} or {unseen}"
+        text.lines.append(
+            f"worst = where({fine}, worst, worst + 1.0)" if abreast else f"worst += 0.0 if {fine} else 1.0"
+        )
+    return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
+
+
+def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosures) -> tuple[str, str, str]:
+    """(by how much a sharp node varies over the step, its size at the start, condition under which it is gentle)."""
+    op, *operands = graph.nodes[node]
+    least, most = step.of(node)
+    varies = text.name(f"{most} - {least}")
+    if op == "exp":
+        return varies, start.of(node)[0], ""
+    if op == "tanh":
+        far = text.size(start.of(node))
+        return varies, text.name(f"1.0 - {far} * {far}"), ""
+    below, above = step.of(operands[-1])
+    width = text.name(f"{above} - {below}")
+    first_low, first_high = start.of(operands[-1])
+    if op == "atan":
+        far = text.size((first_low, first_high))
+        return varies, text.name(f"{width} / (1.0 + {far} * {far})"), f"{width} <= 1.0"
+    nearest = text.larger(below, text.name(f"-{above}"))  # of zero; negative where the divisor passes it
+    gentle = f"{width} <= {nearest}"
+    if op == "log":
+        return varies, "0.0", f"{width} <= 2.0 * {nearest}"
+    if op == "sqrt":
+        return varies, text.name(f"{width} / (2.0 * {text.function('sqrt', first_high)} + 1e-300)"), gentle
+    numerator = text.size(step.of(operands[0]))
+    inverse_low, inverse_high = step.inverse(operands[1])
+    far = text.size((first_low, first_high))
+    varies = text.name(f"{numerator} * ({inverse_high} - {inverse_low})")
+    return varies, text.name(f"{numerator} * {width} / ({far} * {far} + 1e-300)"), gentle

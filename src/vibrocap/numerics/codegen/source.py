@@ -1,0 +1,287 @@
+"""Writes the generated part of a kernel: series, rates and Jacobian of one system's equations, as Python source."""
+
+import dataclasses
+import functools
+import math
+import operator
+from collections.abc import Sequence
+from typing import Any
+
+from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
+from vibrocap.numerics.expressions.graph import Expression, derivative
+from vibrocap.numerics.kernel.memory_layout import Layout
+
+OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+
+
+def generated_source(equations: Any, layout: Layout, loop: str = "single") -> str:
+    """Source of everything that `generated.py` promises, for these equations and this loop (see `linker/recipes.py`).
+
+    The integrals are carried along where the layout has rows for them.
+    """
+    series = layout.places["SERIES"]
+    row_size = (layout.order + 1) * layout.lanes
+    constants = {
+        **layout.constants(),
+        "SET_VALUED": equations.hold is not None,
+        "KINKED": equations.kinked,
+        "BASE": equations.base,
+        "CONTACT_STATE": equations.contact_state,
+        "CYCLIC": equations.cyclic_state,
+        "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
+    }
+    for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
+        constants[name] = series + i * row_size
+    if velocity_is_state(equations):
+        constants["VELOCITY"] = series + equations.contact_state * row_size
+    sharp = system_sharpness(equations)
+    constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
+    constants["SPARSE"] = sparse(equations)
+    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    integrals = equations.integrals[: layout.rows - layout.states]
+    functions = [
+        jet_source(equations, integrals, layout, loop),
+        rates_source(equations, integrals),
+        holding_source(equations),
+        pieces_source(equations),
+        jacobian_source(equations, integrals),
+        resolution_source(equations, abreast=False, polynomials=loop in ("single", "card")),
+    ]
+    if loop == "abreast":
+        functions.append(resolution_source(equations, abreast=True, polynomials=True))
+    return "\n".join([*lines, "", *functions, ""])
+
+
+def velocity_is_state(equations: Any) -> bool:
+    """Whether the contact velocity is one of the states, whose series is then its own."""
+    return equations.contact_velocity.index == equations.graph.node("state", equations.contact_state).index
+
+
+def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
+    """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
+    graph, order, abreast = equations.graph, layout.order, loop == "abreast"
+    # A graphics card has functions of its own, and runs the ensemble one by one.
+    writer = JetWriter(graph, list(equations.rates), abreast, equations.balance, polynomials=loop != "ensemble")
+    states, rows = layout.states, layout.rows
+    head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
+
+    def put(place: str, value: str) -> None:
+        """Write a value to memory as soon as it is known: values wait in registers, of which there are few."""
+        writer.lines.append(f"store(real, {place}, {value})" if abreast else f"real[{place} + lane] = {value}")
+
+    def keep(row: int, k: int, value: str) -> None:
+        """Write a coefficient to its place in the series."""
+        put(f"SERIES + {row * (order + 1) + k} * LANES", value)
+
+    for k in range(order + 1):
+        for i in range(states):
+            keep(i, k, writer.coefficient(graph.node("state", i).index, k))
+        for i, rate in enumerate(integrals, start=states):
+            if k == 0:
+                keep(i, 0, writer.entry(f"STATE + {i} * LANES"))
+            else:
+                keep(i, k, f"{writer.coefficient(rate.index, k - 1)} * {1.0 / k!r}")
+        if not velocity_is_state(equations):
+            keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
+        if equations.hold is not None and k < order:
+            resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
+            held = writer.coefficient(equations.hold.index, k) if resting is None else resting.holding(k)
+            keep(rows + 1, k, held)
+            keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+        if k == 1 and equations.hold is None:
+            put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
+        for i, guard in enumerate(equations.switches, start=rows + 4):
+            keep(i, k, writer.coefficient(guard.index, k) if k < order else "0.0")
+    body = [*head, *writer.lines]
+    if abreast:
+        constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
+        guard = guard_source(order, equations.hold is not None, constant)
+        return "\n".join(["def jet(real):", "    align_stack()", *_indented(body, 4), "", guard])
+    return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
+
+
+def decay_rate(equations: Any) -> Expression:
+    """Rate of the fastest decay: the trace of the Jacobian, with the other sign.
+
+    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles it is
+    the sum. Without the tangent of a motion, which decays as the motion does.
+    """
+    slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
+    return -functools.reduce(operator.add, slopes)
+
+
+def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
+    """`guard_abreast`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`)."""
+    body = [f"v{k} = load(real, VELOCITY + {k} * LANES)" for k in range(order + 1)]
+    for k in range(order + 1):
+        one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
+        guard = f"side * where(two, {two}, where(one, {one}, v{k}))"
+        if sticks:
+            hold, limit = (f"load(real, {name} + {k} * LANES)" for name in ("HOLD", "LIMIT"))
+            held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
+            guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
+        body.append(f"a{k} = {guard}{'' if k == 0 else ' * p'}")
+        body.append(f"store(real, WORK + {k} * LANES, a{k})")
+        body.append("p = h" if k == 0 else "p = p * h")
+    body += [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
+    body += [f"b{i} = b{i} + b{i - 1}" for level in range(1, order + 1) for i in range(order, level - 1, -1)]
+    body.append("changes = where((b0 > 0.0) ^ (b1 > 0.0), 1.0, 0.0)")
+    for k in range(2, order + 1):
+        body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
+    body.append(f"return a0, b{order}, changes")
+    guard = ["def guard_abreast(real, side, stuck, push, one, two, h):", *_indented(body, 4), ""]
+    value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
+    body = [f"a{k} = load(real, WORK + {k} * LANES)" for k in range(order + 1)]
+    body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
+    return "\n".join([*guard, "def guard_at(real, x):", *_indented(body, 4), ""])
+
+
+def _paired(coefficients: list[str], name: str) -> list[str]:
+    """Lines that evaluate a polynomial of x by pairs (Estrin), a chain of few dependent operations."""
+    lines, power, level = [], "x", 0
+    while len(coefficients) > 1:
+        paired = []
+        for i in range(0, len(coefficients) - 1, 2):
+            paired.append(f"{name}{level}_{i // 2}")
+            lines.append(f"{paired[-1]} = {coefficients[i]} + {coefficients[i + 1]} * {power}")
+        coefficients = paired + coefficients[len(coefficients) - len(coefficients) % 2 :]
+        if len(coefficients) > 1:
+            lines.append(f"{name}x{level} = {power} * {power}")
+            power, level = f"{name}x{level}", level + 1
+    return [*lines, f"{name} = {coefficients[0]}"]
+
+
+def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
+    """`rates` and `contact_velocity` of one lane."""
+    writer = ScalarWriter(equations.graph)
+    body = [f"real[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
+    rates = ["def rates(real, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+    writer = ScalarWriter(equations.graph)
+    velocity = writer.name(equations.contact_velocity)
+    head = "def contact_velocity(real, t, point, lane):"
+    return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
+
+
+def holding_source(equations: Any) -> str:
+    """`holding_force` of one lane; 0 for a law that cannot stick."""
+    writer = ScalarWriter(equations.graph)
+    hold = "0.0" if equations.hold is None else writer.name(equations.hold)
+    head = "def holding_force(real, t, point, lane):"
+    return "\n".join([head, *_indented([*writer.lines, f"return {hold}"], 4), ""])
+
+
+def pieces_source(equations: Any) -> str:
+    """`guard_tangents` with a tangent; `switches`, `after_switch`, `after_reversal` for a law of several pieces."""
+    found = []
+
+    def function(head: str, outcomes: Sequence[Sequence[Expression]], chosen: str = "") -> None:
+        found.append(f"def {head}:")
+        for number, outcome in enumerate(outcomes):
+            writer = ScalarWriter(equations.graph)
+            body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(outcome)]
+            if chosen:
+                found.append(f"    if {chosen} == {number}:")
+            found.extend(_indented([*writer.lines, *body], 8 if chosen else 4))
+        found.append("")
+
+    if equations.guard_tangents:
+        function("guard_tangents(real, t, point, side, lane, out)", [equations.guard_tangents])
+    if not equations.switches:
+        return "\n".join(found)
+    function("switches(real, t, point, side, lane, out)", [equations.switches])
+    function("after_switch(real, t, point, side, lane, which, out)", equations.after_switch, "which")
+    function("after_reversal(real, t, point, side, lane, out)", [equations.after_reversal])
+    return "\n".join(found)
+
+
+def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:
+    """`jacobian` of one lane, exact."""
+    states, memory = len(equations.rates), {}
+    writer = ScalarWriter(equations.graph)
+    body = []
+    for i, rate in enumerate((*equations.rates, *integrals)):
+        for j in range(states + 1):
+            slope = derivative(rate, j if j < states else -1, memory)
+            body.append(f"real[out + {i * (states + 1) + j}] = {writer.name(slope)}")
+    head = "def jacobian(real, t, point, side, lane, out):"
+    return "\n".join([head, *_indented([*writer.lines, *body], 4), ""])
+
+
+@dataclasses.dataclass(frozen=True)
+class Integrands:
+    """The functions of the instant that an ensemble gathers: their source, and how many are summed and sought."""
+
+    text: str
+    summed: int
+    own_extremes: int
+
+
+def integrands_source(
+    equations: Any, own_integrals: Sequence[Expression] = (), own_extremes: Sequence[Expression] = ()
+) -> Integrands:
+    """`integrands` of one lane, with functions of one's own besides the standard ones.
+
+    Those may be recorded on a graph that begins with the nodes of the equations.
+    """
+    own = (*own_integrals, *own_extremes)
+    writer = ScalarWriter(own[0].graph if own else equations.graph)
+    friction, velocity = writer.name(equations.integrals[-1]), writer.name(equations.contact_velocity)
+    values = [writer.name(power) for power in equations.integrals]
+    values += [
+        f"{friction} * {velocity}",
+        friction,
+    ]  # the latter times the acceleration of the piece, see `accumulators.look`
+    values += [writer.name(function) for function in own]
+    summed = len(values) - len(own_extremes)
+    constants = {
+        "INTEGRANDS": len(values),
+        "SUMMED": summed,
+        "FRICTION": len(equations.integrals) - 1,
+        "MIRROR": tuple(equations.symmetry),
+    }
+    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    body = [*writer.lines, *(f"real[out + {i}] = {value}" for i, value in enumerate(values))]
+    text = "\n".join([*lines, "", "def integrands(real, t, point, side, lane, out):", *_indented(body, 4), ""])
+    return Integrands(text, summed, len(own_extremes))
+
+
+class ScalarWriter:
+    """Writes the values of expressions as straight-line scalar code, each node once."""
+
+    def __init__(self, graph: Any):
+        self.graph = graph
+        self.lines: list[str] = []
+        self._names: dict[int, str] = {}
+
+    def name(self, expression: Expression) -> str:
+        """Name (or literal) of the value of an expression."""
+        return self._name(expression.index)
+
+    def _name(self, index: int) -> str:
+        if index not in self._names:
+            op, *operands = self.graph.nodes[index]
+            leaf = {"time": "t", "side": "side"}.get(op)
+            if op == "constant":
+                leaf = repr(operands[0])
+            if leaf is None:
+                formula = self._formula(op, operands)
+                # Numbered as they are written: the text must not depend on what else was recorded in the graph.
+                leaf = f"n{len(self.lines)}"
+                self.lines.append(f"{leaf} = {formula}")
+            self._names[index] = leaf
+        return self._names[index]
+
+    def _formula(self, op: str, operands: list) -> str:
+        if op == "state":
+            return f"real[point + {operands[0]}]"
+        if op == "parameter":
+            return f"real[PARAMETER + {operands[0]} * LANES + lane]"
+        names = [self._name(i) for i in operands]
+        if op in OPERATORS:
+            return f"{names[0]} {OPERATORS[op]} {names[1]}"
+        return f"-{names[0]}" if op == "neg" else f"math.{op}({names[0]})"
+
+
+def _indented(lines: list[str], spaces: int) -> list[str]:
+    return [" " * spaces + line for line in lines]

@@ -1,0 +1,79 @@
+"""Lanes as one value: a number, or a yes or no, for each of WIDTH trajectories.
+
+These are the names and their meaning, on NumPy arrays. In a compiled kernel the values live in vector registers
+(`compiler/lanes.py`).
+"""
+
+import numpy as np
+
+from vibrocap.numerics.kernel.arithmetic.registers import lane_count
+
+WIDTH = lane_count()
+where, floor, square_root = np.where, np.floor, np.sqrt
+
+
+def align_stack():
+    """Nothing to align."""
+
+
+def load(real, place):
+    """The numbers of all lanes at a place."""
+    return real[place : place + WIDTH].copy()
+
+
+def store(real, place, numbers):
+    """Write the numbers of all lanes."""
+    real[place : place + WIDTH] = numbers
+
+
+def whole_equal(whole, place, value):
+    """In which lanes the entry of `whole` is the value."""
+    return whole[place : place + WIDTH] == value
+
+
+def whole_above(whole, place, value):
+    """In which lanes the entry of `whole` is greater than the value."""
+    return whole[place : place + WIDTH] > value
+
+
+def whole_reached(whole, first, second, least):
+    """Where the sum of two entries is at least a third."""
+    return whole[first : first + WIDTH] + whole[second : second + WIDTH] >= whole[least : least + WIDTH]
+
+
+def whole_add(whole, place, value, choices):
+    """Add the value to the entry of the chosen lanes."""
+    whole[place : place + WIDTH][choices] += value
+
+
+def whole_set(whole, place, value, choices):
+    """Put the value into the entry of the chosen lanes."""
+    whole[place : place + WIDTH][choices] = value
+
+
+def take(whole, place, amount):
+    """Add an amount to an entry at once, whoever else does, and return what stood there before."""
+    before = whole[place]
+    whole[place] = before + amount
+    return before
+
+
+def bits(choices):
+    """As an integer, bit i for lane i."""
+    return sum(1 << lane for lane in range(WIDTH) if choices[lane])
+
+
+def exponent(x):
+    """Exponent e of x = m 2^e with 1 <= m < 2, per lane."""
+    return np.frexp(x)[1] - 1.0
+
+
+def mantissa(x):
+    """m of x = m 2^e with 1 <= m < 2, per lane."""
+    return 2.0 * np.frexp(x)[0]
+
+
+def power_of_two(k):
+    """2^k per lane, for whole numbers k from -1022 to 1023; of others something, and no warning, as in machine code."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.ldexp(1.0, np.asarray(k).astype(int))

@@ -1,0 +1,188 @@
+"""First root of a polynomial, isolated rigorously and polished to rounding level.
+
+A guard is a polynomial that is positive at the start of a step. Its coefficients in the Bernstein basis of an interval
+change sign at least as often as it has roots there, and an even number of times more often (Descartes' rule): none
+means no root, one means one root. Halving the interval until one of the two holds finds the first root or proves that
+there is none. A double root is settled at the minimum between.
+"""
+
+import math
+
+import numpy as np
+
+from vibrocap.numerics.kernel.generated import LANES, ORDER, WORK
+
+EPSILON = 2.220446049250313e-16
+NARROWEST = 2.0**-36  # of a step: roots closer than this count as a touch
+INVERSE_BINOMIALS = np.array([[1.0 / max(math.comb(n, i), 1) for i in range(ORDER + 1)] for n in range(ORDER + 1)])
+
+
+def value(a, start, degree, x):
+    """Polynomial with coefficients a[start:start + degree + 1] at x."""
+    result = a[start + degree]
+    for i in range(degree - 1, -1, -1):
+        result = result * x + a[start + i]
+    return result
+
+
+def slope(a, start, degree, x):
+    """Derivative of the polynomial at x."""
+    result = degree * a[start + degree]
+    for i in range(degree - 1, 0, -1):
+        result = result * x + i * a[start + i]
+    return result
+
+
+def curvature(a, start, degree, x):
+    """Second derivative of the polynomial at x."""
+    result = 0.0
+    for i in range(degree, 1, -1):
+        result = result * x + i * (i - 1) * a[start + i]
+    return result
+
+
+def polished_root(a, start, degree, low, high):
+    """Root between low (value > 0) and high (value <= 0): Newton's method, kept inside the bracket by halving."""
+    x = 0.5 * (low + high)
+    for _ in range(80):
+        y = a[start + degree]
+        d = 0.0
+        for i in range(degree - 1, -1, -1):
+            d = d * x + y
+            y = y * x + a[start + i]
+        if y > 0.0:
+            low = x
+        else:
+            high = x
+        following = x - y / d if d != 0.0 else low
+        if abs(following - x) <= 2.0 * EPSILON * x:
+            return min(max(following, low), high)
+        if not (low < following < high):
+            following = 0.5 * (low + high)
+            if following in (low, high):
+                return high
+        x = following
+    return x
+
+
+def minimum(a, start, degree, low, high):
+    """Place of the minimum between low (falling) and high (rising), where the slope changes sign once."""
+    x = 0.5 * (low + high)
+    for _ in range(80):
+        d = slope(a, start, degree, x)
+        if d < 0.0:
+            low = x
+        else:
+            high = x
+        second = curvature(a, start, degree, x)
+        following = x - d / second if second != 0.0 else low
+        if not (low < following < high):
+            following = 0.5 * (low + high)
+        if abs(following - x) <= EPSILON * abs(x):
+            return following
+        x = following
+    return x
+
+
+def sign_changes(b, start, degree):
+    """Changes from positive to not positive along b[start:start + degree + 1]."""
+    changes = 0
+    positive = b[start] > 0.0
+    for i in range(1, degree + 1):
+        now = b[start + i] > 0.0
+        if now != positive:
+            changes += 1
+            positive = now
+    return changes
+
+
+def turns(b, start, degree):
+    """Changes between falling and not falling along b[start:start + degree + 1]."""
+    changes = 0
+    falling = b[start + 1] < b[start]
+    for i in range(1, degree):
+        now = b[start + i + 1] < b[start + i]
+        if now != falling:
+            changes += 1
+            falling = now
+    return changes
+
+
+def halve(b, start, degree, right):
+    """Bernstein coefficients of the left half in place, those of the right half from `right` on (de Casteljau)."""
+    for level in range(degree + 1):
+        b[right + degree - level] = b[start + degree]
+        for i in range(degree, level, -1):
+            b[start + i] = 0.5 * (b[start + i - 1] + b[start + i])
+
+
+def later_terms(real, row, degree, start, h):
+    """Sum over k >= start of |c_k| h^(k - start + 2), even and odd powers apart: half as many dependent operations."""
+    square = h * h
+    one = 0.0
+    other = 0.0
+    for i in range(degree, start, -2):
+        one = one * square + abs(real[row + i * LANES])
+        other = other * square + abs(real[row + (i - 1) * LANES])
+    total = other + h * one
+    if (degree - start) % 2 == 0:
+        total = total * h + abs(real[row + start * LANES])
+    return total * square
+
+
+def first_root(real, row, degree, sign, zeros, h):
+    """First time in (0, h] at which sign * polynomial falls to zero; the first `zeros` coefficients are taken as zero.
+
+    real[row + k * LANES]: coefficient of s^k.
+    Returns (root, touch): the root, or -1 where there is none, and the first place where the polynomial touches zero to
+    rounding level without falling below, or -1.
+    """
+    n = degree - zeros
+    first = sign * real[row + zeros * LANES]
+    line = first + sign * real[row + (zeros + 1) * LANES] * h
+    if min(first, line) > later_terms(real, row, degree, zeros + 2, h):  # a line outweighs all others: no root
+        return -1.0, -1.0
+    a = WORK  # coefficients over the unit interval
+    total = 0.0
+    power = 1.0
+    for i in range(n + 1):
+        term = sign * real[row + (zeros + i) * LANES] * power
+        real[a + i] = term
+        total += abs(term)
+        power *= h
+    noise = 8.0 * EPSILON * total
+    stride = n + 2  # Bernstein coefficients and the width of their interval
+    now = a + n + 1
+    for i in range(n + 1):
+        real[now + i] = real[a + i] * INVERSE_BINOMIALS[n, i]
+    for level in range(1, n + 1):
+        for i in range(n, level - 1, -1):
+            real[now + i] += real[now + i - 1]
+    low, width, waiting, touch = 0.0, 1.0, 0, -1.0
+    while True:
+        changes = sign_changes(real, now, n)
+        if changes == 1 and real[now] > 0.0:
+            return h * polished_root(real, a, n, low, low + width), touch
+        if changes >= 2 and (turns(real, now, n) == 1 or width < NARROWEST):
+            place = minimum(real, a, n, low, low + width)
+            least = value(real, a, n, place)
+            if least < -noise:
+                return h * polished_root(real, a, n, low, place), touch
+            if least <= noise and touch < 0.0:
+                touch = h * place
+            changes = 0
+        if changes == 0 or real[now] <= 0.0:
+            if waiting == 0:
+                return -1.0, touch
+            low += width
+            following = now + waiting * stride
+            for i in range(n + 1):
+                real[now + i] = real[following + i]
+            width = real[following + n + 1]
+            waiting -= 1
+        else:
+            waiting += 1
+            width *= 0.5
+            following = now + waiting * stride
+            halve(real, now, n, following)
+            real[following + n + 1] = width

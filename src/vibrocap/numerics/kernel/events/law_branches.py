@@ -1,0 +1,92 @@
+"""Laws of several pieces: which guard ends the present piece, and what changes there and at a reversal.
+
+Which piece holds is written in switched states: whole numbers among the internal states of the law, with the rate zero.
+A guard is positive within its piece; where one falls to zero, or is not positive where a step starts, the law says
+what the internal states are from there on.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.roots import first_root
+from vibrocap.numerics.kernel.generated import (
+    EVENT_LIMIT,
+    EVENTS,
+    IDLE,
+    LANES,
+    ORDER,
+    SERIES,
+    SIDE,
+    STATE,
+    STATES,
+    STATUS,
+    SWITCH,
+    SWITCHES,
+    TIME,
+    WORK,
+    after_reversal,
+    after_switch,
+    switches,
+)
+from vibrocap.numerics.kernel.interface import on_event
+from vibrocap.numerics.kernel.memory_layout import FIRST_SWITCH, SWITCHED, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.step.taylor import series_value, through_five
+
+
+def piece_holds(real, whole, tape, lane):
+    """Whether the present piece holds at the start of the step; if not, the next one begins."""
+    for i in range(SWITCHES):
+        if not (real[SWITCH + i * (ORDER + 1) * LANES + lane] > 0.0):
+            whole[IDLE + lane] += 1
+            begin_piece(real, whole, tape, lane, i)
+            return False
+    return True
+
+
+def first_switch(real, lane, event, h):
+    """(event, time): the first guard that falls to zero before the event known so far, as FIRST_SWITCH + its number."""
+    for i in range(SWITCHES):
+        root, _touch = first_root(real, SWITCH + i * (ORDER + 1) * LANES + lane, ORDER - 1, 1.0, 0, h)
+        if root >= 0.0 and (root < h or event == 0):
+            event = FIRST_SWITCH + i
+            h = root
+    return event, h
+
+
+def begin_piece(real, whole, tape, lane, which):
+    """The states become those after switch `which`."""
+    whole[EVENTS + lane] += 1
+    if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:
+        whole[STATUS + lane] = TOO_MANY_EVENTS
+        return
+    for i in range(STATES):
+        real[WORK + i] = real[STATE + i * LANES + lane]
+    after_switch(real, real[TIME + lane], WORK, real[SIDE + lane], lane, which, WORK + STATES)
+    for i in range(STATES):
+        real[STATE + i * LANES + lane] = real[WORK + STATES + i]
+    on_event(real, whole, tape, lane, SWITCHED, 0.0)
+
+
+def turned(real, lane):
+    """The states become those after a reversal to the present side."""
+    for i in range(STATES):
+        real[WORK + i] = real[STATE + i * LANES + lane]
+    after_reversal(real, real[TIME + lane], WORK, real[SIDE + lane], lane, WORK + STATES)
+    for i in range(STATES):
+        real[STATE + i * LANES + lane] = real[WORK + STATES + i]
+
+
+def guards_at(real, lane, s, out):
+    """Write the guards at time s of the present series."""
+    for i in range(STATES):
+        real[WORK + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    switches(real, real[TIME + lane] + s, WORK, real[SIDE + lane], lane, out)
+
+
+def interpolated_guards(real, lane, h):
+    """Write the series of the guards along an implicit step, through five points of its dense output."""
+    out = WORK + STATES
+    for point in range(5):
+        guards_at(real, lane, 0.25 * point * h, out + point * SWITCHES)
+    for i in range(SWITCHES):
+        start = SWITCH + i * (ORDER + 1) * LANES + lane
+        v0, v1, v2 = real[out + i], real[out + SWITCHES + i], real[out + 2 * SWITCHES + i]
+        v3, v4 = real[out + 3 * SWITCHES + i], real[out + 4 * SWITCHES + i]
+        through_five(real, start, v0, v1, v2, v3, v4, h)

@@ -1,0 +1,146 @@
+"""The contract of generated code: what `source.py` writes for one system and the kernel modules call by these names.
+
+Linking (`link.py`) puts the generated definitions, and the places of `memory_layout.py`, in the place of these.
+"""
+
+from vibrocap.numerics.kernel.memory_layout import Layout
+
+SET_VALUED = True  # whether the contact can stick
+KINKED = False  # whether the law has a kink at rest
+LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
+SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
+MIRRORED = True  # whether these are the same for either direction of sliding
+SPARSE = False  # whether the series of a contact that leaves stick may have three terms in four that vanish
+SHARP_INTERNAL = False  # whether any of them depends on an internal state
+CYCLIC = 2  # the state on which nothing depends
+CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
+
+_EXAMPLE = Layout(lanes=1, states=4, rows=9, order=12, parameters=10).constants()
+LANES = _EXAMPLE["LANES"]
+STATES = _EXAMPLE["STATES"]
+ROWS = _EXAMPLE["ROWS"]
+ORDER = _EXAMPLE["ORDER"]
+PIECE_SIZE = _EXAMPLE["PIECE_SIZE"]
+EVENT_SIZE = _EXAMPLE["EVENT_SIZE"]
+EVENT_WORK = _EXAMPLE["EVENT_WORK"]
+PARAMETERS = _EXAMPLE["PARAMETERS"]
+MARK_COUNT = 1
+MEASURED_COUNT = _EXAMPLE["MEASURED_COUNT"]
+RUN_SIZE = _EXAMPLE["RUN_SIZE"]
+RESULT_SIZE = _EXAMPLE["RESULT_SIZE"]
+STATUS = PERIOD_COUNT = WHOLE_PERIODS = ARRIVING = ZEROS = STIFF = PATIENCE = TAYLOR_STEPS = IMPLICIT_STEPS = 0
+EVENTS = EVENT_LIMIT = IDLE = PIECES = PIECE_LIMIT = RECORDED_EVENTS = RECORDED_EVENT_LIMIT = 0
+PIECE_START = RECORDED_EVENT_START = 0
+PERIOD_BUDGET = RUN = STEP_LIMIT = WINDOW = WINDOW_START = RESPONSE = SINCE = ASKED = RESULT_START = NEXT_RUN = (
+    LAST_RUN
+) = MORE = 0
+STEP = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
+INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
+LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
+TIME = PERIOD = TAIL = SIDE = CAME_FROM = TOLERANCE = IMPLICIT_STEP = EXPLICIT_STEP = DAMPED_STEP = DECAY_RATE = 0
+CONTACT_RESIDUAL = SAFE_SPEED = UNSAFE_SPEED = FAR_SPEED = NEAR_SPEED = PENDING = DELAY = 0
+STATE = PARAMETER = SCALE = SERIES = WORK = 0
+
+# What is gathered by an ensemble: functions of the instant, of which the first SUMMED are integrated; FRICTION: the
+# place of R among them; MIRROR: sign of each state under the half-period symmetry.
+INTEGRANDS = SUMMED = FRICTION = 0
+MIRROR = (-1,)
+
+# First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
+# force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
+VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
+SWITCHES = 1  # how many guards there are
+BASE = 2  # states of the motion itself, where tangents follow them
+
+
+def jet(real):
+    """Taylor coefficients of states, integrals, contact velocity and guards for all lanes, written to SERIES."""
+    raise NotImplementedError
+
+
+def guard_abreast(real, side, stuck, push, one, two, h) -> tuple:
+    """Of all lanes abreast (`plain_vectors.py`): the guard over a step of length h as a polynomial, written to WORK.
+
+    The guard is side * velocity without its first coefficients that vanish (in the lanes `one` and `two`, so many), or,
+    in the lanes `stuck`, limit - push * holding force.
+    Returns (first coefficient, value at the end of the step, sign changes of the coefficients in the Bernstein basis).
+    """
+    raise NotImplementedError
+
+
+def guard_at(real, x) -> tuple:
+    """(value, slope) of that polynomial at x, a number per lane from 0 to 1."""
+    raise NotImplementedError
+
+
+def unresolved(real, lane, h, lasting, start_low, start_high, low, high, widened):
+    """How many sharp functions of the law a step of length h might not see, see `resolution.py`.
+
+    start_low, start_high: within which the contact velocity starts; low, high: within which it stays
+    lasting: time over which what is not seen would act
+    widened: natural sizes by which every other state may be off, in a proof that is to last
+    """
+    raise NotImplementedError
+
+
+def unresolved_abreast(real, h, lasting, start_low, start_high, low, high):
+    """`unresolved` of all lanes."""
+    raise NotImplementedError
+
+
+def rates(real, t, point, side, lane, out):
+    """y' of one lane at the state real[point:point + STATES], written to real[out:out + ROWS]."""
+    raise NotImplementedError
+
+
+def jacobian(real, t, point, side, lane, out):
+    """Partial derivatives of `rates` at the state real[point:point + STATES].
+
+    Written to real[out + i * (STATES + 1) + j] for row i and state j; j = STATES: time.
+    """
+    raise NotImplementedError
+
+
+def holding_force(real, t, point, lane):
+    """Force that would hold the contact of one lane, over the middle of what it can hold, at the state real[point:...].
+
+    Only of laws that can stick.
+    """
+    raise NotImplementedError
+
+
+def contact_velocity(real, t, point, lane):
+    """Contact velocity of one lane at the state real[point:point + STATES]."""
+    raise NotImplementedError
+
+
+def integrands(real, t, point, side, lane, out):
+    """The functions of which an ensemble gathers integrals and peaks, at the state real[point:point + STATES].
+
+    Written to real[out:out + INTEGRANDS]: powers by channel, R, R times contact velocity, R once more, own functions to
+    be integrated; then own functions of which the largest value is wanted.
+    """
+    raise NotImplementedError
+
+
+def guard_tangents(real, t, point, side, lane, out):
+    """How the guards grow along the tangent: contact velocity, holding force, its limit, then those of the pieces.
+
+    Only of equations with a tangent, see `tangents.py`.
+    """
+    raise NotImplementedError
+
+
+def switches(real, t, point, side, lane, out):
+    """The guards of the law's pieces at the state real[point:point + STATES], written to real[out:out + SWITCHES]."""
+    raise NotImplementedError
+
+
+def after_switch(real, t, point, side, lane, which, out):
+    """The states after guard `which` has fallen to zero, written to real[out:out + STATES]."""
+    raise NotImplementedError
+
+
+def after_reversal(real, t, point, side, lane, out):
+    """The states after the contact has turned to the side, written to real[out:out + STATES]."""
+    raise NotImplementedError

@@ -1,0 +1,104 @@
+"""What a kernel calls without knowing which module answers: the slots that a recipe (`linker/recipes.py`) fills.
+
+A module that fills a slot defines the slot's functions, with these arguments. Modules of the kernel import them from
+here; linking puts the definitions of the chosen module in their place.
+"""
+
+# How far the next step goes, and by which method.
+
+
+def chosen_step(real, whole, lane, remaining) -> float:
+    """Length of the next step, no longer than `remaining`, with its series in memory."""
+    raise NotImplementedError
+
+
+def polished_step(real, whole, lane, h, longest) -> tuple:
+    """(event, length) of the step, made again where it has to be, that ends at the event found at h."""
+    raise NotImplementedError
+
+
+def repeat_to(real, whole, lane, h) -> None:
+    """Make the present step anew with length h where its series holds for its own length only."""
+    raise NotImplementedError
+
+
+# The branches of the law on each side of rest.
+
+
+def piece_holds(real, whole, tape, lane) -> bool:
+    """Whether the present branch holds at the start of the step; if not, the next one begins."""
+    raise NotImplementedError
+
+
+def first_switch(real, lane, event, h) -> tuple:
+    """(event, instant): the event known so far, or that of a branch that ends before."""
+    raise NotImplementedError
+
+
+def begin_piece(real, whole, tape, lane, which) -> None:
+    """Begin the branch that follows guard number `which`."""
+    raise NotImplementedError
+
+
+def turned(real, lane) -> None:
+    """Change what a reversal changes in the law, besides the side."""
+    raise NotImplementedError
+
+
+def interpolated_guards(real, lane, h) -> None:
+    """Write the series of the branches' guards over an implicit step of length h."""
+    raise NotImplementedError
+
+
+# The tangent of the motion.
+
+
+def tangent_waits(whole, lane) -> bool:
+    """Whether the tangent has yet to enter the present piece."""
+    raise NotImplementedError
+
+
+def leave_piece(real, whole, lane, event, h) -> None:
+    """At an event, at time h of the series: the tangent becomes the change of the state at the event."""
+    raise NotImplementedError
+
+
+def enter_piece(real, whole, lane) -> None:
+    """A piece begins, whose series stands in memory: the change at the event becomes one at one time."""
+    raise NotImplementedError
+
+
+def tangents_wait(whole, plain):
+    """Of all lanes: those of `plain` whose tangent does not wait."""
+    raise NotImplementedError
+
+
+# What is kept of a motion.
+
+
+def has_room(real, whole, tape, lane) -> bool:
+    """Whether one more step can be kept; if not, the lane waits."""
+    raise NotImplementedError
+
+
+def on_piece(real, whole, tape, lane, h) -> None:
+    """After a step of length h, whose series is in memory."""
+    raise NotImplementedError
+
+
+def on_event(real, whole, tape, lane, kind, s) -> None:
+    """At an event of this kind, s after the start of the present step."""
+    raise NotImplementedError
+
+
+def on_period(real, whole, tape, lane) -> None:
+    """At the start of a run and at the end of each whole period."""
+    raise NotImplementedError
+
+
+# The loop over the lanes.
+
+
+def advance(real, whole, tape, rounds) -> None:
+    """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
+    raise NotImplementedError

@@ -1,0 +1,60 @@
+"""One thread of a graphics card: it takes run after run from a queue, and goes on where the last launch stopped.
+
+The elementary functions are the package's own polynomials: a card has no library of functions that a processor has too.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import take
+from vibrocap.numerics.kernel.generated import RUN, STATUS, WORK
+from vibrocap.numerics.kernel.interface import advance
+from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
+from vibrocap.numerics.kernel.memory_layout import RUNNING
+
+# Places of `queue`.
+NEXT, END, BUSY = 0, 1, 2  # first run that no thread has begun; end of the runs; threads that go on in another launch
+WHOLE_SIZE = 0  # numbers in `whole`; set behind this text
+
+
+def run_thread(
+    real, whole, tape, queue, start_real, start_whole, kept_real, kept_whole, thread, threads, fresh, rounds
+):
+    """Make up to `rounds` steps, through run after run of the tape, until the queue is empty.
+
+    kept_real, kept_whole: [entries, threads] what the threads carry between launches; fresh: begin from start_* instead
+    """
+    for i in range(WORK):
+        real[i] = start_real[i] if fresh != 0 else kept_real[i * threads + thread]
+    for i in range(WHOLE_SIZE):
+        whole[i] = start_whole[i] if fresh != 0 else kept_whole[i * threads + thread]
+    running = True
+    for _ in range(rounds):
+        if whole[STATUS] != RUNNING:
+            if whole[RUN] >= 0:
+                end_run(real, whole, tape, 0)
+            run = take(queue, NEXT, 1)
+            if run >= queue[END]:
+                running = False
+                break
+            begin_run(real, whole, tape, 0, run)
+        advance(real, whole, tape, 1)
+    if running:
+        take(queue, BUSY, 1)
+    for i in range(WORK):
+        kept_real[i * threads + thread] = real[i]
+    for i in range(WHOLE_SIZE):
+        kept_whole[i * threads + thread] = whole[i]
+
+
+def sine(x):
+    """sin x."""
+    return sine_cosine(x)[0]
+
+
+def cosine(x):
+    """cos x."""
+    return sine_cosine(x)[1]
+
+
+def power(x, y):
+    """x**y for x > 0, to some ulps times y log x."""
+    return exponential(y * logarithm(x))

@@ -1,0 +1,160 @@
+"""The one step: series, its length, first event, next mode. It serves one recorded motion and many lanes alike.
+
+A lane slides (side +1 or -1) or sticks (side 0). Within a side every expression is analytic, and no step crosses a
+change of side:
+
+    sliding    ends where side * velocity falls to zero. A kinked law goes on with the other side; a set-valued law
+               comes to rest, and whether it sticks is decided by the force that would hold it.
+    sticking   ends where limit - |holding force| falls to zero; the contact then slides in the direction of that force.
+
+At the start of a slide the velocity is zero by construction, and after a stick its slope is too: the event search is
+told how many leading coefficients vanish, so that rounding cannot fake a root there.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.events.contact import cross, guard_series, side_holds
+from vibrocap.numerics.kernel.generated import (
+    EVENTS,
+    GUARD,
+    HOLD,
+    IDLE,
+    IMPLICIT_STEPS,
+    KINKED,
+    LANES,
+    LIMIT,
+    ORDER,
+    PERIOD,
+    PERIOD_COUNT,
+    SET_VALUED,
+    SIDE,
+    STATE,
+    STATES,
+    STATUS,
+    STIFF,
+    TAIL,
+    TAYLOR_STEPS,
+    TIME,
+    VELOCITY,
+    WHOLE_PERIODS,
+    ZEROS,
+)
+from vibrocap.numerics.kernel.interface import (
+    chosen_step,
+    enter_piece,
+    first_switch,
+    on_event,
+    on_period,
+    on_piece,
+    piece_holds,
+    polished_step,
+    repeat_to,
+    tangent_waits,
+)
+from vibrocap.numerics.kernel.memory_layout import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.kernel.step.resolved import resolved
+from vibrocap.numerics.kernel.step.taylor import move_to
+
+# A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
+# before is a step of its own, of this share of a whole one.
+NEAR = 0.03
+MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
+
+
+def step(real, whole, tape, lane):
+    """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
+    if whole[IDLE + lane] > MOST_IDLE:
+        whole[STATUS + lane] = UNDECIDED
+        return
+    if (KINKED or SET_VALUED) and not side_holds(real, whole, tape, lane):
+        return  # the series must be made anew for the other side
+    if not piece_holds(real, whole, tape, lane):
+        return
+    if tangent_waits(whole, lane):
+        enter_piece(real, whole, lane)
+        return
+    remaining = real[PERIOD + lane] - real[TIME + lane]
+    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
+        remaining = real[TAIL + lane] - real[TIME + lane]
+    h = chosen_step(real, whole, lane, remaining)
+    if not (h > 0.0):
+        whole[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
+        return
+    h = min(h, remaining)
+    if h <= 4.0 * EPSILON * real[PERIOD + lane] and h < remaining:
+        whole[STATUS + lane] = STEP_UNDERFLOW
+        return
+    while whole[STIFF + lane] == 0 and not resolved(real, lane, h):
+        h *= 0.5
+    longest = h
+    event, h, touch = first_event(real, whole, lane, h)
+    if 0.0 <= touch < h:
+        on_event(real, whole, tape, lane, GRAZE, touch)
+    if abs(event) == 2 and h > NEAR * longest:
+        event, h = 0, (1.0 - 0.5 * NEAR) * h
+    if event == 1:
+        event, h = polished_step(real, whole, lane, h, longest)
+    elif event >= FIRST_SWITCH:
+        repeat_to(real, whole, lane, h)
+    on_piece(real, whole, tape, lane, h)
+    if whole[STIFF + lane] == 0:
+        whole[TAYLOR_STEPS + lane] += 1
+    else:
+        whole[IMPLICIT_STEPS + lane] += 1
+    move_to(real, whole, lane, h)
+    for i in range(STATES):
+        if not (abs(real[STATE + i * LANES + lane]) <= 1e300):
+            whole[STATUS + lane] = NOT_FINITE
+            return
+    whole[ZEROS + lane] = 0
+    whole[IDLE + lane] = 0
+    if event != 0:
+        cross(real, whole, tape, lane, event, h)
+    if remaining - h <= 2.0 * EPSILON * real[PERIOD + lane]:
+        turn_period(real, whole, tape, lane)
+
+
+def turn_period(real, whole, tape, lane):
+    """Begin the next period, or end the run."""
+    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
+        whole[STATUS + lane] = DONE
+        return
+    whole[PERIOD_COUNT + lane] += 1
+    real[TIME + lane] = 0.0
+    whole[EVENTS + lane] = 0
+    on_period(real, whole, tape, lane)
+    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane] and real[TAIL + lane] <= 0.0:
+        whole[STATUS + lane] = DONE
+
+
+def first_event(real, whole, lane, h):
+    """First event within the step, its time, and where a guard only touched zero (-1: nowhere).
+
+    Events: 0: none, 1: velocity zero, +2 or -2: the hold gives way to that side, from FIRST_SWITCH on: a guard of the
+    law's pieces.
+    """
+    if not SET_VALUED and not KINKED:
+        return 0, h, -1.0
+    side = real[SIDE + lane]
+    if side != 0.0:
+        root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h)
+        event, h = (0, h) if root < 0.0 else (1, root)
+        event, h = first_switch(real, lane, event, h)
+        return event, h, touch
+    event = 0
+    earliest = -1.0
+    growth = 0.0
+    for k in range(ORDER - 1, 0, -1):  # can the force come near the limit at all?
+        growth = growth * h + (abs(real[HOLD + k * LANES + lane]) + abs(real[LIMIT + k * LANES + lane]))
+    if abs(real[HOLD + lane]) + growth * h < real[LIMIT + lane]:
+        return 0, h, -1.0
+    for direction in range(-1, 2, 2):
+        zeros = guard_series(real, lane, direction, h)
+        if zeros > ORDER - 2 or real[GUARD + zeros * LANES + lane] < 0.0:
+            continue  # `decide` has settled this start
+        root, touch = first_root(real, GUARD + lane, ORDER - 1, 1.0, zeros, h)
+        if touch >= 0.0 and (earliest < 0.0 or touch < earliest):
+            earliest = touch
+        if root >= 0.0 and (event == 0 or root < h):
+            event = 2 * direction
+            h = root
+    return event, h, earliest

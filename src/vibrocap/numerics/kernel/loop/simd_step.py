@@ -1,0 +1,273 @@
+"""One step of all lanes at once: side by side where a step is plain, one by one where it takes decisions.
+
+Every lane has a step, a mode and events of its own. What all lanes share is arithmetic: the series, the length of the
+step, the proof that no event lies within it or the root where one does, and the state at its end. A lane on which more
+is to be decided than that takes `one_step.step`, like a single motion; the others would do the same there.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
+    align_stack,
+    bits,
+    load,
+    square_root,
+    store,
+    where,
+    whole_above,
+    whole_add,
+    whole_equal,
+    whole_reached,
+    whole_set,
+)
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.events.contact import JUMP, cross
+from vibrocap.numerics.kernel.generated import (
+    ARRIVING,
+    DAMPED_STEP,
+    DECAY_RATE,
+    HOLD,
+    IDLE,
+    IMPLICIT_STEPS,
+    KINKED,
+    LANES,
+    LIMIT,
+    LIMIT_CONSTANT,
+    ORDER,
+    PATIENCE,
+    PERIOD,
+    ROWS,
+    SERIES,
+    SET_VALUED,
+    SHARP,
+    SIDE,
+    SPARSE,
+    STATE,
+    STATUS,
+    STEP,
+    STEP_LIMIT,
+    STIFF,
+    SWITCH,
+    SWITCHES,
+    TAYLOR_STEPS,
+    TIME,
+    TOLERANCE,
+    VELOCITY,
+    WINDOW_START,
+    WORK,
+    ZEROS,
+    guard_abreast,
+    guard_at,
+    jet,
+)
+from vibrocap.numerics.kernel.interface import on_piece, tangents_wait
+from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn_period
+from vibrocap.numerics.kernel.memory_layout import NOT_FINITE, RUNNING, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.step.resolved_simd import excursion_abreast, resolved_abreast
+from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
+from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
+from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser, series_values, taylor_steps
+
+NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
+
+
+def advance(real, whole, tape, rounds):
+    """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
+    running = whole_equal(whole, STATUS, RUNNING)
+    all_running = bits(running)
+    for _ in range(rounds):
+        jet(real)
+        waiting = all_running ^ step_abreast(real, whole, tape, running)
+        if waiting != 0:
+            for lane in range(LANES):
+                if (waiting >> lane) & 1:
+                    step(real, whole, tape, lane)
+        running = whole_equal(whole, STATUS, RUNNING)
+        over = running & whole_reached(whole, TAYLOR_STEPS, IMPLICIT_STEPS, STEP_LIMIT)
+        whole_set(whole, STATUS, TOO_MANY_STEPS, over)
+        if bits(running & ~over) != all_running:
+            return
+
+
+def step_abreast(real, whole, tape, running):
+    """One step of all lanes on which it is plain; returns these lanes, as bits."""
+    align_stack()
+    side = load(real, SIDE)
+    period = load(real, PERIOD)
+    remaining = period - load(real, TIME)
+    longest, last, before = taylor_steps(real, side)
+    start = load(real, VELOCITY)
+    moving = running
+    damped = running & ~running
+    if KINKED:
+        change = abs(load(real, VELOCITY + LANES)) * longest
+        moving = running & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
+    if not SET_VALUED:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
+        rate = load(real, DECAY_RATE)
+        gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
+        gentle = gentle | whole_above(whole, ZEROS, 0) | (longest >= remaining)
+        moving = moving & whole_equal(whole, STIFF, 0) & (gentle | whole_above(whole, PATIENCE, 1))
+        longest, damped = stabilised_steps(real, rate, longest, moving & ~gentle)
+    h = lesser(longest, remaining)
+    plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
+    plain = plain & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
+    plain = tangents_wait(whole, plain)
+    for i in range(SWITCHES):
+        plain = plain & within_piece(real, SWITCH + i * (ORDER + 1) * LANES, h)
+    event = plain & ~plain
+    if KINKED or SET_VALUED:
+        one = whole_equal(whole, ZEROS, 1)
+        two = whole_equal(whole, ZEROS, 2)
+        if SPARSE:
+            plain = plain & ~two
+        stuck = event
+        push = side
+        if SET_VALUED:
+            stuck = side == 0.0
+            push, sure = hold_abreast(real, stuck, two, longest, h)
+            plain = plain & sure
+        ahead, change = ahead_abreast(real, side, stuck, one, two, h)
+        if SHARP:
+            plain = plain & resolved_abreast(real, side, start, change, h, plain)
+        clear = ~plain | ahead
+        if bits(~clear) != 0:
+            leading, last, changes = guard_abreast(real, side, stuck, push, one, two, h)
+            plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
+            event = plain & ~clear & (changes == 1.0)
+            if bits(event) != 0:
+                root = root_abreast(real, leading, last, event)
+                early = event & stuck & (root > NEAR)  # as in `one_step.step`: the last stretch is a step of its own
+                h = where(event, h * root, h)
+                h = where(early, (1.0 - 0.5 * NEAR) * h, h)
+                event = event & ~early
+    elif SHARP:
+        plain = plain & resolved_abreast(real, side, start, excursion_abreast(real, VELOCITY, h), h, plain)
+    end = series_values(real, VELOCITY, h)
+    if not SET_VALUED:
+        store(real, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
+    move_abreast(real, whole, tape, plain, h, end)
+    finish_abreast(real, whole, tape, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
+    return bits(plain)
+
+
+def within_piece(real, row, h):
+    """Where the first term of a guard of the law's pieces outweighs all others, so that its piece lasts the step."""
+    others = 0.0 * h
+    for k in range(ORDER - 1, 0, -1):
+        others = others * h + abs(load(real, row + k * LANES))
+    return load(real, row) > others * h
+
+
+def ahead_abreast(real, side, stuck, one, two, h):
+    """(where a slide lasts the step beyond doubt, bound of how far its velocity goes).
+
+    It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
+    four are a bound from below, see `roots.py`.
+    """
+    others = abs(load(real, VELOCITY + ORDER * LANES))
+    for k in range(ORDER - 1, 5, -1):
+        others = others * h + abs(load(real, VELOCITY + k * LANES))
+    v1, v2, v3 = load(real, VELOCITY + LANES), load(real, VELOCITY + 2 * LANES), load(real, VELOCITY + 3 * LANES)
+    v4, v5 = load(real, VELOCITY + 4 * LANES), load(real, VELOCITY + 5 * LANES)
+    after_five = others * h + abs(v5)
+    after_four = after_five * h + abs(v4)
+    change = (((after_four * h + abs(v3)) * h + abs(v2)) * h + abs(v1)) * h
+    others = where(two, others, where(one, after_five, after_four))
+    first = side * where(two, v2, where(one, v1, load(real, VELOCITY)))
+    second = side * where(two, v3, where(one, v2, v1)) * h
+    third = side * where(two, v4, where(one, v3, v2)) * h * h
+    fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
+    third = third * (1.0 / 3.0)
+    early = first + second * (1.0 / 3.0)
+    late = early + (second * (1.0 / 3.0) + third)
+    least = lesser(lesser(first, early), lesser(late, first + second + 3.0 * third + fourth))
+    return (least > 0.0) & ~stuck, change
+
+
+def hold_abreast(real, stuck, two, longest, h):
+    """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for)."""
+    limit = load(real, LIMIT)
+    hold = load(real, HOLD)
+    growth = 0.0 * h
+    change = 0.0 * h
+    for k in range(ORDER - 1, 0, -1):
+        force = load(real, HOLD + k * LANES)
+        term = abs(force)
+        if not LIMIT_CONSTANT:
+            term = term + abs(load(real, LIMIT + k * LANES))
+        growth = growth * h + term
+        change = change * h + force
+    push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
+    sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth * h)
+    # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
+    threshold = greater(abs(load(real, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
+    steady = ~two | (abs(load(real, VELOCITY + LANES)) <= JUMP * threshold)
+    return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
+
+
+def root_abreast(real, first, last, wanted):
+    """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
+
+    first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving,
+    from the root of the parabola with the same ends and the same slope at the start.
+    """
+    slope = load(real, WORK + LANES)
+    x = 2.0 * first / (square_root(slope * slope - 4.0 * first * (last - first - slope)) - slope)
+    low = 0.0 * x
+    high = low + 1.0
+    x = where((x > 0.0) & (x < 1.0), x, 0.5)
+    for _ in range(80):
+        y, d = guard_at(real, x)
+        above = y > 0.0
+        low = where(above, x, low)
+        high = where(above, high, x)
+        following = x - y / d
+        done = abs(following - x) <= NEWTON * x
+        inside = (low < following) & (following < high)
+        halved = 0.5 * (low + high)
+        closed = ~done & ~inside & ((halved == low) | (halved == high))
+        following = where(inside | done, following, where(closed, high, halved))
+        x = where(wanted, following, x)
+        wanted = wanted & ~done & ~closed
+        if bits(wanted) == 0:
+            break
+    return x
+
+
+def move_abreast(real, whole, tape, plain, h, end):
+    """Put the lanes at the ends of their steps, with the contact velocity `end`, after the hook for measuring saw the
+    pieces."""
+    store(real, STEP, h)
+    measuring = bits(plain & whole_above(whole, WINDOW_START, -1))
+    if measuring != 0:
+        for lane in range(LANES):
+            if (measuring >> lane) & 1:
+                on_piece(real, whole, tape, lane, real[STEP + lane])
+    finite = plain
+    for i in range(ROWS):
+        row = SERIES + i * (ORDER + 1) * LANES
+        following = end if row == VELOCITY else series_values(real, row, h)
+        finite = finite & (abs(following) <= 1e300)
+        store(real, STATE + i * LANES, where(plain, following, load(real, STATE + i * LANES)))
+    time = load(real, TIME)
+    store(real, TIME, where(plain, time + h, time))
+    whole_set(whole, STATUS, NOT_FINITE, plain & ~finite)
+    whole_set(whole, ZEROS, 0, plain)
+    whole_set(whole, IDLE, 0, plain)
+    whole_add(whole, TAYLOR_STEPS, 1, plain)
+    if not SET_VALUED:
+        whole_add(whole, PATIENCE, -1, plain)
+
+
+def finish_abreast(real, whole, tape, events, turns):
+    """What follows a step: the contact comes to rest or slips, the period is over."""
+    both = events | turns
+    if both == 0:
+        return
+    for lane in range(LANES):
+        if (both >> lane) & 1 and whole[STATUS + lane] == RUNNING:
+            if (events >> lane) & 1:
+                event = 1
+                if real[SIDE + lane] == 0.0:
+                    event = 2 if series_value(real, HOLD + lane, real[STEP + lane]) > 0.0 else -2
+                cross(real, whole, tape, lane, event, real[STEP + lane])
+            if (turns >> lane) & 1:
+                turn_period(real, whole, tape, lane)

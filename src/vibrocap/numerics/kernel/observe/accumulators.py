@@ -1,0 +1,187 @@
+"""What is gathered from the pieces of a motion: integrals, peaks and extremes, all of the motion as computed.
+
+Functions of the instant (powers, friction, functions of one's own) are known at six points of a piece, both ends among
+them. The Lobatto sum over these is exact for polynomials of degree 9. A series of order p is followed over a share
+tolerance^(1/p) of its radius of convergence; the integrands share its singularities, so that the sum is off by about
+(share/4)^10 = 1e-6 tolerance^(10/p), and a polynomial through the six points by (share/4)^6: enough to locate a turning
+point, at which the function itself is then asked.
+"""
+
+import math
+
+import numpy as np
+
+from vibrocap.numerics.kernel.generated import (
+    ASKED,
+    CONTACT_STATE,
+    FRICTION,
+    INTEGRAL,
+    INTEGRANDS,
+    LANES,
+    LARGEST,
+    LEAST,
+    MAGNITUDE,
+    ORDER,
+    PEAK,
+    SERIES,
+    SIDE,
+    STATES,
+    SUMMED,
+    TIME,
+    WORK,
+    integrands,
+)
+from vibrocap.numerics.kernel.memory_layout import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
+from vibrocap.numerics.kernel.observe.turning_points import (
+    CELLS,
+    may_turn,
+    polynomial_slope,
+    polynomial_value,
+    sign_change,
+    turning_point,
+)
+from vibrocap.numerics.kernel.step.taylor import series_value
+
+# Lobatto points and weights on [0, 1] (Abramowitz and Stegun, table 25.6, n = 6).
+POINTS = 6
+INNER, OUTER = math.sqrt((7.0 - 2.0 * math.sqrt(7.0)) / 21.0), math.sqrt((7.0 + 2.0 * math.sqrt(7.0)) / 21.0)
+SHARES = 0.5 + 0.5 * np.array([-1.0, -OUTER, -INNER, INNER, OUTER, 1.0])
+HEAVY, LIGHT = (14.0 + math.sqrt(7.0)) / 60.0, (14.0 - math.sqrt(7.0)) / 60.0
+SHARE_WEIGHTS = np.array([1.0 / 30.0, LIGHT, HEAVY, HEAVY, LIGHT, 1.0 / 30.0])
+# Places in the work space: a state, the functions at the points of a piece and at one point more, a polynomial.
+INSTANT = WORK
+VALUES = INSTANT + STATES
+ONCE = VALUES + POINTS * INTEGRANDS
+FITTED = ONCE + INTEGRANDS
+
+
+def gather_functions(real, whole, lane, h):
+    """Add a piece to the integrals and peaks that are asked for."""
+    asked = whole[ASKED]
+    for j in range(POINTS):
+        look(real, lane, SHARES[j] * h, VALUES + j * INTEGRANDS)
+    if asked & ASK_INTEGRALS != 0:
+        for i in range(SUMMED):
+            real[INTEGRAL + i * LANES + lane] += h * lobatto_sum(real, i)
+    if asked & ASK_MAGNITUDE != 0:
+        real[MAGNITUDE + lane] += magnitude(real, lane, h)
+    if asked & ASK_PEAK != 0:
+        raise_peak(real, lane, h, FRICTION, PEAK + lane, True)
+        for i in range(INTEGRANDS - SUMMED):
+            raise_peak(real, lane, h, SUMMED + i, PEAK + (1 + i) * LANES + lane, False)
+
+
+def look(real, lane, s, out):
+    """Values of the functions at time s of the piece, written to real[out:out + INTEGRANDS].
+
+    The acceleration of the contact is the slope of its velocity as computed, so that R dv has no area where R depends
+    on v alone.
+    """
+    for i in range(STATES):
+        real[INSTANT + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    integrands(real, real[TIME + lane] + s, INSTANT, real[SIDE + lane], lane, out)
+    row = SERIES + CONTACT_STATE * (ORDER + 1) * LANES + lane
+    real[out + FRICTION + 2] *= polynomial_slope(real, row, LANES, ORDER, s)
+
+
+def lobatto_sum(real, i):
+    """Mean of function i over the piece."""
+    total = 0.0
+    for j in range(POINTS):
+        total += SHARE_WEIGHTS[j] * real[VALUES + j * INTEGRANDS + i]
+    return total
+
+
+def largest_change(real, i):
+    """Largest change of function i from point to point: it is nowhere farther from the values at the points."""
+    change = 0.0
+    for j in range(1, POINTS):
+        change = max(change, abs(real[VALUES + j * INTEGRANDS + i] - real[VALUES + (j - 1) * INTEGRANDS + i]))
+    return change
+
+
+def fit(real, i):
+    """The polynomial in the share of the piece through the points of function i, by divided differences."""
+    for j in range(POINTS):
+        real[FITTED + j] = real[VALUES + j * INTEGRANDS + i]
+    for level in range(1, POINTS):
+        for j in range(POINTS - 1, level - 1, -1):
+            real[FITTED + j] = (real[FITTED + j] - real[FITTED + j - 1]) / (SHARES[j] - SHARES[j - level])
+    for level in range(POINTS - 2, -1, -1):  # from Newton's form to powers
+        for j in range(level, POINTS - 1):
+            real[FITTED + j] -= SHARES[level] * real[FITTED + j + 1]
+
+
+def magnitude(real, lane, h):
+    """Integral of |R| over the piece, cut where R changes its sign."""
+    closest = math.inf
+    for j in range(POINTS):
+        closest = min(closest, abs(real[VALUES + j * INTEGRANDS + FRICTION]))
+    if closest > largest_change(real, FRICTION):
+        return h * abs(lobatto_sum(real, FRICTION))
+    fit(real, FRICTION)
+    total = 0.0
+    start, monotone_from = 0.0, 0.0
+    for cell in range(CELLS):
+        end = (cell + 1.0) / CELLS
+        turn = turning_point(real, FITTED, 1, POINTS - 1, float(cell) / CELLS, end)
+        for part in range(2):
+            monotone_to = turn if part == 0 else end
+            if monotone_to < 0.0:
+                continue
+            cut = sign_change(real, FITTED, 1, POINTS - 1, monotone_from, monotone_to)
+            if cut >= 0.0:
+                total += abs(friction_impulse(real, lane, start * h, cut * h))
+                start = cut
+            monotone_from = monotone_to
+    return total + abs(friction_impulse(real, lane, start * h, h))
+
+
+def friction_impulse(real, lane, start, end):
+    """Integral of R over a part of the piece."""
+    total = 0.0
+    for j in range(POINTS):
+        look(real, lane, start + SHARES[j] * (end - start), ONCE)
+        total += SHARE_WEIGHTS[j] * real[ONCE + FRICTION]
+    return total * (end - start)
+
+
+def raise_peak(real, lane, h, i, place, of_magnitude):
+    """Raise the number at a place to the largest value of function i, or of its magnitude, on the piece."""
+    here = -math.inf
+    for j in range(POINTS):
+        value = real[VALUES + j * INTEGRANDS + i]
+        here = max(here, abs(value) if of_magnitude else value)
+    best = max(real[place], here)
+    if here + largest_change(real, i) > best:
+        fit(real, i)
+        if may_turn(real, FITTED, 1, POINTS - 1, 1.0):
+            for cell in range(CELLS):
+                turn = turning_point(real, FITTED, 1, POINTS - 1, float(cell) / CELLS, (cell + 1.0) / CELLS)
+                if turn >= 0.0:
+                    look(real, lane, turn * h, ONCE)
+                    value = real[ONCE + i]
+                    best = max(best, abs(value) if of_magnitude else value)
+    real[place] = best
+
+
+def gather_extremes(real, lane, h):
+    """Widen the ranges of the states by a piece."""
+    for i in range(STATES):
+        row = SERIES + i * (ORDER + 1) * LANES + lane
+        largest, least = real[LARGEST + i * LANES + lane], real[LEAST + i * LANES + lane]
+        away = 0.0  # how far the state may get from where it is
+        for k in range(ORDER, 0, -1):
+            away = (away + abs(real[row + k * LANES])) * h
+        if real[row] + away <= largest and real[row] - away >= least:
+            continue
+        end = series_value(real, row, h)
+        largest, least = max(largest, end), min(least, end)
+        if may_turn(real, row, LANES, ORDER, h):
+            for cell in range(CELLS):
+                turn = turning_point(real, row, LANES, ORDER, cell * h / CELLS, (cell + 1.0) * h / CELLS)
+                if turn >= 0.0:
+                    value = polynomial_value(real, row, LANES, ORDER, turn)
+                    largest, least = max(largest, value), min(least, value)
+        real[LARGEST + i * LANES + lane] = largest
+        real[LEAST + i * LANES + lane] = least

@@ -1,0 +1,7 @@
+"""How far a step may go, and the state at its end: Taylor series, stabilised series, an implicit method for stiff laws.
+
+Given: the series of the present step in memory. Given back: a length to which it can be trusted, or the series of an
+implicit step. Which method is asked is decided in `explicit` (laws that stick) or `method_choice` (laws that may be
+stiff); `resolved` refuses a step that may not see all that the law holds. Modules named `..._simd` do the same for all
+lanes at once.
+"""

@@ -1,0 +1,266 @@
+"""The implicit step for stiff laws: Rodas5P (Steinebach 2023), a Rosenbrock method of order 5 with dense output.
+
+    (1/(gamma h) - J) k_i = f(t + c_i h, y + sum_j a_ij k_j) + sum_j (C_ij/h) k_j + h d_i df/dt
+    y_new = y + sum_j b_j k_j
+
+with the exact Jacobian J. The last stage is the error estimate. The integrals carried along depend on the states only,
+so the linear system is solved for the states and the integrals follow.
+"""
+
+import math
+
+import numpy as np
+
+from vibrocap.numerics.kernel.generated import (
+    CONTACT_STATE,
+    EVENT_WORK,
+    IMPLICIT_STEP,
+    LANES,
+    ORDER,
+    ROWS,
+    SCALE,
+    SERIES,
+    SIDE,
+    STATE,
+    STATES,
+    TIME,
+    TOLERANCE,
+    VELOCITY,
+    WORK,
+    contact_velocity,
+    jacobian,
+    rates,
+)
+from vibrocap.numerics.kernel.interface import interpolated_guards
+from vibrocap.numerics.kernel.step.resolved import resolved
+from vibrocap.numerics.kernel.step.taylor import through_five
+
+STAGES = 8
+GAMMA = 0.21193756319429014
+# fmt: off
+STAGE_WEIGHTS = np.array([
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [2.849394379747939, 0.45842242204463923, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [-6.954028509809101, 2.489845061869568, -10.358996098473584, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641, 0.0, 0.0, 0.0, 0.0],
+    [-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946,
+     0.0, 0.0, 0.0],
+    [-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946,
+     1.0, 0.0, 0.0],
+    [-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946,
+     1.0, 1.0, 0.0],
+])
+COUPLING = np.array([
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [-14.155112264123755, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [-17.97296035885952, -2.859693295451294, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [147.12150275711716, -1.41221402718213, 71.68940251302358, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306, 0.0, 0.0, 0.0, 0.0],
+    [24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471,
+     0.0, 0.0, 0.0],
+    [30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+     -28.087943162872662, 0.0, 0.0],
+    [37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+     -54.66780262877968, -9.48861652309627, 0.0],
+])
+DENSE = np.array([
+    [25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204, 0.524948541321073,
+     1.1241088310450404, 0.4272876194431874, -0.17202221070155493],
+    [-9.91568850695171, -0.9689944594115154, 3.0438037242978453, -24.495224566215796, 20.176138334709044,
+     15.98066361424651, -6.789040303419874, -6.710236069923372],
+    [11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643, -52.072871366152654,
+     -59.78993625266729, -0.15582684282751913, 4.883087185713722],
+])
+# fmt: on
+NODES = np.array([0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0])
+TIME_WEIGHTS = np.array(
+    [
+        0.21193756319429014,
+        -0.42387512638858027,
+        -0.3384627126235924,
+        1.8046452872882734,
+        2.325825639765069,
+        0.0,
+        0.0,
+        0.0,
+    ]
+)
+
+WIDTH = STATES + 1
+# Places in the work space, after that of the event search: the Jacobian outlives a search.
+JACOBIAN = WORK + EVENT_WORK
+MATRIX = JACOBIAN + ROWS * WIDTH
+STAGE = MATRIX + STATES * STATES
+POINT = STAGE + STAGES * ROWS
+RATE = POINT + ROWS
+
+
+def factorise(real):
+    """LU decomposition of the matrix in the work space, in place, without pivoting.
+
+    1/(gamma h) dominates the diagonal for the steps that the error control takes; a vanishing pivot shows as a stage
+    that is not finite, and the step is refused.
+    """
+    for j in range(STATES):
+        pivot = 1.0 / real[MATRIX + j * STATES + j]
+        for i in range(j + 1, STATES):
+            factor = real[MATRIX + i * STATES + j] * pivot
+            real[MATRIX + i * STATES + j] = factor
+            if factor != 0.0:
+                for k in range(j + 1, STATES):
+                    real[MATRIX + i * STATES + k] -= factor * real[MATRIX + j * STATES + k]
+
+
+def solve(real, start):
+    """Solve for the right-hand side at real[start:start + ROWS], in place; the rows after the states are integrals."""
+    for i in range(STATES):
+        for j in range(i):
+            real[start + i] -= real[MATRIX + i * STATES + j] * real[start + j]
+    for i in range(STATES - 1, -1, -1):
+        for j in range(i + 1, STATES):
+            real[start + i] -= real[MATRIX + i * STATES + j] * real[start + j]
+        real[start + i] /= real[MATRIX + i * STATES + i]
+
+
+def implicit_stages(real, whole, lane, h):
+    """The stages of a step of length h; returns the error estimate over the tolerance."""
+    t, side = real[TIME + lane], real[SIDE + lane]
+    inverse = 1.0 / (GAMMA * h)
+    for i in range(STATES):
+        for j in range(STATES):
+            real[MATRIX + i * STATES + j] = -real[JACOBIAN + i * WIDTH + j]
+        real[MATRIX + i * STATES + i] += inverse
+    factorise(real)
+    for stage in range(STAGES):
+        for i in range(ROWS):
+            total = real[STATE + i * LANES + lane]
+            for j in range(stage):
+                total += STAGE_WEIGHTS[stage, j] * real[STAGE + j * ROWS + i]
+            real[POINT + i] = total
+        rates(real, t + NODES[stage] * h, POINT, side, lane, RATE)
+        start = STAGE + stage * ROWS
+        for i in range(ROWS):
+            total = real[RATE + i] + h * TIME_WEIGHTS[stage] * real[JACOBIAN + i * WIDTH + STATES]
+            for j in range(stage):
+                total += COUPLING[stage, j] / h * real[STAGE + j * ROWS + i]
+            real[start + i] = total
+        solve(real, start)
+        for i in range(STATES, ROWS):
+            for j in range(STATES):
+                real[start + i] += real[JACOBIAN + i * WIDTH + j] * real[start + j]
+            real[start + i] /= inverse
+    error = 0.0
+    for i in range(STATES):
+        estimate = abs(real[STAGE + (STAGES - 1) * ROWS + i]) / real[SCALE + i * LANES + lane]
+        if not (estimate <= 1e300):
+            return math.inf
+        error = max(error, estimate)
+    return error / real[TOLERANCE + lane]
+
+
+def implicit_series(real, whole, lane, h):
+    """Write the dense output of the step as a series in s (degree 4) to c, the contact velocity included.
+
+    With x = s/h: y = (1-x) y0 + x [y1 + (1-x) (K1 + x (K2 + x K3))].
+    """
+    for i in range(ROWS):
+        y0 = real[STATE + i * LANES + lane]
+        change = 0.0  # y1 - y0
+        k1, k2, k3 = 0.0, 0.0, 0.0
+        for j in range(STAGES):
+            stage = real[STAGE + j * ROWS + i]
+            weight = 1.0 if j >= STAGES - 3 else STAGE_WEIGHTS[STAGES - 1, j]
+            change += weight * stage
+            k1 += DENSE[0, j] * stage
+            k2 += DENSE[1, j] * stage
+            k3 += DENSE[2, j] * stage
+        start = i * (ORDER + 1)
+        for k in range(5, ORDER + 1):
+            real[SERIES + (start + k) * LANES + lane] = 0.0
+        real[SERIES + start * LANES + lane] = y0
+        real[SERIES + (start + 1) * LANES + lane] = (change + k1) / h
+        real[SERIES + (start + 2) * LANES + lane] = (k2 - k1) / (h * h)
+        real[SERIES + (start + 3) * LANES + lane] = (k3 - k2) / (h * h * h)
+        real[SERIES + (start + 4) * LANES + lane] = -k3 / (h * h * h * h)
+
+
+def velocity_series(real, whole, lane, h):
+    """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output."""
+    if VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+        return  # it is a state
+    v0 = velocity_at(real, whole, lane, 0.0)
+    v1 = velocity_at(real, whole, lane, 0.25 * h)
+    v2 = velocity_at(real, whole, lane, 0.5 * h)
+    v3 = velocity_at(real, whole, lane, 0.75 * h)
+    v4 = velocity_at(real, whole, lane, h)
+    through_five(real, VELOCITY + lane, v0, v1, v2, v3, v4, h)
+
+
+def velocity_at(real, whole, lane, s):
+    """Contact velocity at time s of the present series."""
+    for i in range(STATES):
+        start = i * (ORDER + 1)
+        result = real[SERIES + (start + 4) * LANES + lane]
+        for k in range(3, -1, -1):
+            result = result * s + real[SERIES + (start + k) * LANES + lane]
+        real[POINT + i] = result
+    return contact_velocity(real, real[TIME + lane] + s, POINT, lane)
+
+
+def implicit_step(real, whole, lane, longest):
+    """Take the series of an implicit step of at most `longest`; returns its length, or 0 where none succeeds."""
+    return attempted_step(real, whole, lane, longest, 60)
+
+
+def attempted_step(real, whole, lane, longest, tries):
+    """The same in at most so many attempts, each shorter than the one before."""
+    for i in range(ROWS):
+        real[POINT + i] = real[STATE + i * LANES + lane]
+    jacobian(real, real[TIME + lane], POINT, real[SIDE + lane], lane, JACOBIAN)
+    h = min(real[IMPLICIT_STEP + lane], longest)
+    for _ in range(tries):
+        error = implicit_stages(real, whole, lane, h)
+        factor = 0.9 * error ** (-0.2) if error > 1e-10 else 6.0
+        factor = min(6.0, max(0.2, factor))
+        if error <= 1.0:
+            if h < longest or factor < 1.0:
+                real[IMPLICIT_STEP + lane] = h * factor
+            implicit_series(real, whole, lane, h)
+            velocity_series(real, whole, lane, h)
+            if resolved(real, lane, h):
+                interpolated_guards(real, lane, h)
+                return h
+            factor = 0.5
+        h *= factor
+    return 0.0
+
+
+def spectral_radius(real, whole, lane):
+    """Estimate of the largest |eigenvalue| of the Jacobian: the eighth root of a norm of its eighth power."""
+    for i in range(ROWS):
+        real[POINT + i] = real[STATE + i * LANES + lane]
+    jacobian(real, real[TIME + lane], POINT, real[SIDE + lane], lane, JACOBIAN)
+    for i in range(STATES):
+        for j in range(STATES):
+            real[MATRIX + i * STATES + j] = real[JACOBIAN + i * WIDTH + j]
+    scaling = 0.0  # logarithm of what was divided out
+    for squaring in range(3):
+        largest = 0.0
+        for i in range(STATES * STATES):
+            largest = max(largest, abs(real[MATRIX + i]))
+        if not (0.0 < largest <= 1e300):
+            return 0.0
+        scaling += math.log(largest) * 2.0 ** (-squaring)
+        for i in range(STATES):
+            for j in range(STATES):
+                total = 0.0
+                for k in range(STATES):
+                    total += real[MATRIX + i * STATES + k] * real[MATRIX + k * STATES + j]
+                real[STAGE + i * STATES + j] = total / (largest * largest)
+        for i in range(STATES * STATES):
+            real[MATRIX + i] = real[STAGE + i]
+    largest = 0.0
+    for i in range(STATES * STATES):
+        largest = max(largest, abs(real[MATRIX + i]))
+    return math.exp(scaling + math.log(largest) / 8.0) if largest > 0.0 else 0.0

@@ -1,0 +1,108 @@
+"""Whether a step sees all that the law holds, see `resolution.py`; what has been proved once is not asked again.
+
+For a law whose sharp functions depend on the contact velocity alone, the proof is made once for whole ranges of speed:
+up to some SAFE_SPEED each of them is visible from any start, and from some FAR_SPEED on none can be noticed. A step
+whose speed stays within one of these needs no look at the law.
+"""
+
+import math
+
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
+from vibrocap.numerics.kernel.generated import (
+    FAR_SPEED,
+    KINKED,
+    LANES,
+    MIRRORED,
+    NEAR_SPEED,
+    ORDER,
+    PERIOD,
+    SAFE_SPEED,
+    SET_VALUED,
+    SHARP,
+    SHARP_INTERNAL,
+    SIDE,
+    UNSAFE_SPEED,
+    VELOCITY,
+    unresolved,
+)
+
+LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
+WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
+FAR_RANGE = 4.0  # far is from FAR_SPEED to so many times as much
+
+
+def excursion(real, row, h):
+    """Bound of |y(s) - y(0)| over a step of length h, of the series y: the sum of |c_k| h^k."""
+    return later_terms(real, row, ORDER, 2, h) + abs(real[row + LANES]) * h
+
+
+def resolved(real, lane, h):
+    """Whether the series in memory sees all that the law holds over a step of length h."""
+    if not SHARP or real[SIDE + lane] == 0.0:
+        return True  # nothing to see; or at rest for the whole step
+    start = real[VELOCITY + lane]
+    change = excursion(real, VELOCITY + lane, h)
+    if not SHARP_INTERNAL:
+        if known(real, lane, abs(start) - change, abs(start) + change):
+            return True
+        learn(real, lane, h, abs(start) - change, abs(start) + change)
+        if known(real, lane, abs(start) - change, abs(start) + change):
+            return True
+    low, high = start - change, start + change
+    if KINKED or SET_VALUED:  # the side lasts the step
+        if real[SIDE + lane] > 0.0:
+            low = max(low, 0.0)
+        else:
+            high = min(high, 0.0)
+    return unresolved(real, lane, h, h, start, start, low, high, 0.0) == 0.0 or h <= 8.0 * EPSILON * real[PERIOD + lane]
+
+
+def known(real, lane, least, most):
+    """Whether nothing can hide within a step whose speed stays between these two."""
+    far = real[FAR_SPEED + lane]
+    return most <= real[SAFE_SPEED + lane] or (least >= far and most <= FAR_RANGE * far)
+
+
+def learn(real, lane, h, least, most):
+    """Widen the ranges of speed about which something is known to a step whose speed stays between these two."""
+    lasting = max(h, LEAST_SHARE * real[PERIOD + lane])
+    tried = 8.0 * most
+    if tried >= real[UNSAFE_SPEED + lane]:
+        tried = 0.5 * (most + real[UNSAFE_SPEED + lane])
+    while most <= tried < real[UNSAFE_SPEED + lane]:
+        if hidden(real, lane, h, lasting, 0.0, tried) == 0.0:
+            real[SAFE_SPEED + lane] = tried
+            return
+        real[UNSAFE_SPEED + lane] = tried
+        tried = max(most, 0.5 * tried)
+    tried = least
+    for _ in range(4):
+        if not (real[NEAR_SPEED + lane] < tried < real[FAR_SPEED + lane]):
+            return
+        if hidden(real, lane, h, lasting, tried, FAR_RANGE * tried) > 0.0:
+            real[NEAR_SPEED + lane] = tried
+            return
+        real[FAR_SPEED + lane] = tried
+        tried *= 0.6
+
+
+def hidden(real, lane, h, lasting, least, most):
+    """How many functions might hide within some step whose speed stays between these two, to either side."""
+    if not (KINKED or SET_VALUED) and least == 0.0:
+        return unresolved(real, lane, h, lasting, -most, most, -most, most, WIDE)
+    side = real[SIDE + lane]
+    real[SIDE + lane] = 1.0
+    count = unresolved(real, lane, h, lasting, least, most, least, most, WIDE)
+    if not MIRRORED:
+        real[SIDE + lane] = -1.0
+        count += unresolved(real, lane, h, lasting, -most, -least, -most, -least, WIDE)
+    real[SIDE + lane] = side
+    return count
+
+
+def forget(real, lane):
+    """Nothing is known of the law yet."""
+    real[SAFE_SPEED + lane] = 0.0
+    real[UNSAFE_SPEED + lane] = math.inf
+    real[FAR_SPEED + lane] = math.inf
+    real[NEAR_SPEED + lane] = 0.0

@@ -1,0 +1,128 @@
+"""Stabilised Taylor steps: series whose last terms are damped carry a step on where stability ends a plain one.
+
+To a fast decay y' = -rate y, a step of length h multiplies a disturbance by R(-rate h), the series' polynomial of
+degree ORDER. That of a plain series is small up to rate h = 5 or so and enormous beyond, which is what bounds the steps
+of bristles. Here the last three coefficients are damped,
+
+    y(s) = sum over k < ORDER - 2 of c_k s^k  +  sum over the last three k of DAMPING_k c_k s^k,
+
+with the factors for which |R| <= 0.9 holds furthest, to rate h = STABILITY (optimal stability polynomials, Ketcheson
+and Ahmadia 2012; tests/stability_polynomials.py finds them). What is no fast decay loses accuracy: its error is
+
+    D(h) = sum over the last three k of FILTER_k c_k h^k,
+
+whose first factor is exactly that of the error, 1 - DAMPING. The others are chosen for D to be smallest on fast decays:
+at most 12 times their size, where the last terms themselves are up to 10^5 times as large and cancel.
+"""
+
+import numpy as np
+
+from vibrocap.numerics.kernel.generated import (
+    CONTACT_STATE,
+    DAMPED_STEP,
+    DECAY_RATE,
+    KINKED,
+    LANES,
+    ORDER,
+    ROWS,
+    SCALE,
+    SERIES,
+    SET_VALUED,
+    STATES,
+    SWITCH,
+    SWITCHES,
+    TOLERANCE,
+    VELOCITY,
+    ZEROS,
+)
+from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, taylor_step
+
+# STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
+POLYNOMIALS = {
+    10: (12.88, (0.82381365, 0.42858625, 0.10008173), (0.17618635, 0.2701079, 0.11440277)),
+    12: (13.03, (0.86064511, 0.48848495, 0.12688469), (0.13935489, 0.25365453, 0.12546171)),
+    16: (13.91, (0.90046413, 0.56664443, 0.16836287), (0.09953587, 0.22671543, 0.1374365)),
+}
+PLAIN = (STABLE, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))  # of all others: nothing is damped
+STABILITY = POLYNOMIALS.get(ORDER, PLAIN)[0]
+DAMPING = np.array(POLYNOMIALS.get(ORDER, PLAIN)[1])
+FILTER = np.array(POLYNOMIALS.get(ORDER, PLAIN)[2])
+FIRST_DAMPED = ORDER - 2
+# Rate times length: of the longest stabilised step (bristles decay faster as the contact gets faster), of a plain one.
+DAMPED_REACH = 0.85 * STABILITY
+PLAIN_REACH = 0.9 * STABLE
+LONGEST = STABILITY / STABLE  # stabilised step over a plain one
+# With this share, errors of ten capsules over 30 periods were those of plain steps at the same tolerance.
+SHARE = 0.03
+LENGTHS, SHORTER = 4, 0.7  # that are tried
+
+
+def series_step(real, whole, lane, remaining):
+    """(step length, gentle): that of the series, damped where stability would end a plain step early.
+
+    gentle: whether stability is far from bounding the step, by the rate of decay and by the last terms, which grow like
+    those of exp(-rate s), or of a fast oscillation, where they bound it: their ratio is rate/ORDER then. A start from
+    rest is a plain step: |v| = 0 is never stiff.
+    """
+    if SET_VALUED:
+        return taylor_step(real, whole, lane), True
+    if real[DAMPED_STEP + lane] > 0.0:
+        return real[DAMPED_STEP + lane], True  # the series in memory is one for this step, see `simd_step.py`
+    longest = taylor_step(real, whole, lane)
+    if whole[ZEROS + lane] > 0 or not (longest < remaining):
+        return longest, True
+    stretch = real[DECAY_RATE + lane] * longest
+    last, before = last_terms(real, lane)
+    if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
+        return longest, True
+    speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
+    if KINKED and 0.1 * (speed + slope * longest) < real[TOLERANCE + lane]:
+        return longest, False  # close to rest the sign of the velocity counts, see `taylor_step`
+    if not (stretch > PLAIN_REACH):
+        return longest, False
+    return stabilised_step(real, lane, longest), False
+
+
+def stabilised_step(real, lane, longest):
+    """Step length where `longest`, that of the plain series, is beyond stability; damps the series for it if it can.
+
+    The rate is that of the equations. The last terms of the series tell it too, but where disturbances have decayed to
+    rounding they tell rounding, and steps that depend on rounding differ from one machine to the next.
+    """
+    rate = real[DECAY_RATE + lane]
+    h = min(DAMPED_REACH / rate, LONGEST * longest)
+    for _ in range(LENGTHS):
+        if damping_error(real, lane, h) <= SHARE * real[TOLERANCE + lane]:
+            damp_series(real, lane)
+            return h
+        h *= SHORTER
+    return PLAIN_REACH / rate
+
+
+def damping_error(real, lane, h):
+    """Largest |D(h)| over the states, each over its natural size."""
+    worst = 0.0
+    for i in range(STATES):
+        row = SERIES + (i * (ORDER + 1) + FIRST_DAMPED) * LANES + lane
+        total = FILTER[0] * real[row] + h * (FILTER[1] * real[row + LANES] + h * (FILTER[2] * real[row + 2 * LANES]))
+        worst = max(worst, abs(total) / real[SCALE + i * LANES + lane])
+    power = h * h
+    for _ in range(FIRST_DAMPED - 2):
+        power *= h
+    return worst * power
+
+
+def damp_series(real, lane):
+    """Damp the last terms of all that the step moves: states, integrals, contact velocity and guards of pieces."""
+    for i in range(ROWS):
+        damp_row(real, SERIES + i * (ORDER + 1) * LANES + lane)
+    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+        damp_row(real, VELOCITY + lane)
+    for i in range(SWITCHES):
+        damp_row(real, SWITCH + i * (ORDER + 1) * LANES + lane)
+
+
+def damp_row(real, row):
+    """Damp the last terms of the series whose first coefficient stands at real[row]."""
+    for k in range(3):
+        real[row + (FIRST_DAMPED + k) * LANES] *= DAMPING[k]

@@ -1,0 +1,147 @@
+"""The Taylor step: how far the series of this step may be trusted, and the state at its end."""
+
+import math
+
+import numpy as np
+
+from vibrocap.numerics.kernel.generated import (
+    HOLD,
+    KINKED,
+    LANES,
+    LIMIT,
+    ORDER,
+    ROWS,
+    SCALE,
+    SERIES,
+    SET_VALUED,
+    SIDE,
+    SPARSE,
+    STATE,
+    STATES,
+    TIME,
+    TOLERANCE,
+    VELOCITY,
+    ZEROS,
+)
+
+NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
+SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
+STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
+GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
+MANTISSA = 2**52 - 1  # bits of a double
+ONE = 1023 * 2**52  # bits of 1.0
+
+
+def taylor_step(real, whole, lane):
+    """Largest step whose last two terms stay below the tolerance (Jorba and Zou 2005, with a fixed order).
+
+    h = 0.9 min over the last two k of (tolerance/|c_k|)^(1/k), with c_k over the natural size of its state. The terms
+    left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for a motion
+    at rest; not a number if a coefficient is not.
+    """
+    last, before = last_terms(real, lane)
+    if not (last <= 1e300):
+        return math.nan
+    if SET_VALUED and real[SIDE + lane] == 0.0 and real[LIMIT + lane] > 0.0:
+        # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides.
+        before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) * (1.0 / real[LIMIT + lane]))
+    tolerance = real[TOLERANCE + lane]
+    wanted = rough_logarithm(tolerance)
+    one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
+    other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
+    h = rough_power(min(one, other))
+    if SPARSE and whole[ZEROS + lane] == 2:
+        # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
+        for k in range(ORDER - 3, ORDER - 1):
+            h = min(h, rough_power((wanted - rough_logarithm(largest_term(real, lane, k))) * (1.0 / k) + SAFETY))
+    if KINKED:
+        # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
+        speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
+        while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(real, lane, h):
+            h *= 0.5
+    return h
+
+
+def last_terms(real, lane):
+    """Largest last coefficient of a state, over its natural size, and largest last but one; inf for what is none."""
+    last = 0.0
+    before = 0.0
+    for i in range(STATES):
+        inverse = 1.0 / real[SCALE + i * LANES + lane]
+        row = SERIES + i * (ORDER + 1) * LANES + lane
+        last = max(last, abs(real[row + ORDER * LANES]) * inverse)
+        before = max(before, abs(real[row + (ORDER - 1) * LANES]) * inverse)
+        if not (abs(real[row + ORDER * LANES]) <= 1e300):
+            return math.inf, before
+    return last, before
+
+
+def largest_term(real, lane, k):
+    """Largest coefficient k of a state, over its natural size."""
+    largest = 0.0
+    for i in range(STATES):
+        row = SERIES + i * (ORDER + 1) * LANES + lane
+        largest = max(largest, abs(real[row + k * LANES]) / real[SCALE + i * LANES + lane])
+    return largest
+
+
+def sign_in_doubt(real, lane, h):
+    """Whether the last terms of the velocity's series are not small against its first ones at time h."""
+    first = (
+        abs(real[VELOCITY + lane])
+        + abs(real[VELOCITY + LANES + lane]) * h
+        + abs(real[VELOCITY + 2 * LANES + lane]) * h * h
+    )
+    last = abs(real[VELOCITY + ORDER * LANES + lane]) * h + abs(real[VELOCITY + (ORDER - 1) * LANES + lane])
+    return last * h ** (ORDER - 1) > 0.01 * first
+
+
+def rough_logarithm(x):
+    """log2(x) for x >= 0, from the bits of x, with a line between powers of two: too small by 0.086 at most.
+
+    A step length, of which this is the root of a high order, needs no more, and all of the next step waits for it.
+    """
+    bits = np.float64(x).view(np.int64)
+    return ((bits >> 52) - 1023) + (np.int64((bits & MANTISSA) | ONE).view(np.float64) - 1.0)
+
+
+def rough_power(y):
+    """2**y to 0.2 %, with a parabola around whole y, for |y| < 1022."""
+    shifted = y + NEAREST
+    g = y - (shifted - NEAREST)
+    power = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52).view(np.float64)
+    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power
+
+
+def series_value(real, row, s):
+    """Value at time s of the series whose first coefficient stands at real[row].
+
+    Even and odd powers are summed apart, chains of half as many dependent operations: each step waits for its start.
+    """
+    square = s * s
+    one = real[row + ORDER * LANES]
+    other = real[row + (ORDER - 1) * LANES]
+    for k in range(ORDER - 2, 0, -2):
+        one = one * square + real[row + k * LANES]
+        other = other * square + real[row + (k - 1) * LANES]
+    if ORDER % 2:
+        return other + s * one
+    return real[row] + s * (other + s * one)
+
+
+def through_five(real, row, v0, v1, v2, v3, v4, h):
+    """Write the series of degree 4 through five values at even distances along a step."""
+    for k in range(5, ORDER + 1):
+        real[row + k * LANES] = 0.0
+    real[row] = v0
+    real[row + LANES] = (-25.0 * v0 + 48.0 * v1 - 36.0 * v2 + 16.0 * v3 - 3.0 * v4) / (3.0 * h)
+    real[row + 2 * LANES] = (70.0 * v0 - 208.0 * v1 + 228.0 * v2 - 112.0 * v3 + 22.0 * v4) / (3.0 * h**2)
+    real[row + 3 * LANES] = (-80.0 * v0 + 288.0 * v1 - 384.0 * v2 + 224.0 * v3 - 48.0 * v4) / (3.0 * h**3)
+    real[row + 4 * LANES] = 32.0 * (v0 - 4.0 * v1 + 6.0 * v2 - 4.0 * v3 + v4) / (3.0 * h**4)
+
+
+def move_to(real, whole, lane, s):
+    """Put the lane at time s of its present series."""
+    for i in range(ROWS):
+        real[STATE + i * LANES + lane] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    real[TIME + lane] += s

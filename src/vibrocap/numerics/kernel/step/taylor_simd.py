@@ -1,0 +1,73 @@
+"""The Taylor step of all lanes at once, see `taylor.py`: its length, and a value of a series.
+
+To the last bit as there, but for what LLVM fuses: the lengths of stiff steps hang on the last coefficients, which hang
+on what is left of disturbances that have decayed, and a cycle is one whether its steps were taken abreast or alone.
+"""
+
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, load, mantissa, power_of_two, where
+from vibrocap.numerics.kernel.generated import (
+    HOLD,
+    INVERSE_SCALE,
+    LANES,
+    LIMIT,
+    ORDER,
+    SERIES,
+    SET_VALUED,
+    STATES,
+    TOLERANCE,
+)
+from vibrocap.numerics.kernel.step.taylor import NEAREST, SAFETY
+
+
+def lesser(x, y):
+    """The lesser of two numbers per lane; y where x is not a number."""
+    return where(x < y, x, y)
+
+
+def greater(x, y):
+    """The greater of two numbers per lane; y where x is not a number."""
+    return where(x > y, x, y)
+
+
+def taylor_steps(real, side):
+    """(`taylor.taylor_step`, last term, last but one) of all lanes; step 0 where a coefficient is not a number."""
+    last = 0.0 * side
+    before = 0.0 * side
+    for i in range(STATES):
+        inverse = load(real, INVERSE_SCALE + i * LANES)
+        last = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
+        before = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
+    if SET_VALUED:
+        limit = load(real, LIMIT)
+        holding = (side == 0.0) & (limit > 0.0)
+        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) * (1.0 / where(holding, limit, 1.0))
+        before = where(holding, greater(share, before), before)
+    wanted = rough_logarithms(load(real, TOLERANCE))
+    one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithms(last) * (1.0 / ORDER)
+    other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithms(before) * (1.0 / (ORDER - 1))
+    return where(last <= 1e300, rough_powers(lesser(one, other)), 0.0), last, before
+
+
+def rough_logarithms(x):
+    """`taylor.rough_logarithm` of all lanes."""
+    return exponent(x) + (mantissa(x) - 1.0)
+
+
+def rough_powers(y):
+    """`taylor.rough_power` of all lanes."""
+    whole = (y + NEAREST) - NEAREST
+    g = y - whole
+    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power_of_two(whole)
+
+
+def series_values(real, row, h):
+    """`taylor.series_value` of all lanes."""
+    square = h * h
+    one = load(real, row + ORDER * LANES)
+    other = load(real, row + (ORDER - 1) * LANES)
+    for k in range(ORDER - 2, 0, -2):
+        one = one * square + load(real, row + k * LANES)
+        other = other * square + load(real, row + (k - 1) * LANES)
+    if ORDER % 2:
+        return other + h * one
+    return load(real, row) + h * (other + h * one)

@@ -1,0 +1,88 @@
+"""What a kernel is made of: modules of `kernel/` in the order in which they use each other, and the slots they fill."""
+
+import dataclasses
+
+
+@dataclasses.dataclass(frozen=True)
+class Slot:
+    """A place in a kernel that one of several modules fills.
+
+    functions: of `kernel/interface.py`, which every one of the modules defines
+    """
+
+    name: str
+    functions: tuple[str, ...]
+    offers: tuple[str, ...]
+
+
+STEP = Slot("choice of step", ("chosen_step", "polished_step", "repeat_to"), ("step.explicit", "step.method_choice"))
+BRANCHES = Slot(
+    "law branches",
+    ("piece_holds", "first_switch", "begin_piece", "turned", "interpolated_guards"),
+    ("events.one_branch", "events.law_branches"),
+)
+TANGENT = Slot(
+    "tangent",
+    ("tangent_waits", "leave_piece", "enter_piece", "tangents_wait"),
+    ("events.no_tangents", "events.tangents"),
+)
+OBSERVER = Slot("observer", ("has_room", "on_piece", "on_event", "on_period"), ("observe.record", "observe.window"))
+LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
+
+
+@dataclasses.dataclass(frozen=True)
+class Recipe:
+    """Of what a kernel is made, besides generated code.
+
+    entry: the function that is called from outside; primitives: names of `arithmetic.plain_vectors` that the compiler
+    gives; slots: those that modules have to fill
+    """
+
+    entry: str
+    modules: tuple[str, ...]
+    slots: tuple[Slot, ...] = (STEP, BRANCHES, TANGENT, OBSERVER, LOOP)
+    primitives: tuple[str, ...] = ()
+
+
+GATHERING = ("observe.turning_points", "observe.accumulators", "observe.stick_statistics")
+COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
+RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
+ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
+MOVING = ("events.contact", "loop.one_step")
+SIMD = ("step.taylor_simd", "step.stabilised_simd", "step.resolved_simd", "loop.simd_step")
+LANE_PRIMITIVES = (
+    *("align_stack", "bits", "exponent", "floor", "load", "mantissa", "power_of_two", "square_root", "store", "where"),
+    *("whole_above", "whole_add", "whole_equal", "whole_reached", "whole_set"),
+)
+DRIVEN = Recipe("follow", ("driven",), slots=())  # of a law under an imposed motion
+
+
+def motion_recipe(maybe_stiff: bool, branches: bool) -> Recipe:
+    """One motion, of which everything is recorded. branches: whether the law has several on each side of rest."""
+    return Recipe("advance", (*_before(RECORDING, maybe_stiff, branches, False), *ALONE, *MOVING, "loop.one_by_one"))
+
+
+def ensemble_recipe(loop: str, maybe_stiff: bool, branches: bool, tangent: bool = False) -> Recipe:
+    """Many motions, of which measures are kept. tangent: whether each carries one along.
+
+    loop: "ensemble", one by one; "abreast", all lanes at once; "card", one by one on a thread of a graphics card
+    """
+    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, tangent))
+    if loop == "abreast":
+        modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
+        return Recipe("advance_ensemble", modules, primitives=LANE_PRIMITIVES)
+    if loop == "card":
+        modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.card_thread")
+        return Recipe("run_thread", modules, primitives=("take", "whole_equal"))
+    return Recipe("advance_ensemble", (*before, *MOVING, "loop.one_by_one", "loop.run_queue"))
+
+
+def _before(observer: tuple[str, ...], maybe_stiff: bool, branches: bool, tangent: bool) -> tuple[str, ...]:
+    """The modules before those of the loop."""
+    return (
+        *COMMON,
+        *(("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)),
+        *observer,
+        "events.law_branches" if branches else "events.one_branch",
+        "events.tangents" if tangent else "events.no_tangents",
+    )

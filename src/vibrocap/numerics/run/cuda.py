@@ -1,0 +1,255 @@
+"""Runs an ensemble on an NVIDIA graphics card: the same generated source, one thread per run (extra `gpu`).
+
+A thread carries its lane in local memory, which the compiler interleaves, so that the threads of a warp read side by
+side; a slice of one global array per thread would scatter every access, and its address is no constant. Some 8 kB per
+thread, of which a step touches one.
+
+Runs last differently long. A launch therefore makes a bounded number of steps, keeps what the threads carry in global
+memory, and the next one goes on: so no watchdog strikes, Ctrl-C and progress work, and no launch waits for one endless
+run. Saving and restoring costs some microseconds a launch. Within a launch a thread that has ended its run takes the
+next one from a queue before the next step (not in a loop of its own inside, at whose end the threads of its warp would
+wait for each other), so that a warp steps together, whichever run each of its threads is on. Which thread a run meets
+changes nothing in its result.
+
+The code is PTX, written by the package's own compiler (`compiler/card.py`); the driver makes the card's own of it and
+keeps that. It is launched through NVIDIA's own bindings. The results are those of a CPU to rounding: sin, cos and exp
+are polynomials here, and which products are fused differs.
+
+No card was at hand when this was written: the code is assembled by NVIDIA's assembler and gives the right numbers when
+compiled for a processor (tests/test_cuda.py); the launch has not been tried.
+"""
+
+import contextlib
+import ctypes
+import functools
+import importlib
+import importlib.util
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.codegen.source import Integrands
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel.loop.card_thread import BUSY, NEXT
+from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.run.ensemble import Budget, ensemble_order, ensemble_source, prepared_lanes, write_runs
+
+BLOCK = 32  # threads per block: one warp, since blocks share nothing and few runs then spread over the whole card
+RESIDENT = 256  # threads per multiprocessor: ptxas gives each all 255 registers that it may have, of 65,536
+LAUNCH = 0.25  # s, aimed at: short enough for a card that also draws a screen
+FIRST_ROUNDS, MOST_ROUNDS = 200, 1_000_000  # steps per launch
+SHARE = 0.5  # of the free memory of the card, for the runs and results of one chunk
+ENTRY = "run_all"
+
+
+def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+    """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
+    layout, text = ensemble_source(equations, order, 1, integrands, card=True)
+    return layout, f"{text}\nWHOLE_SIZE = {len(memory.WHOLE) * layout.lanes}\n"
+
+
+@functools.lru_cache(maxsize=64)
+def cuda_code(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
+    """(layout, PTX) for all cards."""
+    from vibrocap.numerics.compiler.card import ptx
+
+    layout, text = cuda_text(equations, order, integrands)
+    return layout, ptx(text, layout.places["WORK"] + layout.work_size, len(memory.WHOLE))
+
+
+class Card:
+    """The first graphics card, through the driver; whatever it refuses is a RuntimeError with its own words.
+
+    The context is the card's primary one, held for the life of this object, which one thread uses at a time.
+    """
+
+    def __init__(self) -> None:
+        self.driver: Any = importlib.import_module("cuda.bindings.driver")
+        self.ask("cuInit", 0)
+        self.device = self.ask("cuDeviceGet", 0)
+        self.context = self.ask("cuDevicePrimaryCtxRetain", self.device)
+        self.ask("cuCtxSetCurrent", self.context)
+
+    def close(self) -> None:
+        """Let the card go."""
+        self.ask("cuDevicePrimaryCtxRelease", self.device)
+
+    def ask(self, name: str, *arguments: Any) -> Any:
+        """Call a function of the driver; its result."""
+        code, *found = getattr(self.driver, name)(*arguments)
+        if code != self.driver.CUresult.CUDA_SUCCESS:
+            raise RuntimeError(f"{name}: {getattr(code, 'name', code)}")
+        return found[0] if len(found) == 1 else tuple(found)
+
+    def attribute(self, name: str) -> int:
+        """A property of the card."""
+        kind = self.driver.CUdevice_attribute
+        return int(self.ask("cuDeviceGetAttribute", getattr(kind, f"CU_DEVICE_ATTRIBUTE_{name}"), self.device))
+
+    @property
+    def name(self) -> str:
+        """What the card is called."""
+        return self.ask("cuDeviceGetName", 256, self.device).split(b"\0")[0].decode()
+
+    @property
+    def free(self) -> int:
+        """Bytes of its memory that are free."""
+        return int(self.ask("cuMemGetInfo")[0])
+
+    @contextlib.contextmanager
+    def function(self, code: str, name: str) -> Iterator[Any]:
+        """A function of a text in PTX, which is unloaded afterwards."""
+        module = self.ask("cuModuleLoadData", code.encode() + b"\0")
+        try:
+            yield self.ask("cuModuleGetFunction", module, name.encode())
+        finally:
+            self.ask("cuModuleUnload", module)
+
+    @contextlib.contextmanager
+    def arrays(self, *sizes: int) -> Iterator[list[int]]:
+        """Addresses of so many bytes each in the card's memory, which is given back afterwards."""
+        made: list[Any] = []
+        try:
+            for size in sizes:
+                made.append(self.ask("cuMemAlloc", max(size, 8)))
+            yield [int(address) for address in made]
+        finally:
+            for address in made:
+                self.ask("cuMemFree", address)
+
+    def send(self, address: int, values: np.ndarray) -> None:
+        """Copy an array to the card."""
+        self.ask("cuMemcpyHtoD", address, values.ctypes.data, values.nbytes)
+
+    def fetch(self, values: np.ndarray, address: int) -> None:
+        """Copy an array from the card, as soon as all that was launched has ended."""
+        self.ask("cuMemcpyDtoH", values.ctypes.data, address, values.nbytes)
+
+    def launch(self, function: Any, blocks: int, threads: int, addresses: list[int], numbers: list[int]) -> None:
+        """Start a function in so many blocks of so many threads."""
+        kinds = (*[ctypes.c_void_p] * len(addresses), *[ctypes.c_int64] * len(numbers))
+        arguments = ((*addresses, *numbers), kinds)
+        self.ask("cuLaunchKernel", function, blocks, 1, 1, threads, 1, 1, 0, 0, arguments, 0)
+
+
+def cuda_problem() -> str | None:
+    """Why ensembles cannot run on a graphics card here, and what was found; None if they can."""
+    needs = 'device: "cuda" needs an NVIDIA card, its driver and the extra `gpu` (pip install "vibrocap[gpu]"); found:'
+    with contextlib.suppress(ModuleNotFoundError):
+        if importlib.util.find_spec("cuda.bindings") is not None:
+            try:
+                Card().close()
+                return None
+            except Exception as error:  # whatever is missing in a CUDA installation is reported, not raised
+                reason = " ".join(str(error).split()) or type(error).__name__
+            found = f"{needs} cuda-bindings, but: {reason.rstrip('.')}."
+            return f'{found} Install what is missing, or choose device="cpu".'
+    return f'{needs} no cuda-bindings. Install the extra, or choose device="cpu".'
+
+
+def cuda_ensemble_run(
+    equations: Any,
+    parameters: np.ndarray,
+    initial: np.ndarray,
+    budget: Budget,
+    progress: Callable[[int], None] | None = None,
+    order: int | None = None,
+    integrands: Integrands | None = None,
+) -> tuple[Layout, np.ndarray]:
+    """Run an ensemble to its end on the first graphics card; the same contract as `ensemble.ensemble_run`.
+
+    parameters: [runs, parameters]; initial: [runs, states]; progress: called after each launch with the runs begun
+    integrands: with functions of one's own, see `ensemble.ensemble_source`
+    Returns the layout and the results [runs, layout.result_size], see `memory_layout.RESULT_HEAD`.
+    Raises ValueError, saying what was found, where there is no such card or the extra is missing.
+    """
+    problem = cuda_problem()
+    if problem is not None:
+        raise ValueError(problem)
+    order = ensemble_order(budget.tolerance) if order is None else order
+    layout, code = cuda_code(equations, order, integrands)
+    count = len(initial)
+    results = np.empty((count, layout.result_size))
+    card = Card()
+    try:
+        threads = card_threads(card)
+        chunk = runs_at_a_time(layout, threads, card.free)
+        with card.function(code, ENTRY) as function:
+            for first in range(0, count, chunk):
+                part = slice(first, min(first + chunk, count))
+                report = None if progress is None else functools.partial(_report, progress, first)
+                runs = np.empty((part.stop - first, layout.run_size))
+                write_runs(runs, equations, parameters[part], initial[part])
+                results[part] = _chunk_run(card, function, threads, layout, runs, budget, report)
+    finally:
+        card.close()
+    return layout, results
+
+
+def _report(progress: Callable[[int], None], before: int, begun: int) -> None:
+    progress(before + begun)
+
+
+def card_threads(card: Card) -> int:
+    """Threads that the card runs at once."""
+    return RESIDENT * card.attribute("MULTIPROCESSOR_COUNT")
+
+
+def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
+    """Runs whose data and results fit into so many free bytes, beside what the threads carry.
+
+    The driver keeps local memory for the 2,048 threads that a multiprocessor could hold if they used fewer registers.
+    """
+    local = layout.places["WORK"] + layout.work_size + len(memory.WHOLE)
+    saved = layout.places["WORK"] + len(memory.WHOLE)
+    carried = 8 * threads * (local * 2048 // RESIDENT + saved)
+    return int(max(1, min(2**31, SHARE * max(0.0, free - carried) // (8 * (layout.run_size + layout.result_size)))))
+
+
+def _chunk_run(
+    card: Card,
+    function: Any,
+    threads: int,
+    layout: Layout,
+    runs: np.ndarray,
+    budget: Budget,
+    progress: Callable[[int], None] | None,
+) -> np.ndarray:
+    """Results of runs that fit on the card, launch after launch."""
+    count = len(runs)
+    real, whole = prepared_lanes(layout, budget, count)
+    blocks = -(-min(threads, count) // BLOCK)
+    kept = 8 * blocks * BLOCK
+    queue = np.array([0, count, 0], dtype=np.int64)
+    results = np.empty((count, layout.result_size))
+    sizes = (
+        runs.nbytes + results.nbytes,
+        *(queue.nbytes, real.nbytes, whole.nbytes, kept * layout.places["WORK"], kept * len(whole)),
+    )
+    with card.arrays(*sizes) as addresses:
+        tape, on_card, start_real, start_whole, *_ = addresses
+        for address, values in ((tape, runs), (start_real, real), (start_whole, whole)):
+            card.send(address, values)
+        fresh, rounds = 1, FIRST_ROUNDS
+        while True:
+            began = time.perf_counter()
+            queue[BUSY] = 0
+            card.send(on_card, queue)
+            card.launch(function, blocks, BLOCK, addresses, [fresh, rounds])
+            card.fetch(queue, on_card)  # waits for the launch
+            if progress is not None:
+                progress(int(min(queue[NEXT], count)))
+            if queue[BUSY] == 0:
+                break
+            rounds = next_rounds(rounds, time.perf_counter() - began)
+            fresh = 0
+        card.fetch(results, tape + runs.nbytes)
+    return results
+
+
+def next_rounds(rounds: int, seconds: float) -> int:
+    """Steps of the next launch, after one of `rounds` steps in so many seconds."""
+    wanted = rounds * min(4.0, LAUNCH / max(seconds, 1e-6))
+    return int(min(MOST_ROUNDS, max(1, wanted)))

@@ -1,0 +1,179 @@
+"""Runs the kernel for many motions: side by side in lanes, over threads, a measure or two of each instead of a tape."""
+
+import dataclasses
+import functools
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel.arithmetic.registers import lane_count
+from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
+from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import ensemble_recipe
+from vibrocap.numerics.run.threads import available_threads, share
+
+MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
+BLOCK = 128  # most runs that a thread takes at a time
+TURNS = 500  # of up to `run_queue.ROUNDS` steps of all lanes, between two looks at the keyboard
+
+
+@dataclasses.dataclass(frozen=True)
+class Budget:
+    """What a run may cost and when it is measured.
+
+    periods: drive periods at most; window: the last so many are measured where nothing settles
+    threshold: of settling, over the natural size of each state; 0: every run goes on to its end
+    tolerance: error per step over the natural size of a state
+    asked: groups of measures, a sum of powers of two
+    """
+
+    periods: int
+    window: int
+    threshold: float
+    tolerance: float
+    max_events_per_period: int
+    max_steps: int
+    asked: int = 0
+
+
+def ensemble_order(tolerance: float) -> int:
+    """Order of the series: the cheapest of a few, so that few kernels are ever compiled."""
+    return 10 if tolerance >= 1e-9 else 12
+
+
+@functools.lru_cache(maxsize=64)
+def ensemble_kernel(
+    equations: Any, order: int, lanes: int, plain: bool = False, integrands: Integrands | None = None
+) -> tuple[Layout, Callable]:
+    """(layout, entry) of the kernel for an ensemble of these equations, compiled or as plain Python."""
+    layout, text = ensemble_source(equations, order, lanes, integrands)
+    return layout, plain_kernel(text)["advance_ensemble"] if plain else compiled_kernel(text)
+
+
+def ensemble_source(
+    equations: Any, order: int, lanes: int, integrands: Integrands | None = None, card: bool = False
+) -> tuple[Layout, str]:
+    """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
+
+    lanes: 1 for one by one, else `registers.lane_count()`
+    integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
+    card: for a thread of a graphics card
+    """
+    loop = "card" if card else "ensemble" if lanes == 1 else "abreast"
+    integrands = integrands or integrands_source(equations)
+    states = len(equations.rates)
+    entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
+    parameters, switches = len(equations.parameter_paths), len(equations.switches)
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches)
+    generated = [generated_source(equations, layout, loop), integrands.text]
+    tangent = layout.states > equations.base
+    stiff = equations.hold is None and not tangent
+    recipe = ensemble_recipe(loop, stiff, layout.switches > 0, tangent)
+    return layout, linked_source("\n\n".join(generated), recipe)
+
+
+def ensemble_run(
+    equations: Any,
+    parameters: np.ndarray,
+    initial: np.ndarray,
+    budget: Budget,
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+    order: int | None = None,
+    lanes: int | None = None,
+    plain: bool = False,
+    integrands: Integrands | None = None,
+    mark_distance: np.ndarray | None = None,
+) -> tuple[Layout, np.ndarray]:
+    """Run an ensemble to its end.
+
+    parameters: [runs, parameters]; initial: [runs, states]; progress: called now and then with the runs begun
+    integrands: with functions of one's own, see `ensemble_source`
+    mark_distance: [runs] time between two marks, at each of which the drive begins anew, if not the period of the drive
+    Returns the layout and the results [runs, layout.result_size], see `memory_layout.RESULT_HEAD`.
+    """
+    order = ensemble_order(budget.tolerance) if order is None else order
+    lanes = lane_count() if lanes is None else lanes
+    layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
+    count = len(initial)
+    tape = np.empty(count * (layout.run_size + layout.result_size))
+    runs = tape[: count * layout.run_size].reshape(count, -1)
+    write_runs(runs, equations, parameters, initial)
+    if mark_distance is not None:
+        runs[:, -2] = mark_distance
+    workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
+    taken = 0
+    guard = threading.Lock()
+
+    def next_block() -> tuple[int, int]:
+        nonlocal taken
+        with guard:
+            start = taken
+            # Ever smaller towards the end, so that no thread waits long for the last one.
+            taken += min(max((count - start) // (4 * workers), layout.lanes), BLOCK, count - start)
+            end = taken
+        if progress is not None:
+            progress(start)
+        return start, end
+
+    def work(stop: threading.Event) -> None:
+        real, whole = prepared_lanes(layout, budget, count)
+        place = layout.places
+        whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]] = next_block()
+        while not stop.is_set():
+            running = advance(real, whole, tape, TURNS)
+            if not running:
+                return
+            if whole[place["MORE"]] and whole[place["NEXT_RUN"]] >= whole[place["LAST_RUN"]]:
+                start, end = next_block()
+                whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]], whole[place["MORE"]] = start, end, start < end
+
+    share(work, workers)
+    return layout, tape[count * layout.run_size :].reshape(count, -1)
+
+
+def prepared_lanes(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The memory of the lanes of one thread, all of them free."""
+    real, whole = layout.allocated()
+    for name, value in (
+        ("STATUS", memory.DONE),
+        ("RUN", -1),
+        ("EVENT_LIMIT", budget.max_events_per_period),
+        ("STEP_LIMIT", budget.max_steps),
+        ("WINDOW", budget.window),
+    ):
+        whole[layout.places[name] :][: layout.lanes] = value
+    for name, value in (
+        ("PERIOD_BUDGET", budget.periods),
+        ("ASKED", budget.asked),
+        ("RESULT_START", count * layout.run_size),
+        ("MORE", 1),
+    ):
+        whole[layout.places[name]] = value
+    for name, value in (
+        ("TOLERANCE", budget.tolerance),
+        ("THRESHOLD", budget.threshold),
+        ("SCALE", 1.0),  # free lanes are computed along with the others
+        ("PERIOD", 1.0),
+    ):
+        real[layout.places[name] :][: layout.lanes] = value
+    return real, whole
+
+
+def write_runs(runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray) -> None:
+    """Fill the rows of runs that `run_queue.begin_run` reads."""
+    states, count = initial.shape[1], parameters.shape[1]
+    columns = parameters.T
+    scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
+    (period,) = evaluate([equations.period], 0.0, initial.T, 1.0, columns)
+    velocity = evaluate([equations.contact_velocity], 0.0, initial.T, 1.0, columns)[0]
+    runs[:, :states] = initial
+    runs[:, states : states + count] = parameters
+    for i, scale in enumerate(scales):
+        runs[:, states + count + i] = scale
+    runs[:, -2], runs[:, -1] = period, np.sign(velocity)

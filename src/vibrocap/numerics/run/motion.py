@@ -1,0 +1,150 @@
+"""Runs the kernel for one motion and returns its tape as arrays."""
+
+import dataclasses
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.codegen.source import generated_source
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.recipes import motion_recipe
+
+ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
+EVENT_ROOM = 2_000
+PIECE_ROOM = 20_000
+
+Progress = Callable[[float], None]
+
+
+@dataclasses.dataclass(frozen=True)
+class Recorded:
+    """What came back from the kernel. Times of pieces and events count from the start of their period."""
+
+    status: int  # of `memory_layout.py`
+    pieces: np.ndarray  # [pieces, 5 + rows * (order + 1)]
+    events: np.ndarray  # [events, 3 + rows]
+    sections: np.ndarray  # [whole periods completed + 1, rows]
+    final: np.ndarray  # [rows] where the run ended
+    contact_residual: float
+    taylor_steps: int
+    implicit_steps: int
+
+
+def series_order(tolerance: float) -> int:
+    """Order of the series: the cheapest of three, so that few kernels are ever compiled (benchmarks/orders.py).
+
+    Coarser ones than 1e-5 keep the higher order: long steps of order 10 lose momentum at sharp exponential contacts.
+    """
+    if 1e-7 <= tolerance <= 1e-5:
+        return 10
+    return 12 if tolerance >= 1e-11 else 16
+
+
+@functools.lru_cache(maxsize=64)
+def kernel(equations: Any, order: int, plain: bool = False) -> tuple[Layout, Callable]:
+    """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
+    states = len(equations.rates)
+    switches = len(equations.switches)
+    layout = Layout(1, states, states, order, len(equations.parameter_paths), switches=switches)
+    text = linked_source(generated_source(equations, layout), motion_recipe(equations.hold is None, switches > 0))
+    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text)
+
+
+def recorded_run(
+    equations: Any,
+    parameters: Sequence[float],
+    initial: Sequence[float],
+    period: float,
+    periods: float,
+    tolerance: float,
+    max_events_per_period: int,
+    max_steps: int,
+    progress: Progress | None = None,
+    plain: bool = False,
+    keep_pieces: bool = True,
+    order: int | None = None,
+) -> Recorded:
+    """Run one motion to its end, or to where it could not go on."""
+    order = series_order(tolerance) if order is None else order
+    layout, advance = kernel(equations, order, plain)
+    place, rows = layout.places, layout.rows
+    real, whole = layout.allocated()
+    whole_periods = int(np.floor(periods + 1e-12))
+    _fill(real, place["STATE"], initial)
+    _fill(real, place["PARAMETER"], parameters)
+    scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
+    _fill(real, place["SCALE"], scales)
+    real[place["UNSAFE_SPEED"]] = real[place["FAR_SPEED"]] = np.inf
+    real[place["PERIOD"]] = period
+    real[place["TAIL"]] = max(0.0, (periods - whole_periods) * period) if periods - whole_periods > 1e-12 else 0.0
+    real[place["TOLERANCE"]] = tolerance
+    whole[place["WHOLE_PERIODS"]] = whole_periods
+    whole[place["EVENT_LIMIT"]] = max_events_per_period
+    whole[place["STEP_LIMIT"]] = max_steps
+    _start_contact(equations, real, whole, place, initial, parameters)
+    piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
+    event_start = (whole_periods + 1) * rows
+    piece_start = event_start + EVENT_ROOM * layout.event_size
+    tape = np.empty(piece_start + piece_room * layout.piece_size)
+    tape[:rows] = real[place["STATE"] : place["STATE"] + rows]
+    whole[place["RECORDED_EVENT_START"]], whole[place["RECORDED_EVENT_LIMIT"]] = event_start, EVENT_ROOM
+    whole[place["PIECE_START"]], whole[place["PIECE_LIMIT"]] = piece_start, piece_room
+
+    pieces, events = [], []
+    status = memory.RUNNING
+    while status == memory.RUNNING:
+        advance(real, whole, tape, ROUNDS)
+        status = int(whole[place["STATUS"]])
+        full = status == memory.TAPE_FULL
+        if status != memory.RUNNING or not keep_pieces:
+            if keep_pieces:  # a tape that is used again is copied
+                pieces.append(_cut(tape, piece_start, whole[place["PIECES"]], layout.piece_size, full))
+                events.append(_cut(tape, event_start, whole[place["RECORDED_EVENTS"]], layout.event_size, full))
+            whole[place["PIECES"]] = whole[place["RECORDED_EVENTS"]] = 0
+        if full:
+            whole[place["STATUS"]] = status = memory.RUNNING
+        if progress is not None:
+            progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods)
+    completed = int(whole[place["PERIOD_COUNT"]])
+    return Recorded(
+        status=status,
+        pieces=_joined(pieces, layout.piece_size),
+        events=_joined(events, layout.event_size),
+        sections=tape[: (completed + 1) * rows].reshape(-1, rows).copy(),
+        final=real[place["STATE"] : place["STATE"] + rows].copy(),
+        contact_residual=float(real[place["CONTACT_RESIDUAL"]]),
+        taylor_steps=int(whole[place["TAYLOR_STEPS"]]),
+        implicit_steps=int(whole[place["IMPLICIT_STEPS"]]),
+    )
+
+
+def _fill(real: np.ndarray, start: int, values: Any) -> None:
+    real[start : start + len(values)] = values
+
+
+def _cut(tape: np.ndarray, start: int, count: int, size: int, copy: bool) -> np.ndarray:
+    part = tape[start : start + count * size].reshape(-1, size)
+    return part.copy() if copy else part
+
+
+def _joined(parts: list[np.ndarray], size: int) -> np.ndarray:
+    if len(parts) == 1:
+        return parts[0]
+    return np.concatenate(parts) if parts else np.empty((0, size))
+
+
+def _start_contact(equations: Any, real: Any, whole: Any, place: dict, initial: Any, parameters: Any) -> None:
+    """Side at the start: that of the velocity; at rest, the kernel decides."""
+    velocity = evaluate([equations.contact_velocity], 0.0, initial, 1.0, parameters)[0]
+    if velocity != 0.0:
+        real[place["SIDE"]] = 1.0 if velocity > 0.0 else -1.0
+    elif equations.hold is not None:
+        whole[place["ARRIVING"]] = 1
+    else:
+        real[place["SIDE"]] = 1.0
+        whole[place["ZEROS"]] = 1

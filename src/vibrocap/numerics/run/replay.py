@@ -1,0 +1,77 @@
+"""Replays a stored motion through the hooks of an ensemble: what is measured then is measured by the same code."""
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.numerics.codegen.source import Integrands
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.run.ensemble import ensemble_source
+
+
+def replayed(
+    equations: Any,
+    parameters: Sequence[float],
+    motion: Any,
+    window: int,
+    threshold: float,
+    asked: int,
+    integrands: Integrands | None = None,
+) -> tuple[Layout, np.ndarray]:
+    """(layout, result) of a motion, as an ensemble with a budget of its whole periods would have written it.
+
+    motion: a `Trajectory`; window, threshold, asked: see `ensemble.Budget`
+    """
+    layout, kernel = _hooks(equations, motion.coefficients.shape[2] - 1, integrands)
+    real, whole = layout.allocated()
+    tape = np.zeros(layout.result_size)
+    place = layout.places
+    states, length = layout.states, layout.order + 1
+
+    def fill(entry: str, given: Any) -> None:
+        real[place[entry] : place[entry] + np.size(given)] = given
+
+    fill("PARAMETER", parameters)
+    fill("SCALE", evaluate(equations.scales, 0.0, motion.sections[0], 1.0, parameters))
+    fill("PERIOD", motion.period)
+    fill("TOLERANCE", motion.tolerance)
+    fill("THRESHOLD", threshold)
+    fill("STATE", motion.sections[0])
+    for entry, number in (
+        ("WHOLE_PERIODS", len(motion.sections) - 1),
+        ("WINDOW", window),
+        ("WINDOW_START", -1),
+        ("ASKED", asked),
+        ("STATUS", memory.DONE),
+    ):
+        whole[place[entry]] = number
+    kernel["on_period"](real, whole, tape, 0)
+    pieces = zip(motion.piece_length.tolist(), motion.piece_side.tolist(), motion.coefficients, strict=True)
+    count, budget, time = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"]
+    while whole[count] < whole[budget]:
+        h, side, coefficients = next(pieces)
+        fill("SIDE", side)
+        if whole[place["WINDOW_START"]] >= 0:
+            fill("SERIES", coefficients[:states, :length].ravel())
+            kernel["on_piece"](real, whole, tape, 0, h)
+        remaining = motion.period - real[time]
+        real[time] += h
+        if remaining - h <= 2.0 * EPSILON * motion.period:  # as in `one_step.step`
+            whole[count] += 1
+            real[time] = 0.0
+            fill("STATE", motion.sections[whole[count]])
+            kernel["on_period"](real, whole, tape, 0)
+    kernel["end_run"](real, whole, tape, 0)
+    return layout, tape
+
+
+@functools.lru_cache(maxsize=16)
+def _hooks(equations: Any, order: int, integrands: Integrands | None) -> tuple[Layout, dict[str, Any]]:
+    layout, text = ensemble_source(equations, order, 1, integrands)
+    return layout, plain_kernel(text)
