@@ -142,9 +142,9 @@ def advance(real, whole, tape, rounds):
     total, product = product, total
     whole[6] = total
     whole[7] = product // -(2**35)
-    whole[8] = 0 * -whole[0]
-    tape[0] = real[1] / float(whole[8] + 0)
-    tape[1] = real[1] / float(rounds * -0)
+    whole[8] = 4 * -5 % -rounds
+    tape[0] = real[1] / float(0 * -rounds)
+    tape[1] = real[1] / float(-(rounds - 5) + (rounds - 5) % -3)
     arguments = whole[0] ^ 1
     while arguments > 2**35 and arguments % -3 != -1:
         arguments = arguments // -3 * -1
