@@ -1,109 +1,163 @@
-"""vibrocap: vibro-driven capsules and the friction dynamics under them."""
+"""vibrocap: vibro-driven capsules and the friction dynamics under them.
 
-from importlib.metadata import version as _version
+A name is imported from where it stands when it is first asked for, so that `import vibrocap` costs little.
+"""
 
-from vibrocap.drives.biharmonic import Biharmonic
-from vibrocap.drives.constant import Constant
-from vibrocap.drives.harmonic import Harmonic
-from vibrocap.drives.loading import Loading
-from vibrocap.drives.ramp import Ramp
-from vibrocap.ensemble import ensemble
-from vibrocap.friction.anisotropic import anisotropic
-from vibrocap.friction.backlash import backlash
-from vibrocap.friction.bouc_wen import BoucWen
-from vibrocap.friction.coulomb import Coulomb
-from vibrocap.friction.dahl import Dahl
-from vibrocap.friction.elasto_plastic import ElastoPlastic
-from vibrocap.friction.exponential import Exponential
-from vibrocap.friction.hyperbolic_stribeck import HyperbolicStribeck
-from vibrocap.friction.lugre import LuGre
-from vibrocap.friction.maxwell_slip import MaxwellSlip
-from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
-from vibrocap.friction.rate_and_state_slip import RateAndStateSlip
-from vibrocap.friction.smoothed_arctan import SmoothedArctan
-from vibrocap.friction.smoothed_tanh import SmoothedTanh
-from vibrocap.friction.stribeck import Stribeck
-from vibrocap.identification.bootstrap import Bootstrap, bootstrap
-from vibrocap.identification.comparison import Comparison, compare
-from vibrocap.identification.experiment_design import ExperimentDesign, candidate_motions, experiment_design
-from vibrocap.identification.fit import fit
-from vibrocap.identification.fit_result import Fit
-from vibrocap.identification.matched import Match, match
-from vibrocap.identification.spring_fit import spring_fit
-from vibrocap.identification.steady_fit import steady_fit
-from vibrocap.laboratory.break_away import BreakAway, break_away
-from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
-from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
-from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
-from vibrocap.laboratory.passivity import Passivity, passivity
-from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
-from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded, regularisation_error, width_for
-from vibrocap.laboratory.stick_slip_test import stick_slip_test
-from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
-from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
-from vibrocap.machines.oscillator import Oscillator
-from vibrocap.machines.pendulum_capsule import PendulumCapsule
-from vibrocap.measures.during_run import measure_table, measured
-from vibrocap.measures.energy import EnergyBalance, energy_balance
-from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
-from vibrocap.measures.limits import (
-    FrictionalLimits,
-    boundary_velocity,
-    frictional_limits,
-    offset_points,
-    steady_friction,
-    steady_slope,
-)
-from vibrocap.measures.measure import Measure
-from vibrocap.measures.response import ResponseClass, response_class
-from vibrocap.measures.settling import Settling, settling
-from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
-from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
-from vibrocap.orbits.attractors import Attractor, Attractors, attractors
-from vibrocap.orbits.basins import Basins, basins
-from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-from vibrocap.orbits.branch import Branch, SpecialPoint
-from vibrocap.orbits.branch_crossings import BranchCrossing
-from vibrocap.orbits.branch_diagram import BranchDiagram, branches
-from vibrocap.orbits.branch_end import BranchEnd
-from vibrocap.orbits.branch_following import branch
-from vibrocap.orbits.classification import MotionClass, classify
-from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
-from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
-from vibrocap.orbits.orbit import Orbit, OrbitStatus
-from vibrocap.orbits.shooting import shoot
-from vibrocap.orbits.special_points import SpecialKind
-from vibrocap.orbits.steady import orbit
-from vibrocap.orbits.words import WordChange
-from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
-from vibrocap.records.checks import RecordError, RecordWarning
-from vibrocap.records.preparation import prepared
-from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
-from vibrocap.records.readers import read_records
-from vibrocap.records.record import Record
-from vibrocap.records.regimes import regime_diagram
-from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
-from vibrocap.scales import Scales
-from vibrocap.scaling import (
-    BiharmonicInSI,
-    ExponentialInSI,
-    HarmonicInSI,
-    LuGreInSI,
-    PendulumCapsuleInSI,
-    SystemInSI,
-)
-from vibrocap.simulate import simulate
-from vibrocap.studies.adaptive import adaptive_map, border
-from vibrocap.studies.branch_datasets import branch_dataset
-from vibrocap.studies.dataset import open_study
-from vibrocap.studies.designs import Design
-from vibrocap.studies.export import write_study
-from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
-from vibrocap.studies.sweep import sweep
-from vibrocap.system import System
-from vibrocap.trajectory import Certificate, Event, Phase, Status, Trajectory
+import sys as _sys
+from types import ModuleType as _ModuleType
+from typing import TYPE_CHECKING, Any
 
-__version__ = _version("vibrocap")
+if TYPE_CHECKING:  # read by type checkers, and by `_homes`
+    from vibrocap.drives.biharmonic import Biharmonic
+    from vibrocap.drives.constant import Constant
+    from vibrocap.drives.harmonic import Harmonic
+    from vibrocap.drives.loading import Loading
+    from vibrocap.drives.ramp import Ramp
+    from vibrocap.ensemble import ensemble
+    from vibrocap.friction.anisotropic import anisotropic
+    from vibrocap.friction.backlash import backlash
+    from vibrocap.friction.bouc_wen import BoucWen
+    from vibrocap.friction.coulomb import Coulomb
+    from vibrocap.friction.dahl import Dahl
+    from vibrocap.friction.elasto_plastic import ElastoPlastic
+    from vibrocap.friction.exponential import Exponential
+    from vibrocap.friction.hyperbolic_stribeck import HyperbolicStribeck
+    from vibrocap.friction.lugre import LuGre
+    from vibrocap.friction.maxwell_slip import MaxwellSlip
+    from vibrocap.friction.rate_and_state_ageing import RateAndStateAgeing
+    from vibrocap.friction.rate_and_state_slip import RateAndStateSlip
+    from vibrocap.friction.smoothed_arctan import SmoothedArctan
+    from vibrocap.friction.smoothed_tanh import SmoothedTanh
+    from vibrocap.friction.stribeck import Stribeck
+    from vibrocap.identification.bootstrap import Bootstrap, bootstrap
+    from vibrocap.identification.comparison import Comparison, compare
+    from vibrocap.identification.experiment_design import ExperimentDesign, candidate_motions, experiment_design
+    from vibrocap.identification.fit import fit
+    from vibrocap.identification.fit_result import Fit
+    from vibrocap.identification.matched import Match, match
+    from vibrocap.identification.spring_fit import spring_fit
+    from vibrocap.identification.steady_fit import steady_fit
+    from vibrocap.laboratory.break_away import BreakAway, break_away
+    from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
+    from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
+    from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
+    from vibrocap.laboratory.passivity import Passivity, passivity
+    from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
+    from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded, regularisation_error, width_for
+    from vibrocap.laboratory.stick_slip_test import stick_slip_test
+    from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
+    from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
+    from vibrocap.machines.oscillator import Oscillator
+    from vibrocap.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.measures.during_run import measure_table, measured
+    from vibrocap.measures.energy import EnergyBalance, energy_balance
+    from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
+    from vibrocap.measures.limits import (
+        FrictionalLimits,
+        boundary_velocity,
+        frictional_limits,
+        offset_points,
+        steady_friction,
+        steady_slope,
+    )
+    from vibrocap.measures.measure import Measure
+    from vibrocap.measures.response import ResponseClass, response_class
+    from vibrocap.measures.settling import Settling, settling
+    from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
+    from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+    from vibrocap.orbits.attractors import Attractor, Attractors, attractors
+    from vibrocap.orbits.basins import Basins, basins
+    from vibrocap.orbits.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+    from vibrocap.orbits.branch import Branch, SpecialPoint
+    from vibrocap.orbits.branch_crossings import BranchCrossing
+    from vibrocap.orbits.branch_diagram import BranchDiagram, branches
+    from vibrocap.orbits.branch_end import BranchEnd
+    from vibrocap.orbits.branch_following import branch
+    from vibrocap.orbits.classification import MotionClass, classify
+    from vibrocap.orbits.crossing import Crossing, CrossingKind, Crossings, crossing
+    from vibrocap.orbits.lyapunov import LyapunovExponents, lyapunov_exponent
+    from vibrocap.orbits.orbit import Orbit, OrbitStatus
+    from vibrocap.orbits.shooting import shoot
+    from vibrocap.orbits.special_points import SpecialKind
+    from vibrocap.orbits.steady import orbit
+    from vibrocap.orbits.words import WordChange
+    from vibrocap.orbits.zero_one import ZeroOneTest, zero_one_test
+    from vibrocap.records.checks import RecordError, RecordWarning
+    from vibrocap.records.preparation import prepared
+    from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
+    from vibrocap.records.readers import read_records
+    from vibrocap.records.record import Record
+    from vibrocap.records.regimes import regime_diagram
+    from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
+    from vibrocap.scales import Scales
+    from vibrocap.scaling import (
+        BiharmonicInSI,
+        ExponentialInSI,
+        HarmonicInSI,
+        LuGreInSI,
+        PendulumCapsuleInSI,
+        SystemInSI,
+    )
+    from vibrocap.simulate import simulate
+    from vibrocap.studies.adaptive import adaptive_map, border
+    from vibrocap.studies.branch_datasets import branch_dataset
+    from vibrocap.studies.dataset import open_study
+    from vibrocap.studies.designs import Design
+    from vibrocap.studies.export import write_study
+    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.sweep import sweep
+    from vibrocap.system import System
+    from vibrocap.trajectory import Certificate, Event, Phase, Status, Trajectory
+
+
+def _homes() -> dict[str, str]:
+    """The module of each public name: the imports above, as they stand in this file."""
+    import ast
+    import pathlib
+
+    tree = ast.parse(pathlib.Path(__file__).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    found = (node for node in block.body if isinstance(node, ast.ImportFrom))
+    return {alias.name: node.module or "" for node in found for alias in node.names}
+
+
+_HOMES = _homes()
+
+
+class _Package(_ModuleType):
+    """This package, in which `simulate` and `ensemble` are the functions, not the modules they stand in."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in _HOMES or not isinstance(value, _ModuleType):
+            super().__setattr__(name, value)
+
+
+_sys.modules[__name__].__class__ = _Package
+
+
+__version__: str
+
+if not TYPE_CHECKING:  # which would let every name pass
+
+    def __getattr__(name: str) -> Any:
+        import importlib
+
+        if name == "__version__":
+            from importlib.metadata import version
+
+            found: Any = version("vibrocap")
+        elif name in _HOMES:
+            found = getattr(importlib.import_module(_HOMES[name]), name)
+        else:
+            raise AttributeError(f"module 'vibrocap' has no attribute '{name}'")
+        setattr(_sys.modules[__name__], name, found)
+        return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), "__version__", *__all__})
+
+
 __all__ = [
     "Biharmonic",
     "Certificate",

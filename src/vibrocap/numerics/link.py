@@ -70,7 +70,15 @@ def _body(module: ModuleType) -> str:
         if not isinstance(node, (ast.Import, ast.ImportFrom))
         and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
     ]
-    return "\n\n\n".join(ast.get_source_segment(text, node) or "" for node in kept)
+    lines = text.splitlines()
+    return "\n\n\n".join(_written(lines, node) for node in kept)
+
+
+def _written(lines: list[str], node: ast.stmt) -> str:
+    """The text of a statement of a module; `ast.get_source_segment` would split the whole text for each."""
+    last = (node.end_lineno or node.lineno) - 1
+    end = lines[last].encode()[: node.end_col_offset].decode()
+    return "\n".join([*lines[node.lineno - 1 : last], end])
 
 
 def linked_source(generated: str, maybe_stiff: bool, pieces: bool, loop: str = "single", tangent: bool = False) -> str:
