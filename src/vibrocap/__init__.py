@@ -1,106 +1,152 @@
-"""vibrocap: vibro-driven capsules and the friction dynamics under them."""
+"""vibrocap: vibro-driven capsules and the friction dynamics under them.
 
-from importlib.metadata import version as _version
+A name is imported from where it stands when it is first asked for, so that `import vibrocap` costs little.
+"""
 
-from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
-from vibrocap.identification.experiments.comparison import Comparison, compare
-from vibrocap.identification.experiments.experiment_design import ExperimentDesign, candidate_motions, experiment_design
-from vibrocap.identification.experiments.match import Match, match
-from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.fitting.spring_fit import spring_fit
-from vibrocap.identification.fitting.steady_fit import steady_fit
-from vibrocap.identification.result.fit_result import Fit
-from vibrocap.io.study_file import write_study
-from vibrocap.laboratory.break_away import BreakAway, break_away
-from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
-from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
-from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
-from vibrocap.laboratory.passivity import Passivity, passivity
-from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
-from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded, regularisation_error, width_for
-from vibrocap.laboratory.stick_slip_test import stick_slip_test
-from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
-from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
-from vibrocap.measures.during_run import measure_table, measured
-from vibrocap.measures.energy import EnergyBalance, energy_balance
-from vibrocap.measures.ensemble import ensemble
-from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
-from vibrocap.measures.limits import (
-    FrictionalLimits,
-    boundary_velocity,
-    frictional_limits,
-    offset_points,
-    steady_friction,
-    steady_slope,
-)
-from vibrocap.measures.measure import Measure
-from vibrocap.measures.response import ResponseClass, response_class
-from vibrocap.measures.settling import Settling, settling
-from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
-from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
-from vibrocap.motion.simulate import simulate
-from vibrocap.motion.trajectory import Certificate, Event, Phase, Status, Trajectory
-from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
-from vibrocap.orbits.attractors.basins import Basins, basins
-from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
-from vibrocap.orbits.attractors.classification import MotionClass, classify
-from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
-from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
-from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
-from vibrocap.orbits.continuation.branch import Branch, branch
-from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
-from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
-from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
-from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
-from vibrocap.orbits.maps.itinerary import WordChange
-from vibrocap.physics.drives.biharmonic import Biharmonic
-from vibrocap.physics.drives.constant import Constant
-from vibrocap.physics.drives.harmonic import Harmonic
-from vibrocap.physics.drives.loading import Loading
-from vibrocap.physics.drives.ramp import Ramp
-from vibrocap.physics.friction.anisotropic import anisotropic
-from vibrocap.physics.friction.backlash import backlash
-from vibrocap.physics.friction.bouc_wen import BoucWen
-from vibrocap.physics.friction.coulomb import Coulomb
-from vibrocap.physics.friction.dahl import Dahl
-from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
-from vibrocap.physics.friction.exponential import Exponential
-from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
-from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.friction.maxwell_slip import MaxwellSlip
-from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
-from vibrocap.physics.friction.rate_and_state_slip import RateAndStateSlip
-from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
-from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
-from vibrocap.physics.friction.stribeck import Stribeck
-from vibrocap.physics.machines.oscillator import Oscillator
-from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
-from vibrocap.physics.scales import (
-    BiharmonicInSI,
-    ExponentialInSI,
-    HarmonicInSI,
-    LuGreInSI,
-    PendulumCapsuleInSI,
-    Scales,
-    SystemInSI,
-)
-from vibrocap.physics.system import System
-from vibrocap.records.checks import RecordError, RecordWarning
-from vibrocap.records.preparation import prepared
-from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
-from vibrocap.records.readers import read_records
-from vibrocap.records.record import Record
-from vibrocap.records.regime_diagram import regime_diagram
-from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
-from vibrocap.studies.adaptive import adaptive_map, border
-from vibrocap.studies.branch_datasets import branch_dataset
-from vibrocap.studies.dataset import open_study
-from vibrocap.studies.designs import Design
-from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
-from vibrocap.studies.sweep import sweep
+import sys as _sys
+from typing import TYPE_CHECKING, Any
 
-__version__ = _version("vibrocap")
+if TYPE_CHECKING:  # read by type checkers, and by `_homes`
+    from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
+    from vibrocap.identification.experiments.comparison import Comparison, compare
+    from vibrocap.identification.experiments.experiment_design import (
+        ExperimentDesign,
+        candidate_motions,
+        experiment_design,
+    )
+    from vibrocap.identification.experiments.match import Match, match
+    from vibrocap.identification.fitting.fit import fit
+    from vibrocap.identification.fitting.spring_fit import spring_fit
+    from vibrocap.identification.fitting.steady_fit import steady_fit
+    from vibrocap.identification.result.fit_result import Fit
+    from vibrocap.io.study_file import write_study
+    from vibrocap.laboratory.break_away import BreakAway, break_away
+    from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
+    from vibrocap.laboratory.driven import Driven, DrivenSet, driven_force, driven_forces
+    from vibrocap.laboratory.frictional_lag import FrictionalLag, frictional_lag
+    from vibrocap.laboratory.passivity import Passivity, passivity
+    from vibrocap.laboratory.presliding import Creep, PreslidingLoop, creep, presliding_loop
+    from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded, regularisation_error, width_for
+    from vibrocap.laboratory.stick_slip_test import stick_slip_test
+    from vibrocap.laboratory.stiffness import StiffnessReport, stiffness_report
+    from vibrocap.laboratory.test_sheet import TestSheet, test_sheet
+    from vibrocap.measures.during_run import measure_table, measured
+    from vibrocap.measures.energy import EnergyBalance, energy_balance
+    from vibrocap.measures.ensemble import ensemble
+    from vibrocap.measures.friction_loop import FrictionCurve, FrictionLoop, friction_curve, friction_loop
+    from vibrocap.measures.limits import (
+        FrictionalLimits,
+        boundary_velocity,
+        frictional_limits,
+        offset_points,
+        steady_friction,
+        steady_slope,
+    )
+    from vibrocap.measures.measure import Measure
+    from vibrocap.measures.response import ResponseClass, response_class
+    from vibrocap.measures.settling import Settling, settling
+    from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
+    from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+    from vibrocap.motion.simulate import simulate
+    from vibrocap.motion.trajectory import Certificate, Event, Phase, Status, Trajectory
+    from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
+    from vibrocap.orbits.attractors.basins import Basins, basins
+    from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
+    from vibrocap.orbits.attractors.classification import MotionClass, classify
+    from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, lyapunov_exponent
+    from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
+    from vibrocap.orbits.closing.orbit import Orbit, OrbitStatus, orbit, shoot
+    from vibrocap.orbits.continuation.branch import Branch, branch
+    from vibrocap.orbits.continuation.branch_crossings import BranchCrossing
+    from vibrocap.orbits.continuation.branch_diagram import BranchDiagram, branches
+    from vibrocap.orbits.continuation.following import BranchEnd
+    from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+    from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
+    from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.drives.biharmonic import Biharmonic
+    from vibrocap.physics.drives.constant import Constant
+    from vibrocap.physics.drives.harmonic import Harmonic
+    from vibrocap.physics.drives.loading import Loading
+    from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.friction.anisotropic import anisotropic
+    from vibrocap.physics.friction.backlash import backlash
+    from vibrocap.physics.friction.bouc_wen import BoucWen
+    from vibrocap.physics.friction.coulomb import Coulomb
+    from vibrocap.physics.friction.dahl import Dahl
+    from vibrocap.physics.friction.elasto_plastic import ElastoPlastic
+    from vibrocap.physics.friction.exponential import Exponential
+    from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
+    from vibrocap.physics.friction.lugre import LuGre
+    from vibrocap.physics.friction.maxwell_slip import MaxwellSlip
+    from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+    from vibrocap.physics.friction.rate_and_state_slip import RateAndStateSlip
+    from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
+    from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
+    from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.physics.machines.oscillator import Oscillator
+    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.physics.scales import (
+        BiharmonicInSI,
+        ExponentialInSI,
+        HarmonicInSI,
+        LuGreInSI,
+        PendulumCapsuleInSI,
+        Scales,
+        SystemInSI,
+    )
+    from vibrocap.physics.system import System
+    from vibrocap.records.checks import RecordError, RecordWarning
+    from vibrocap.records.preparation import prepared
+    from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
+    from vibrocap.records.readers import read_records
+    from vibrocap.records.record import Record
+    from vibrocap.records.regime_diagram import regime_diagram
+    from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
+    from vibrocap.studies.adaptive import adaptive_map, border
+    from vibrocap.studies.branch_datasets import branch_dataset
+    from vibrocap.studies.dataset import open_study
+    from vibrocap.studies.designs import Design
+    from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.sweep import sweep
+
+
+def _homes() -> dict[str, str]:
+    """The module of each public name: the imports above, as they stand in this file."""
+    import ast
+    import pathlib
+
+    tree = ast.parse(pathlib.Path(__file__).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    found = (node for node in block.body if isinstance(node, ast.ImportFrom))
+    return {alias.name: node.module or "" for node in found for alias in node.names}
+
+
+_HOMES = _homes()
+
+
+__version__: str
+
+if not TYPE_CHECKING:  # which would let every name pass
+
+    def __getattr__(name: str) -> Any:
+        import importlib
+
+        if name == "__version__":
+            from importlib.metadata import version
+
+            found: Any = version("vibrocap")
+        elif name in _HOMES:
+            found = getattr(importlib.import_module(_HOMES[name]), name)
+        else:
+            raise AttributeError(f"module 'vibrocap' has no attribute '{name}'")
+        setattr(_sys.modules[__name__], name, found)
+        return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), "__version__", *__all__})
+
+
 __all__ = [
     "Biharmonic",
     "Certificate",

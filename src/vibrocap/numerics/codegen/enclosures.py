@@ -6,16 +6,10 @@ enclosure is a matter of factors here, not of last digits.
 
 from collections.abc import Callable
 
+from vibrocap.numerics.codegen.jets import POLYNOMIALS
 from vibrocap.numerics.expressions.graph import Graph
 
 MOST_EXPONENT = 700.0  # exp of more is as good as infinite here, and no overflow
-POLYNOMIALS = {
-    "exp": "exponential",
-    "log": "logarithm",
-    "sqrt": "square_root",
-    "tanh": "hyperbolic_tangent",
-    "atan": "arc_tangent",
-}  # of `elementary_polynomials.py`
 
 Interval = tuple[str, str]  # names or literals of the least and the largest value; the same one where they are equal
 

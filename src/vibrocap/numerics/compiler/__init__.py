@@ -2,7 +2,8 @@
 
 The text is read (`subset.py`), each of its functions written in LLVM's language for the kinds of its arguments
 (`lowering.py`, `kinds.py`; all lanes at once: `lanes.py`), made machine code by LLVM (`machine.py`), kept on disk
-(`cache.py`) and called (`library.py`). `compiled` does all of that. Nothing else of the package knows LLVM.
+(`cache.py`) and called (`library.py`). `compiled` does all of that. Nothing else of the package knows LLVM. Other
+targets: graphics cards (`card.py`) and browsers (`javascript.py`).
 """
 
 import functools
@@ -16,7 +17,19 @@ from vibrocap.numerics.compiler.library import Compiled
 from vibrocap.numerics.compiler.machine import Target, host, object_code
 from vibrocap.numerics.compiler.subset import Refused
 
-__all__ = ["FLOATS", "INT", "INTS", "Compiled", "Refused", "Target", "compiled", "host", "ir", "object_code"]
+__all__ = [
+    "FLOATS",
+    "INT",
+    "INTS",
+    "Compiled",
+    "Refused",
+    "Target",
+    "compiled",
+    "host",
+    "ir",
+    "javascript_text",
+    "object_code",
+]
 
 WORKING = threading.Lock()
 
@@ -35,6 +48,13 @@ def ir(text: str, entry: str, target: Target | None = None, short: bool = False)
     from vibrocap.numerics.compiler.lowering import lowered
 
     return lowered(text, entry, (target or host()).lanes, short)
+
+
+def javascript_text(text: str, entry: str) -> str:
+    """A kernel of one motion as a JavaScript module that exports the function `entry`, see `javascript.py`."""
+    from vibrocap.numerics.compiler import javascript
+
+    return javascript.javascript_text(text, entry)
 
 
 def compiled(text: str, entry: str, short: bool = False) -> Compiled:

@@ -11,21 +11,12 @@ from vibrocap.numerics.compiler import cache, own_source
 from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
 from vibrocap.numerics.compiler.lowering import lowered
 from vibrocap.numerics.compiler.machine import Target, assembly
+from vibrocap.numerics.compiler.subset import LIBRARY
 
 CARD = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
 ENTRY = "run_all"
 THREAD = "run_thread"  # the function of a kernel that is one thread
 ARGUMENTS = (FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, FLOATS, INTS, INT, INT, INT, INT)  # of it
-# Computed by the package's polynomials, as abreast on a processor.
-LIBRARY = {
-    "sin": "sine",
-    "cos": "cosine",
-    "exp": "exponential",
-    "log": "logarithm",
-    "tanh": "hyperbolic_tangent",
-    "atan": "arc_tangent",
-    "pow": "power",
-}
 ALL_THREADS = """
 declare i32 @llvm.nvvm.read.ptx.sreg.tid.x()
 declare i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()

@@ -31,6 +31,16 @@ from typing import Any
 
 PLAIN_VECTORS = "vibrocap.numerics.kernel.arithmetic.plain_vectors"
 ORIGIN = re.compile(r"^# From (.+)$", re.MULTILINE)  # a line of the text above what another file gave
+# Functions of `elementary_polynomials.py` and `card.py`, which stand for those of `math` where a target has none.
+LIBRARY = {
+    "sin": "sine",
+    "cos": "cosine",
+    "exp": "exponential",
+    "log": "logarithm",
+    "tanh": "hyperbolic_tangent",
+    "atan": "arc_tangent",
+    "pow": "power",
+}
 
 
 class Refused(ValueError):
