@@ -67,7 +67,7 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
         periods=periods,
         tolerance=tolerance,
         period=period,
-        status=vc.Status.FINISHED,
+        run_status=vc.Status.FINISHED,
         state_names=system.state_names,
         integral_names=(*channels, "impulse"),
         piece_start=start,

@@ -112,6 +112,9 @@ def simulate(
         print_motion(motion, record, str(case))
     if motion.status.ok:
         return OK
+    if motion.run_status.ok:
+        complain(f"{motion.status.text}\n" + "\n".join(motion.certificate.failures))
+        return INCOMPLETE
     complain(
         f"The run could not be completed ({motion.status.value}): it stopped at time {motion.end:.10g} of "
         f"{motion.periods * motion.period:.10g}.\n{motion.status.text}"
@@ -134,6 +137,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
     if travels:
         velocity = dataclasses.asdict(mean_velocity(motion, min(VELOCITY_PERIODS, whole)))
     counts = collections.Counter(motion.event_kinds)
+    certificate = motion.certificate.record() if started else None
     return plain(
         {
             "state": motion.state,
@@ -143,7 +147,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
             "events": {kind: counts[kind] for kind in EVENTS},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": dataclasses.asdict(energy_balance(motion)) if started else None,
-            "certificate": dataclasses.asdict(motion.certificate) if started else None,
+            "certificate": certificate,
             "status": motion.status.value,
         }
     )
@@ -230,6 +234,14 @@ def _certificate_table(certificate: dict[str, Any], motion: Trajectory) -> Table
     error = f"of the states, by a second run at ten times the tolerance {motion.tolerance:.1e}"
     estimate = certificate["estimated_error"]
     made.add_row("estimated error", "none" if estimate is None else f"{estimate:.1e}", error)
+    made.add_row(
+        "defect", f"{certificate['defect']:.1e}", "what the steps leave of the equations: of the order of the tolerance"
+    )
+    made.add_row(
+        "verdict",
+        "passed" if certificate["ok"] else "FAILED",
+        "; ".join(certificate["failures"]) or "nothing speaks against it",
+    )
     steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
     made.add_row("steps", steps, "Taylor + implicit (where the law is stiff)")
     return made

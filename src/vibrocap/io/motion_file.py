@@ -1,6 +1,5 @@
 """Motions as files, NetCDF and CSV, that carry their case: such a file can be run again."""
 
-import dataclasses
 import tomllib
 from collections.abc import Callable
 from importlib.metadata import version
@@ -80,9 +79,9 @@ def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
             "title": "Motion of a vibro-driven capsule",
             "source": f"vibrocap {version('vibrocap')}",
             "units": f"{UNITS}: {SCALES}",
+            "certificate": _certificate_text(motion),  # before the status, which it may change
             "status": motion.status.value,
             "status_text": motion.status.text,
-            "certificate": _certificate_text(motion),
             "case": case_text(case),
         },
     )
@@ -94,7 +93,7 @@ def _attributes(name: str) -> dict[str, str]:
 
 
 def _certificate_text(motion: Trajectory) -> str:
-    return json_text(dataclasses.asdict(motion.certificate)) if len(motion.piece_start) else "null"
+    return json_text(motion.certificate.record()) if len(motion.piece_start) else "null"
 
 
 def _write_csv(motion: Trajectory, case: Case, path: Path) -> None:
@@ -102,9 +101,9 @@ def _write_csv(motion: Trajectory, case: Case, path: Path) -> None:
     table = columns(motion)
     result = {
         "source": f"vibrocap {version('vibrocap')}",
+        "certificate": " ".join(_certificate_text(motion).split()),
         "status": motion.status.value,
         "status_text": motion.status.text,
-        "certificate": " ".join(_certificate_text(motion).split()),
         "scales": SCALES,
     }
     header = case_text(case).splitlines()

@@ -22,6 +22,7 @@ class Status(enum.Enum):
     TOO_MANY_EVENTS = "too many events"
     UNDECIDED_CONTACT = "undecided contact"
     TOO_MANY_STEPS = "too many steps"
+    NOT_CERTIFIED = "not certified"
 
     @property
     def ok(self) -> bool:
@@ -53,6 +54,10 @@ _STATUS_TEXT = {
         "contact). Perturb the initial state or a parameter slightly."
     ),
     Status.TOO_MANY_STEPS: "The run needed more steps than allowed. Raise max_steps, or the tolerance.",
+    Status.NOT_CERTIFIED: (
+        "The run went to its end, but its certificate says that it is not the motion of the equations (see "
+        "certificate.failures). Try a smaller tolerance; if that does not help, please report the case."
+    ),
 }
 
 
@@ -94,6 +99,10 @@ class Certificate:
     energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
     estimated_error: of the states (over their natural size) at the period marks and the end, from a second run at ten
     times the tolerance: their difference over nine. None where the two runs have no later instant in common.
+    defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step: what the polynomials of
+    the motion leave of the equations. Asked at nine points of every Taylor step, and about where the contact is
+    slowest; of an implicit step the end is exact, not its polynomial.
+    failures: what of this is beyond its bound, in words; `ok` where nothing is.
     """
 
     stick_force_ratio: float | None
@@ -105,6 +114,17 @@ class Certificate:
     estimated_error: float | None
     taylor_steps: int
     implicit_steps: int
+    defect: float
+    failures: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether all that is known speaks for the motion."""
+        return not self.failures
+
+    def record(self) -> dict[str, Any]:
+        """All of it by name, `ok` included."""
+        return dataclasses.asdict(self) | {"ok": self.ok}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -121,7 +141,7 @@ class Trajectory:
     periods: float
     tolerance: float
     period: float
-    status: Status
+    run_status: Status  # how the run ended, whatever its certificate says
     state_names: tuple[str, ...]
     integral_names: tuple[str, ...]
     piece_start: np.ndarray  # [pieces]
@@ -137,6 +157,14 @@ class Trajectory:
     observable_names: tuple[str, ...]
     certify: Callable[["Trajectory"], Certificate]
     samples: int = 256  # per period, of the grid `time`
+
+    @property
+    def status(self) -> Status:
+        """How the run ended; `NOT_CERTIFIED` once its certificate has been asked for and has failed."""
+        certificate = vars(self).get("certificate")
+        if self.run_status.ok and certificate is not None and not certificate.ok:
+            return Status.NOT_CERTIFIED
+        return self.run_status
 
     @property
     def end(self) -> float:
@@ -195,6 +223,14 @@ class Trajectory:
                 value = value * local + chosen[:, :, k]
             result[:, block] = value.T
         return result
+
+    def piece_slopes(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Slopes of the polynomials of the states at times s since the start of the pieces: array [states, n]."""
+        order = self.coefficients.shape[2] - 1
+        slopes = np.zeros((len(index), len(self.state_names)))
+        for k in range(order, 0, -1):
+            slopes = slopes * s[:, None] + k * self.coefficients[index, :, k]
+        return slopes.T
 
     def piece_observables(self, names: tuple[str, ...], index: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n]."""

@@ -141,13 +141,33 @@ def mirrored(equations: Any) -> bool:
     return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
 
 
+def sparse(equations: Any) -> bool:
+    """Whether some sharp function knows at rest nothing of the sign of the velocity, or is a logarithm.
+
+    A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
+    four vanish.
+    """
+    graph, memory = equations.graph, {}
+    draw = np.random.default_rng(0)
+    states = draw.uniform(0.1, 0.9, len(equations.rates))
+    states[equations.contact_state] = 0.0
+    values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
+    for node in system_sharpness(equations).nodes:
+        op, *operands = graph.nodes[node]
+        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index, memory)
+        with np.errstate(all="ignore"):
+            if op == "log" or evaluate([slope], 0.3, states, 1.0, values)[0] == 0.0:
+                return True
+    return False
+
+
 def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
     """`unresolved` of one lane, or `unresolved_abreast` of all."""
     sharp = system_sharpness(equations)
     head = (
         "def unresolved_abreast(real, h, lasting, start_low, start_high, low, high):"
         if abreast
-        else "def unresolved(real, lane, h, lasting, start_low, start_high, low, high):"
+        else "def unresolved(real, lane, h, lasting, start_low, start_high, low, high, widened):"
     )
     if not sharp.nodes:
         return "\n".join([head, f"    return {'0.0 * h' if abreast else '0.0'}", ""])
@@ -161,14 +181,12 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
         if index == contact:
             return "low", "high"
         if op == "state":
-            value, excursion = (
-                text.entry(f"STATE + {operands[0]} * LANES"),
-                f"SERIES + {operands[0]} * (ORDER + 1) * LANES",
-            )
-            r = text.name(
-                f"excursion_abreast(real, {excursion}, h)" if abreast else f"excursion(real, {excursion} + lane, h)"
-            )
-            value = text.name(value)
+            value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
+            row, scale = f"SERIES + {operands[0]} * (ORDER + 1) * LANES", f"SCALE + {operands[0]} * LANES"
+            if abreast:
+                r = text.name(f"excursion_abreast(real, {row}, h)")
+            else:
+                r = text.name(f"excursion(real, {row} + lane, h) + widened * {text.entry(scale)}")
             return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
         return ("time", text.name("time + h")) if op == "time" else None
 
@@ -177,7 +195,11 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
         if index == contact:
             return "start_low", "start_high"
         if op == "state":
-            return _same(text.name(text.entry(f"STATE + {operands[0]} * LANES")))
+            value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
+            if abreast:
+                return _same(value)
+            r = text.name(f"widened * {text.entry(f'SCALE + {operands[0]} * LANES')}")
+            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
         return ("time", "time") if op == "time" else None
 
     step, start = _Enclosures(graph, text, over_step), _Enclosures(graph, text, at_start)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
-from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, system_sharpness
+from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.expressions.graph import Expression, derivative
 from vibrocap.numerics.kernel.memory_layout import Layout
 
@@ -37,7 +37,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         constants["VELOCITY"] = series + equations.contact_state * row_size
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
-    constants["SPARSE"] = any(equations.graph.nodes[node][0] == "log" for node in sharp.nodes)
+    constants["SPARSE"] = sparse(equations)
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [

@@ -73,11 +73,12 @@ def guard_at(real, x) -> tuple:
     raise NotImplementedError
 
 
-def unresolved(real, lane, h, lasting, start_low, start_high, low, high):
+def unresolved(real, lane, h, lasting, start_low, start_high, low, high, widened):
     """How many sharp functions of the law a step of length h might not see, see `resolution.py`.
 
     start_low, start_high: within which the contact velocity starts; low, high: within which it stays
     lasting: time over which what is not seen would act
+    widened: natural sizes by which every other state may be off, in a proof that is to last
     """
     raise NotImplementedError
 

@@ -27,6 +27,7 @@ from vibrocap.numerics.kernel.generated import (
 )
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
+WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
 FAR_RANGE = 4.0  # far is from FAR_SPEED to so many times as much
 
 
@@ -53,7 +54,7 @@ def resolved(real, lane, h):
             low = max(low, 0.0)
         else:
             high = min(high, 0.0)
-    return unresolved(real, lane, h, h, start, start, low, high) == 0.0 or h <= 8.0 * EPSILON * real[PERIOD + lane]
+    return unresolved(real, lane, h, h, start, start, low, high, 0.0) == 0.0 or h <= 8.0 * EPSILON * real[PERIOD + lane]
 
 
 def known(real, lane, least, most):
@@ -88,13 +89,13 @@ def learn(real, lane, h, least, most):
 def hidden(real, lane, h, lasting, least, most):
     """How many functions might hide within some step whose speed stays between these two, to either side."""
     if not (KINKED or SET_VALUED) and least == 0.0:
-        return unresolved(real, lane, h, lasting, -most, most, -most, most)
+        return unresolved(real, lane, h, lasting, -most, most, -most, most, WIDE)
     side = real[SIDE + lane]
     real[SIDE + lane] = 1.0
-    count = unresolved(real, lane, h, lasting, least, most, least, most)
+    count = unresolved(real, lane, h, lasting, least, most, least, most, WIDE)
     if not MIRRORED:
         real[SIDE + lane] = -1.0
-        count += unresolved(real, lane, h, lasting, -most, -least, -most, -least)
+        count += unresolved(real, lane, h, lasting, -most, -least, -most, -least, WIDE)
     real[SIDE + lane] = side
     return count
 
