@@ -6,36 +6,37 @@
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 `memory` names the numbers in what comes back: why a run ended, kinds of event, groups of measures, places in a result.
+
+What stands behind a name is imported when the name is asked for.
 """
 
-from collections.abc import Callable
+import importlib
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.numerics.codegen.driven_source import DrivenEquations
-from vibrocap.numerics.codegen.resolution import sharpness
-from vibrocap.numerics.codegen.source import Integrands, ScalarWriter, integrands_source
-from vibrocap.numerics.kernel import memory_layout as memory
-from vibrocap.numerics.kernel.memory_layout import (
-    ASK_EXTREMES,
-    ASK_INTEGRALS,
-    ASK_MAGNITUDE,
-    ASK_PEAK,
-    ASK_SYMMETRY,
-    ASK_WORD,
-    LETTERS_PER_PLACE,
-    RESULT_HEAD,
-    Layout,
-)
-from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
-from vibrocap.numerics.run.ensemble import Budget, ensemble_run
-from vibrocap.numerics.run.motion import Recorded, recorded_run
-from vibrocap.numerics.run.replay import replayed
-from vibrocap.numerics.run.stroboscope import Stroboscope
-from vibrocap.numerics.run.threads import available_threads
-
 if TYPE_CHECKING:
-    import numpy as np
+    from vibrocap.numerics.codegen.driven_source import DrivenEquations
+    from vibrocap.numerics.codegen.resolution import sharpness
+    from vibrocap.numerics.codegen.source import Integrands, ScalarWriter, integrands_source
+    from vibrocap.numerics.kernel import memory_layout as memory
+    from vibrocap.numerics.kernel.memory_layout import (
+        ASK_EXTREMES,
+        ASK_INTEGRALS,
+        ASK_MAGNITUDE,
+        ASK_PEAK,
+        ASK_SYMMETRY,
+        ASK_WORD,
+        LETTERS_PER_PLACE,
+        RESULT_HEAD,
+        Layout,
+    )
+    from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
+    from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
+    from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
+    from vibrocap.numerics.run.ensemble import Budget, ensemble_run
+    from vibrocap.numerics.run.motion import Recorded, recorded_run
+    from vibrocap.numerics.run.replay import replayed
+    from vibrocap.numerics.run.stroboscope import Stroboscope
+    from vibrocap.numerics.run.threads import available_threads
 
 __all__ = [
     "ASK_EXTREMES",
@@ -67,23 +68,53 @@ __all__ = [
     "sharpness",
 ]
 
+_HOMES = {
+    "codegen.driven_source": ("DrivenEquations",),
+    "codegen.resolution": ("sharpness",),
+    "codegen.source": (
+        "Integrands",
+        "ScalarWriter",
+        "integrands_source",
+    ),
+    "kernel.memory_layout": (
+        "ASK_EXTREMES",
+        "ASK_INTEGRALS",
+        "ASK_MAGNITUDE",
+        "ASK_PEAK",
+        "ASK_SYMMETRY",
+        "ASK_WORD",
+        "LETTERS_PER_PLACE",
+        "RESULT_HEAD",
+        "Layout",
+    ),
+    "kernel.observe.settle": ("LONGEST_PERIOD",),
+    "run.cuda": (
+        "cuda_ensemble_run",
+        "cuda_problem",
+    ),
+    "run.driven_run": (
+        "DrivenRuns",
+        "driven_runs",
+    ),
+    "run.ensemble": (
+        "Budget",
+        "ensemble_run",
+    ),
+    "run.motion": (
+        "Recorded",
+        "recorded_run",
+    ),
+    "run.replay": ("replayed",),
+    "run.stroboscope": ("Stroboscope",),
+    "run.threads": ("available_threads",),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
 
-def cuda_problem() -> str | None:
-    """Why ensembles cannot run on a graphics card here, and what was found; None if they can."""
-    from vibrocap.numerics.run import cuda  # only here: it imports the kernels' arithmetic, and so LLVM
 
-    return cuda.cuda_problem()
-
-
-def cuda_ensemble_run(
-    equations: Any,
-    parameters: "np.ndarray",
-    initial: "np.ndarray",
-    budget: Budget,
-    progress: Callable[[int], None] | None = None,
-    integrands: Integrands | None = None,
-) -> "tuple[Layout, np.ndarray]":
-    """`ensemble_run` on the first graphics card; ValueError, saying what was found, where there is none."""
-    from vibrocap.numerics.run import cuda
-
-    return cuda.cuda_ensemble_run(equations, parameters, initial, budget, progress, integrands=integrands)
+def __getattr__(name: str) -> Any:
+    """What a name of the door stands for."""
+    if name == "memory":
+        return importlib.import_module("vibrocap.numerics.kernel.memory_layout")
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"vibrocap.numerics.{_HOME[name]}"), name)

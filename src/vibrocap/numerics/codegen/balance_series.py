@@ -134,7 +134,7 @@ class BalanceWriter:
         start = self.writer.coefficient(factor, 0)
         if all(text.isidentifier() for _, text in terms):
             return [(sign, f"{start} * {text}") for sign, text in terms]
-        return [(1, f"{start} * ({self.writer.arrivals.sum(terms)})")]
+        return [(1, f"{start} * ({self.writer.latency.sum(terms)})")]
 
     def _holding(self, k: int) -> list[Term]:
         outer = self.writer.signed_terms(self.balance.outer.index, k, inner=True)
@@ -142,7 +142,7 @@ class BalanceWriter:
 
     def holding(self, k: int) -> str:
         """Coefficient k of the force that would hold the contact, if it rests."""
-        value = self.writer.arrivals.sum(self._holding(k))
+        value = self.writer.latency.sum(self._holding(k))
         return value if value == "0.0" else self.writer.named(("hold", k), f"hold_{k}", value)
 
     def acceleration(self, k: int) -> str:
@@ -158,7 +158,7 @@ class BalanceWriter:
         else:
             held = [] if self.holding(k) == "0.0" else [(1, self.holding(k))]
         friction = writer.signed_terms(self.balance.friction.index, k)
-        force = writer.arrivals.sum(combined("sub", [held, friction]))
+        force = writer.latency.sum(combined("sub", [held, friction]))
         return force if force == "0.0" else writer.named(("force", k), f"force_{k}", force)
 
     def _mobility(self, k: int = 1) -> str:
@@ -176,7 +176,7 @@ class BalanceWriter:
         force, slope, factor = self._force(k - 1), self._slope(rate), self._mobility(k)
         if slope != "1.0":
             factor = writer.named(("mobility", rate, k), f"mobility_{writer.number(rate)}_{k}", f"{factor} * {slope}")
-        return writer.arrivals.sum(terms if force == "0.0" else [*terms, (1, f"{force} * {factor}")])
+        return writer.latency.sum(terms if force == "0.0" else [*terms, (1, f"{force} * {factor}")])
 
     def _rate(self, index: int, k: int) -> list[Term]:
         """`without` of a rate, as one name if it has several terms, as state and momentum both need it."""
@@ -184,4 +184,4 @@ class BalanceWriter:
         if len(terms) < 2:
             return terms
         name = f"e{self.writer.number(index)}_{k}"
-        return [(1, self.writer.named(("without", index, k), name, self.writer.arrivals.sum(terms)))]
+        return [(1, self.writer.named(("without", index, k), name, self.writer.latency.sum(terms)))]

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable
 
 from vibrocap.numerics.codegen.balance_series import BalanceWriter
-from vibrocap.numerics.codegen.latency_order import Arrivals, Term, combined
+from vibrocap.numerics.codegen.latency_order import LatencyOrder, Term, combined
 from vibrocap.numerics.expressions.balance import Balance
 from vibrocap.numerics.expressions.forms import Forms
 from vibrocap.numerics.expressions.graph import Expression, Graph, operands_of, reachable
@@ -45,7 +45,7 @@ class JetWriter:
         self.abreast, self.polynomials = abreast, polynomials
         self.lines: list[str] = []
         self._written: dict[tuple, str] = {}
-        self.arrivals = Arrivals()
+        self.latency = LatencyOrder()
         self.forms = Forms(graph, rates)
         self._numbers: dict[int, int] = {}
         needed = reachable(graph, [rate.index for rate in rates])
@@ -76,7 +76,7 @@ class JetWriter:
         if key not in self._written:
             self._written[key] = name
             self.lines.append(f"{name} = {formula}")
-            self.arrivals.write(name, formula)
+            self.latency.write(name, formula)
         return self._written[key]
 
     def number(self, index: int) -> int:
@@ -113,7 +113,7 @@ class JetWriter:
             if balanced is not None:
                 return balanced
         if op in SUMS:
-            return self.arrivals.sum(self.signed_terms(index, k))
+            return self.latency.sum(self.signed_terms(index, k))
         if op == "mul":
             return self._product(operands[0], operands[1], k)
         if op == "div":
@@ -148,7 +148,7 @@ class JetWriter:
         return [(1, f"{self.coefficient(factor.index, 0)} * {value}")]
 
     def _scaled(self, factor: Expression, value: str) -> str:
-        return self.arrivals.sum(self._scaled_term(factor, value))
+        return self.latency.sum(self._scaled_term(factor, value))
 
     def _state(self, state: int, k: int) -> str:
         if k == 0:
@@ -165,7 +165,7 @@ class JetWriter:
             left, right = self.coefficient(a, i), self.coefficient(b, j)
             if left != "0.0" and right != "0.0":
                 terms.append((1, f"{left} * {right}"))
-        return self.arrivals.sum(terms) if terms else ""
+        return self.latency.sum(terms) if terms else ""
 
     def _product(self, a: int, b: int, k: int) -> str:
         if a != b or k == 0:
@@ -174,7 +174,7 @@ class JetWriter:
         half = self.products(((a, i), (a, k - i)) for i in range(1, (k + 1) // 2))
         newest = self.products([((a, 0), (a, k))])
         terms = [middle, f"2.0 * ({half})" if half else "", f"2.0 * {newest}" if newest else ""]
-        return self.arrivals.sum([(1, term) for term in terms if term])
+        return self.latency.sum([(1, term) for term in terms if term])
 
     def _quotient(self, index: int, a: int, b: int, k: int) -> str:
         """Newest terms with factors of their own, so that little is left to do once they are known."""
@@ -193,7 +193,7 @@ class JetWriter:
         if newest != "0.0":
             start = self.named(("over", index), f"f{self.number(index)}", f"{self.coefficient(index, 0)} * {inverse}")
             terms.append((-1, f"{newest} * {start}"))
-        return self.arrivals.sum(terms)
+        return self.latency.sum(terms)
 
     def _weighted(self, a: int, j: int) -> str:
         """j a_j, written once: the coefficient of the rate before, where a is a state or a multiple of one."""
@@ -238,7 +238,7 @@ class JetWriter:
             weighted = self._weighted(a, j)
             if weighted != "0.0":
                 terms.append((1, f"{weighted} * {self.coefficient(f, k - j)}"))
-        sums = [(1, f"({self.arrivals.sum(terms)}) * {scale}")] if terms else []
+        sums = [(1, f"({self.latency.sum(terms)}) * {scale}")] if terms else []
         factor, base = self.forms.linear(a)
         newest = self.coefficient(base, k)
         if newest != "0.0":
@@ -247,7 +247,7 @@ class JetWriter:
                 name = f"s{self.number(f)}_{self.number(a)}"
                 start = self.named(("start", f, a), name, self._scaled(sign * factor, start))
             sums.append((1, f"{newest} * {start}"))
-        return self.arrivals.sum(sums)
+        return self.latency.sum(sums)
 
     def _start(self, op: str, a: int) -> str:
         """The value of a function, from which its series starts."""

@@ -11,7 +11,7 @@ Term = tuple[int, str]  # sign, and text: a name, a number or a product
 SUM, PRODUCT, QUOTIENT, CALL = 4, 4, 14, 40  # cycles, about those of an x86-64 processor; a product in a sum is free
 
 
-class Arrivals:
+class LatencyOrder:
     """Cycles after which each name is known, if nothing but its operands delays it; what is not written here, at 0."""
 
     def __init__(self) -> None:

@@ -44,7 +44,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         jet_source(equations, integrals, layout, loop),
         rates_source(equations, integrals),
         holding_source(equations),
-        pieces_source(equations),
+        branches_source(equations),
         jacobian_source(equations, integrals),
         resolution_source(equations, abreast=False, polynomials=loop in ("single", "card")),
     ]
@@ -171,7 +171,7 @@ def holding_source(equations: Any) -> str:
     return "\n".join([head, *_indented([*writer.lines, f"return {hold}"], 4), ""])
 
 
-def pieces_source(equations: Any) -> str:
+def branches_source(equations: Any) -> str:
     """`guard_tangents` with a tangent; `switches`, `after_switch`, `after_reversal` for a law of several pieces."""
     found = []
 

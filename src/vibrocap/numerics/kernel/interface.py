@@ -25,7 +25,7 @@ def repeat_to(real, whole, lane, h) -> None:
 # The branches of the law on each side of rest.
 
 
-def piece_holds(real, whole, tape, lane) -> bool:
+def branch_holds(real, whole, tape, lane) -> bool:
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     raise NotImplementedError
 
@@ -35,7 +35,7 @@ def first_switch(real, lane, event, h) -> tuple:
     raise NotImplementedError
 
 
-def begin_piece(real, whole, tape, lane, which) -> None:
+def begin_branch(real, whole, tape, lane, which) -> None:
     """Begin the branch that follows guard number `which`."""
     raise NotImplementedError
 

@@ -32,7 +32,7 @@ from vibrocap.numerics.kernel.generated import (
     ZEROS,
     holding_force,
 )
-from vibrocap.numerics.kernel.interface import begin_piece, leave_piece, on_event, turned
+from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, turned
 from vibrocap.numerics.kernel.memory_layout import (
     FIRST_SWITCH,
     GRAZE,
@@ -167,7 +167,7 @@ def cross(real, whole, tape, lane, event, h):
             on_event(real, whole, tape, lane, REVERSAL, 0.0)
     elif event >= FIRST_SWITCH:
         whole[EVENTS + lane] -= 1  # counted where it happens
-        begin_piece(real, whole, tape, lane, event - FIRST_SWITCH)
+        begin_branch(real, whole, tape, lane, event - FIRST_SWITCH)
     else:
         real[SIDE + lane] = 1.0 if event > 0 else -1.0
         whole[ZEROS + lane] = 2

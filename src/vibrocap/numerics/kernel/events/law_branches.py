@@ -1,7 +1,7 @@
-"""Laws of several pieces: which guard ends the present piece, and what changes there and at a reversal.
+"""Laws of several branches: which guard ends the present one, and what changes there and at a reversal.
 
-Which piece holds is written in switched states: whole numbers among the internal states of the law, with the rate zero.
-A guard is positive within its piece; where one falls to zero, or is not positive where a step starts, the law says
+Which branch holds is written in switched states: whole numbers among the internal states of the law, of rate zero.
+A guard is positive within its branch; where one falls to zero, or is not positive where a step starts, the law says
 what the internal states are from there on.
 """
 
@@ -30,12 +30,12 @@ from vibrocap.numerics.kernel.memory_layout import FIRST_SWITCH, SWITCHED, TOO_M
 from vibrocap.numerics.kernel.step.taylor import series_value, through_five
 
 
-def piece_holds(real, whole, tape, lane):
-    """Whether the present piece holds at the start of the step; if not, the next one begins."""
+def branch_holds(real, whole, tape, lane):
+    """Whether the present branch holds at the start of the step; if not, the next one begins."""
     for i in range(SWITCHES):
         if not (real[SWITCH + i * (ORDER + 1) * LANES + lane] > 0.0):
             whole[IDLE + lane] += 1
-            begin_piece(real, whole, tape, lane, i)
+            begin_branch(real, whole, tape, lane, i)
             return False
     return True
 
@@ -50,7 +50,7 @@ def first_switch(real, lane, event, h):
     return event, h
 
 
-def begin_piece(real, whole, tape, lane, which):
+def begin_branch(real, whole, tape, lane, which):
     """The states become those after switch `which`."""
     whole[EVENTS + lane] += 1
     if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:

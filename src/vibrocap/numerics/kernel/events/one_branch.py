@@ -1,7 +1,7 @@
-"""Laws of one piece on each side: what `law_branches.py` does is nothing for them."""
+"""Laws of one branch on each side: what `law_branches.py` does is nothing for them."""
 
 
-def piece_holds(real, whole, tape, lane):
+def branch_holds(real, whole, tape, lane):
     """Always."""
     return True
 
@@ -11,7 +11,7 @@ def first_switch(real, lane, event, h):
     return event, h
 
 
-def begin_piece(real, whole, tape, lane, which):
+def begin_branch(real, whole, tape, lane, which):
     """There is none to begin."""
 
 

@@ -39,13 +39,13 @@ from vibrocap.numerics.kernel.generated import (
     ZEROS,
 )
 from vibrocap.numerics.kernel.interface import (
+    branch_holds,
     chosen_step,
     enter_piece,
     first_switch,
     on_event,
     on_period,
     on_piece,
-    piece_holds,
     polished_step,
     repeat_to,
     tangent_waits,
@@ -67,7 +67,7 @@ def step(real, whole, tape, lane):
         return
     if (KINKED or SET_VALUED) and not side_holds(real, whole, tape, lane):
         return  # the series must be made anew for the other side
-    if not piece_holds(real, whole, tape, lane):
+    if not branch_holds(real, whole, tape, lane):
         return
     if tangent_waits(whole, lane):
         enter_piece(real, whole, lane)

@@ -4,38 +4,38 @@ import itertools
 
 import pytest
 
-from vibrocap.numerics.codegen.latency_order import CALL, PRODUCT, QUOTIENT, SUM, Arrivals
+from vibrocap.numerics.codegen.latency_order import CALL, PRODUCT, QUOTIENT, SUM, LatencyOrder
 
 
 def test_a_name_is_known_when_the_last_of_what_it_needs_is_and_the_operation_is_done():
-    arrivals = Arrivals()
-    arrivals.write("late", "sine(x)")
-    assert arrivals.of("x") == 0
-    assert arrivals.of("late") == CALL
-    assert arrivals.of("-late") == CALL
-    assert arrivals.of("1.0 / late") == CALL + QUOTIENT
-    assert arrivals.of("x * late") == CALL + PRODUCT
-    assert arrivals.of("x + late") == CALL + SUM
-    assert arrivals.of("real[3]") == 0
-    assert arrivals.of("pair(late)[1]") == 2 * CALL
+    latency = LatencyOrder()
+    latency.write("late", "sine(x)")
+    assert latency.of("x") == 0
+    assert latency.of("late") == CALL
+    assert latency.of("-late") == CALL
+    assert latency.of("1.0 / late") == CALL + QUOTIENT
+    assert latency.of("x * late") == CALL + PRODUCT
+    assert latency.of("x + late") == CALL + SUM
+    assert latency.of("real[3]") == 0
+    assert latency.of("pair(late)[1]") == 2 * CALL
 
 
 def test_one_product_of_a_sum_is_free():
     """It is one operation with the sum; of two products the left one, as LLVM joins them."""
-    arrivals = Arrivals()
-    arrivals.write("late", "sine(x)")
-    assert arrivals.of("x + y * late") == CALL + SUM
-    assert arrivals.of("y * late - x") == CALL + SUM
-    assert arrivals.of("y * late + x * x") == CALL + SUM
-    assert arrivals.of("x * x + y * late") == CALL + PRODUCT + SUM
+    latency = LatencyOrder()
+    latency.write("late", "sine(x)")
+    assert latency.of("x + y * late") == CALL + SUM
+    assert latency.of("y * late - x") == CALL + SUM
+    assert latency.of("y * late + x * x") == CALL + SUM
+    assert latency.of("x * x + y * late") == CALL + PRODUCT + SUM
 
 
 def known():
     """Names that are known one after another: a first, d last."""
-    arrivals = Arrivals()
+    latency = LatencyOrder()
     for name, before in itertools.pairwise("xabcd"):
-        arrivals.write(before, f"sine({name})")
-    return arrivals
+        latency.write(before, f"sine({name})")
+    return latency
 
 
 @pytest.mark.parametrize(
