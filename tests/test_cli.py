@@ -4,6 +4,7 @@ import csv
 import importlib.util
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -19,7 +20,6 @@ from vibrocap.case.case import read_case
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import BROKEN_PIPE, INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.io.motion_file import read_source
-from vibrocap.numerics.compiler import cache
 
 CASE = """\
 [machine]
@@ -441,17 +441,20 @@ def run(*arguments, **options):
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **options)
 
 
-def test_second_call_compiles_nothing_and_loads_little(case, capsys):
+def test_second_call_compiles_nothing_and_loads_little(case, tmp_path):
     """In a new process, with parameters that have never been run: what makes it answer at once (make bench, cold).
 
     The compiler's front end is not even imported, and no file of the cache is new.
     """
-    printed_json(capsys, "simulate", case, "--json")
+    folder = tmp_path / "kernels"  # of its own: other tests compile meanwhile
+    environment = {**os.environ, "VIBROCAP_CACHE": str(folder)}
+    assert run("simulate", case, env=environment).returncode == OK
     case.write_text(CASE.replace("[friction]", f"mass_ratio = {2.0 + time.time() % 1.0}\n[friction]"))
     command = [sys.executable, "-X", "importtime", "-m", "vibrocap", "simulate", str(case), "--json"]
-    kept = {path.name for path in cache.folder().glob("*.kernel")}
-    answer = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    assert {path.name for path in cache.folder().glob("*.kernel")} == kept
+    kept = {path.name for path in folder.glob("*.kernel")}
+    assert len(kept) == 1
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True, env=environment)
+    assert {path.name for path in folder.glob("*.kernel")} == kept
     assert list(json.loads(answer.stdout)) == KEYS
     imported = {line.rpartition("|")[2].strip() for line in answer.stderr.splitlines()}
     assert "vibrocap.numerics.compiler.library" in imported

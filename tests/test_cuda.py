@@ -146,6 +146,7 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
     return results, begun, card.launches
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_threads_of_a_card_do_what_the_cpu_does(case):
     """The same steps, modes and statuses; numbers to the rounding of two sets of elementary functions."""
@@ -220,6 +221,7 @@ def assembler() -> str | None:
     return shutil.which("ptxas")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_the_code_for_cards_is_complete(law, tmp_path):
     """One entry, fused double precision, nothing left to be linked, lanes in local memory; the assembler takes it."""
