@@ -27,8 +27,8 @@ POINTS = 9  # per piece at which a certificate looks
 METHOD = 4  # place of the method among the numbers of a piece: 0 of a Taylor step, 1 of an implicit one
 FINE = 65  # points per piece among which the slowest is looked for
 PIECES_AT_A_TIME = 1000
-# What a step leaves of the equations, over the tolerance: at most 80 in motions of all laws at tolerances from 1e-6 to
-# 1e-12, some 1e4 and more where a law was stepped over. Below LEAST_DEFECT rounding decides.
+# What a step leaves of the equations, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to
+# 1e-14, from 1e3 to 1e5 where a law was stepped over. Below LEAST_DEFECT rounding decides.
 DEFECT_BOUND, LEAST_DEFECT = 1e3, 1e-13
 STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
 COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
