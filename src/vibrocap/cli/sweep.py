@@ -258,7 +258,8 @@ def plot(
 
     Failed, unsettled and missing runs are hatched and counted in the legend; no travel has a colour of its own.
 
-    Example: vibrocap plot map --measure mean_velocity --border word --out map.png
+    Example: vibrocap plot map --measure mean_velocity --out map.png
+    Lines of `--border word` need a sweep with `--measure word`.
 
     Parameters
     ----------
