@@ -91,7 +91,8 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
     """Speed from which on none of the exponentials and hyperbolic tangents of a driven law changes any more [runs].
 
     An exponential is then e^-25 of what it is at rest, a hyperbolic tangent within e^-20 of 1. The secant method on
-    logarithms, which finds it at once where the argument is a power of the speed.
+    logarithms, which finds it at once where the argument is a power of the speed. Limit: an argument for which it does
+    not settle within 10 % of the exponent counts as one that does not change.
     """
     largest = np.zeros(len(parameters))
 
