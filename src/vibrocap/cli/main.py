@@ -24,7 +24,18 @@ from vibrocap.cli.orbit import crossing, orbit
 from vibrocap.cli.records import datasets, stick_slip
 from vibrocap.cli.simulate import limits, simulate
 from vibrocap.cli.sweep import measures, plot, sweep
-from vibrocap.cli.terminal import BROKEN_PIPE, INTERRUPTED, OK, WRONG_INPUT, Page, complain, progress, table
+from vibrocap.cli.terminal import (
+    BROKEN_PIPE,
+    INCOMPLETE,
+    INTERRUPTED,
+    OK,
+    WRONG_INPUT,
+    Page,
+    complain,
+    progress,
+    table,
+)
+from vibrocap.files import WriteError
 
 WIDE = 120  # columns of a terminal
 EXAMPLES = """Examples:
@@ -118,6 +129,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
+    except WriteError as error:
+        complain(str(error))
+        return INCOMPLETE
     except KeyboardInterrupt as interruption:
         complain(str(interruption) or "Interrupted.")
         return INTERRUPTED

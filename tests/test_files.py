@@ -1,0 +1,100 @@
+"""Files are written whole or not at all, and an error of the file system says which file and why."""
+
+import errno
+import os
+import stat
+import time
+
+import pytest
+
+from vibrocap import files
+from vibrocap.files import WriteError, made_folder, replacing, write_text
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_file_is_replaced_at_the_end_and_not_before(tmp_path):
+    path = write_text(tmp_path / "run.csv", "old\n")
+    with replacing(path) as temporary:
+        temporary.write_text("new\n")
+        assert temporary.parent == path.parent
+        assert temporary.suffix == path.suffix
+        assert path.read_text() == "old\n"
+    assert path.read_text() == "new\n"
+    assert names(tmp_path) == ["run.csv"]
+
+
+def _half_written(path, fault):
+    with replacing(path) as temporary:
+        temporary.write_text("half")
+        raise fault
+
+
+@pytest.mark.parametrize("fault", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt(), KeyError()])
+def test_what_ends_the_writing_leaves_the_old_file_alone(tmp_path, fault):
+    path = write_text(tmp_path / "run.csv", "old\n")
+    with pytest.raises(WriteError if isinstance(fault, OSError) else type(fault)):
+        _half_written(path, fault)
+    assert path.read_text() == "old\n"
+    assert names(tmp_path) == ["run.csv"]
+
+
+@pytest.mark.parametrize("call", ["fsync", "replace", "open"])
+def test_an_error_of_the_file_system_names_the_file_and_the_reason(tmp_path, monkeypatch, call):
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, "No space left on device", "elsewhere")
+
+    monkeypatch.setattr(files.os, call, full)
+    with pytest.raises(WriteError, match=r"run\.csv: cannot be written: No space left on device.*nothing was written"):
+        write_text(tmp_path / "run.csv", "new")
+    assert names(tmp_path) == []
+
+
+def test_the_content_is_on_the_disk_before_the_name(tmp_path, monkeypatch):
+    calls = []
+    for name in ("fsync", "replace"):
+        true = getattr(os, name)
+        monkeypatch.setattr(files.os, name, lambda *given, n=name, true=true: (calls.append(n), true(*given))[1])
+    write_text(tmp_path / "run.csv", "new")
+    assert calls[:2] == ["fsync", "replace"]
+
+
+def test_rights_stay_and_links_are_followed(tmp_path):
+    path, link = tmp_path / "run.csv", tmp_path / "link.csv"
+    path.write_text("old")
+    path.chmod(0o640)
+    link.symlink_to(path)
+    write_text(link, "new")
+    assert link.is_symlink()
+    assert path.read_text() == "new"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640
+
+
+def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
+    link = tmp_path / "full.csv"
+    link.symlink_to("/dev/full")
+    with pytest.raises(WriteError, match=r"full\.csv: cannot be written: No space left on device"):
+        write_text(link, "new")
+    assert stat.S_ISCHR(os.stat("/dev/full").st_mode)
+
+
+def test_what_dead_processes_left_goes_with_the_next_writing(tmp_path):
+    old, young = tmp_path / f".run-12{files.PART}.csv", tmp_path / f".run-34{files.PART}.csv"
+    for path in (old, young):
+        path.write_text("half")
+    then = time.time() - 2 * files.ABANDONED
+    os.utime(old, (then, then))
+    write_text(tmp_path / "run.csv", "new")
+    assert names(tmp_path) == [young.name, "run.csv"]
+
+
+def test_a_missing_folder_and_one_that_cannot_be_made_are_named(tmp_path):
+    with pytest.raises(WriteError, match=r"there is no folder .*missing"):
+        write_text(tmp_path / "missing" / "run.csv", "new")
+    write_text(tmp_path / "file", "")
+    with pytest.raises(WriteError, match="file/below: this folder cannot be made"):
+        made_folder(tmp_path / "file" / "below")
+    with pytest.raises(WriteError, match="Is a directory"):
+        write_text(tmp_path, "new")
