@@ -10,6 +10,7 @@ from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, progress, table
+from vibrocap.files import WriteError, made_folder
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            export.parent.mkdir(parents=True, exist_ok=True)
+            made_folder(export.parent)
             write_study(dataset if out is None else out, export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
@@ -194,10 +195,12 @@ def _disk_failure(error: OSError, request: "SweepRequest") -> str:
     """One paragraph about a disk that did not take the results."""
     from vibrocap.studies.writing import StoreError
 
+    kept = f" The results are whole in {request.out}; with --resume nothing is run twice." if request.out else ""
+    if isinstance(error, WriteError):
+        return f"The study could not be exported: {error}.{kept}"
     if isinstance(error, StoreError):
         return f"The study could not be completed: {str(error).replace(' (resume=True)', '')}."
     reason = error.strerror or str(error)
-    kept = f" The results are whole in {request.out}; with --resume nothing is run twice." if request.out else ""
     return f"The study could not be completed: {error.filename or request.export}: {reason}.{kept}"
 
 
@@ -299,7 +302,7 @@ def plot(
         if not complaints:
             from vibrocap.plotting.maps import plot_view
 
-            path.parent.mkdir(parents=True, exist_ok=True)
+            made_folder(path.parent)
             plot_view(view, path, border)
     if complaints:
         raise Refusal(*dict.fromkeys(complaints))
