@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from interrupts import heard
 from vibrocap import files
 from vibrocap.cli.main import main
 from vibrocap.files import WriteError, made_folder, replacing, write_text
@@ -161,3 +162,34 @@ def test_a_full_standard_output_ends_with_code_3():
         found = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
     assert found.returncode == 3
     assert found.stderr == "standard output: No space left on device\n"
+
+
+# --- interrupts ------------------------------------------------------------------------------------------------------
+DURING_IMPORTS = """
+class Interrupts:
+    def find_spec(self, name, *given):
+        if name == "vibrocap.cli.main":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupts())
+"""
+TWICE = """
+import types
+def main():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(30)
+    except KeyboardInterrupt:
+        print("in order", flush=True)
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(30)
+sys.modules["vibrocap.cli.main"] = types.SimpleNamespace(main=main)
+"""
+
+
+@pytest.mark.parametrize(("what", "said"), [(DURING_IMPORTS, ""), (TWICE, "in order\n")])
+def test_an_interrupt_during_imports_and_a_second_one_end_at_once(what, said):
+    begin = "import os, signal, sys, time\nfrom vibrocap.__main__ import run\n"
+    with heard():
+        code = begin + what + "sys.exit(run())"
+        found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (found.returncode, found.stdout, found.stderr) == (130, said, "Interrupted.\n")
