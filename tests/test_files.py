@@ -2,13 +2,34 @@
 
 import errno
 import os
+import shutil
 import stat
+import subprocess
+import sys
 import time
 
 import pytest
 
+from interrupts import heard
 from vibrocap import files
+from vibrocap.cli.main import main
 from vibrocap.files import WriteError, made_folder, replacing, write_text
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
+
+CASE = """
+[machine]
+kind = "pendulum-capsule"
+[friction]
+law = "exponential"
+[drive]
+waveform = "harmonic"
+[run]
+periods = 2
+"""
 
 
 def names(folder):
@@ -98,3 +119,77 @@ def test_a_missing_folder_and_one_that_cannot_be_made_are_named(tmp_path):
         made_folder(tmp_path / "file" / "below")
     with pytest.raises(WriteError, match="Is a directory"):
         write_text(tmp_path, "new")
+
+
+# --- the command line ------------------------------------------------------------------------------------------------
+@pytest.mark.skipif(resource is None, reason="this system limits no sizes of files")
+@pytest.mark.parametrize(
+    ("option", "name", "size"),
+    [
+        ("--out", "run.nc", 8000),
+        ("--out", "run.csv", 20_000),
+        ("--plot", "run.png", 30_000),
+        ("--plot", "run.svg", 30_000),
+        pytest.param("--animate", "run.gif", 30_000, marks=pytest.mark.slow),
+        pytest.param("--animate", "run.mp4", 3000, marks=pytest.mark.slow),
+    ],
+)
+def test_a_full_disk_ends_with_code_3_and_leaves_the_old_file(tmp_path, capfd, option, name, size):
+    """A limit on the size of files stands for the full disk."""
+    if name.endswith(".mp4") and shutil.which("ffmpeg") is None:
+        pytest.skip("needs ffmpeg")
+    case, path = tmp_path / "case.toml", tmp_path / name
+    case.write_text(CASE)
+    path.write_text("old")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        code = main(["simulate", str(case), option, str(path)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    said = capfd.readouterr().err
+    assert code == 3
+    assert f"{path}: cannot be written: " in said
+    assert "the file that is there is as before" in said
+    assert path.read_text() == "old"
+    assert names(tmp_path) == sorted(["case.toml", name])
+
+
+def test_a_full_standard_output_ends_with_code_3():
+    """And not with a traceback when Python ends."""
+    code = "import sys; from vibrocap.cli.main import main; sys.exit(main(['measures']))"
+    with open("/dev/full", "w") as full:
+        found = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert found.returncode == 3
+    assert found.stderr == "standard output: No space left on device\n"
+
+
+# --- interrupts ------------------------------------------------------------------------------------------------------
+DURING_IMPORTS = """
+class Interrupts:
+    def find_spec(self, name, *given):
+        if name == "vibrocap.cli.main":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupts())
+"""
+TWICE = """
+import types
+def main():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(30)
+    except KeyboardInterrupt:
+        print("in order", flush=True)
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(30)
+sys.modules["vibrocap.cli.main"] = types.SimpleNamespace(main=main)
+"""
+
+
+@pytest.mark.parametrize(("what", "said"), [(DURING_IMPORTS, ""), (TWICE, "in order\n")])
+def test_an_interrupt_during_imports_and_a_second_one_end_at_once(what, said):
+    begin = "import os, signal, sys, time\nfrom vibrocap.__main__ import run\n"
+    with heard():
+        code = begin + what + "sys.exit(run())"
+        found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (found.returncode, found.stdout, found.stderr) == (130, said, "Interrupted.\n")

@@ -5,6 +5,7 @@ with its status and what was computed until then; 130 interrupted.
 """
 
 import collections
+import contextlib
 import io
 import os
 import sys
@@ -116,22 +117,37 @@ for command in (
     app.command(command)
 
 
+def _silence() -> None:
+    """Where the standard output takes no more, nothing more is written to it, not even when Python ends."""
+    with contextlib.suppress(OSError, ValueError):
+        try:
+            sys.stdout.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
     for stream in (sys.stdout, sys.stderr):  # a terminal without Greek letters still gets the numbers
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        return int(app(arguments, exit_on_error=False, print_error=False) or OK)
+        code = int(app(arguments, exit_on_error=False, print_error=False) or OK)
+        sys.stdout.flush()
+        return code
     except (CaseError, Refusal) as error:
         complain(str(error))
     except CycloptsError as error:
         complain(f"{error}\nvibrocap --help shows the commands with an example each.")
     except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence()
         return BROKEN_PIPE
     except WriteError as error:
         complain(str(error))
+        return INCOMPLETE
+    except OSError as error:  # the standard output on a full disk, a file that is gone since it was looked for
+        complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        _silence()
         return INCOMPLETE
     except KeyboardInterrupt as interruption:
         complain(str(interruption) or "Interrupted.")

@@ -20,6 +20,7 @@ from vibrocap.cli.terminal import (
     progress,
     table,
 )
+from vibrocap.files import WriteError, made_folder
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            export.parent.mkdir(parents=True, exist_ok=True)
+            made_folder(export.parent)
             write_study(dataset if out is None else out, export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
@@ -206,8 +207,10 @@ def _disk_failure(error: OSError, request: "SweepRequest") -> str:
 
     if isinstance(error, StoreError):
         return f"The study could not be completed: {str(error).replace(' (resume=True)', '')}."
-    reason = error.strerror or str(error)
     kept = "" if request.out is None else f" {_kept(request.out)}"
+    if isinstance(error, WriteError):
+        return f"The study could not be exported: {error}.{kept}"
+    reason = error.strerror or str(error)
     return f"The study could not be completed: {error.filename or request.export}: {reason}.{kept}"
 
 
@@ -322,7 +325,7 @@ def plot(
         if not complaints:
             from vibrocap.plotting.maps import plot_view
 
-            path.parent.mkdir(parents=True, exist_ok=True)
+            made_folder(path.parent)
             plot_view(view, path, border)
     if complaints:
         raise Refusal(*dict.fromkeys(complaints))
