@@ -36,6 +36,7 @@ from vibrocap.cli.terminal import (
     progress,
     table,
 )
+from vibrocap.cli.verify import verify
 from vibrocap.files import WriteError
 
 WIDE = 120  # columns of a terminal
@@ -110,8 +111,8 @@ app = App(
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
 for command in (
-    reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit, stick_slip,
-    datasets,
+    reproduce, simulate, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing, friction, fit,
+    stick_slip, datasets,
 ):  # fmt: skip
     app.command(command)
 

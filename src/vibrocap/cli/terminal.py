@@ -4,6 +4,7 @@ import contextlib
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -64,6 +65,15 @@ def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
     for index, column in enumerate(columns):
         made.add_column(column, justify="right" if column == "value" else "left", no_wrap=index < no_wrap)
     return made
+
+
+@contextlib.contextmanager
+def notes() -> Iterator[None]:
+    """Warnings within this context are lines on stderr, each of them once."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("once", UserWarning)
+        warnings.showwarning = lambda message, *_: complain(f"Note: {message}")
+        yield
 
 
 @contextlib.contextmanager

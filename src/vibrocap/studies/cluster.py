@@ -12,10 +12,11 @@ import numpy as np
 from vibrocap.case.case import CaseError
 from vibrocap.motion.trajectory import Status
 from vibrocap.studies.code_version import code_version
-from vibrocap.studies.store import Store, read_record
+from vibrocap.studies.store.record import read_record
+from vibrocap.studies.store.store import Store
+from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile
-from vibrocap.studies.writing import StoreError
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -16,7 +16,7 @@ from vibrocap.studies.designs import Drawn
 from vibrocap.studies.fingerprint import function_fingerprint
 from vibrocap.studies.runs import Runs
 
-FORMAT = "vibrocap study, format 1"
+FORMAT = "vibrocap study, format 2"
 PLANS: dict[str, type[Runs]] = {plan.kind: plan for plan in (Grid, CaseList, Drawn)}
 
 
