@@ -172,6 +172,16 @@ def test_a_fault_in_a_part_is_said_with_its_line(folder, capsys):
     assert f"typo.py, line {line}, in force: AttributeError: 'Bad' object has no" in capsys.readouterr().err
 
 
+def test_what_cannot_be_recorded_is_said_with_what_to_write_instead(folder, capsys):
+    text = law_text(GOOD.replace("return self.level * velocity, ()", "return self.level * abs(velocity), ()"), "kink")
+    (folder / "kink.py").write_text(text)
+    (folder / "case.toml").write_text(CASE.replace("long-tail", "kink"))
+    assert main(["simulate", "case.toml", "--parts", "kink.py", "--parts", "mylaws.py"]) == WRONG_INPUT
+    found = capsys.readouterr().err
+    assert found.startswith("kink.py, line ")
+    assert ", in force: a recorded formula cannot hold a kink: write side * velocity for |velocity|" in found
+
+
 # --- Python -----------------------------------------------------------------------------------------------------------
 def test_registering_makes_a_part_known_and_again_changes_nothing():
     @vc.register

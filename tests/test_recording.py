@@ -1,4 +1,4 @@
-"""Recorded formulas: powers and numpy's functions are taken, what is no formula is refused with what to write instead."""
+"""Recorded formulas: powers and numpy's functions are taken; of what is no formula it is said what to write instead."""
 
 import math
 

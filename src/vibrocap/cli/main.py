@@ -128,5 +128,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         if (place := place_in_parts(error)) is None:
             raise
-        complain(f"{place}: {type(error).__name__}: {error}")
+        text = str(error)
+        complain(text if text.startswith(place) else f"{place}: {type(error).__name__}: {text}")
     return WRONG_INPUT

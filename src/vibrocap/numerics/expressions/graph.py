@@ -12,8 +12,8 @@ import numpy as np
 
 from vibrocap.numerics.expressions.refusals import Recordable
 
-LARGEST_PRODUCT = 8  # exponent up to which a whole power is a product; as in `elementary.power`, and so is
-POWER_ROUNDING = 1e-10  # where other powers are rounded off, so that they have a series at zero too
+LARGEST_PRODUCT = 8  # exponent up to which a whole power is a product, as in `vibrocap.physics.elementary.power`
+POWER_ROUNDING = 1e-10  # where other powers are rounded off, as there, so that they have a series at zero too
 FUNCTIONS = {
     "sin": math.sin,
     "cos": math.cos,
