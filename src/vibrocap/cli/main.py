@@ -22,6 +22,7 @@ from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
 from vibrocap.cli.options import Refusal, needs, writable_folder
 from vibrocap.cli.orbit import crossing, orbit
+from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.records import datasets, stick_slip
 from vibrocap.cli.simulate import limits, simulate
 from vibrocap.cli.sweep import measures, plot, sweep
@@ -110,11 +111,12 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
+WITHOUT_PARTS = (reproduce, plot, friction, stick_slip, datasets)  # they know no part, or see to it themselves
 for command in (
     reproduce, simulate, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing, friction, fit,
     stick_slip, datasets,
 ):  # fmt: skip
-    app.command(command)
+    app.command(command if command in WITHOUT_PARTS else taking_parts(command))
 
 
 def _silence() -> None:
@@ -152,4 +154,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interruption:
         complain(str(interruption) or "Interrupted.")
         return INTERRUPTED
+    except Exception as error:  # a fault in a part of the user's own is theirs to mend; any other is ours
+        from vibrocap.physics.part_files import place_in_parts
+
+        if (place := place_in_parts(error)) is None:
+            raise
+        text = str(error)
+        complain(text if text.startswith(place) else f"{place}: {type(error).__name__}: {text}")
     return WRONG_INPUT
