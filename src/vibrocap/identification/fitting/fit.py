@@ -110,6 +110,9 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
     names = [each.name for each in all_samples]
     if len(set(names)) < len(names):
         raise ValueError(f"records: should have different names, got {', '.join(names)}")
+    turning = [each.name for each in all_samples if each.rotary]
+    if turning and len(turning) < len(all_samples):
+        raise ValueError(f"records: {', '.join(turning)} turn and the others slide; should be of one contact")
     unseen: list[Samples] = []
     for item in held_out if isinstance(held_out, (list, tuple)) else [held_out]:
         if isinstance(item, str):

@@ -15,6 +15,7 @@ from vibrocap.identification.problem.parameter_roles import unit_of
 from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
+from vibrocap.identification.result.measured_units import TURNING, MeasuredUnits, measured_units
 from vibrocap.identification.search.loss import Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.parameters import parameter_table
@@ -51,12 +52,14 @@ def finished_fit(
     known_load = options.get("load") is not None or any(
         np.any(np.asarray(each.load) != 1.0) for each in prediction.records
     )
+    units = measured_units(any(each.rotary for each in prediction.records))
+    guessed = {name: unit for each in prediction.records for name, unit in each.guessed_units.items()}
     parameters = []
     for info in parameter_table(law):
         value = getattr(law, info.name)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             continue
-        unit = unit_of(info.name, known_load)
+        unit = units.of_parameter(unit_of(info.name, known_load))
         texts = (info.name, info.symbol, info.meaning, unit)
         if info.name in found:
             one = found[info.name]
@@ -81,7 +84,7 @@ def finished_fit(
         status=best.status,
         parameters=tuple(parameters),
         nuisances=tuple(
-            _nuisance(each, values[each.name], found[each.name], standard[each.name])
+            _nuisance(each, values[each.name], found[each.name], standard[each.name], units)
             for each in space.coordinates
             if is_nuisance(each.name)
         ),
@@ -96,7 +99,7 @@ def finished_fit(
         identifiability=report,
         starts=starts,
         seconds=seconds(),
-        options={**options, "known_load": known_load},
+        options={**options, "known_load": known_load, "rotary": units is TURNING, "guessed_units": guessed},
         problem=problem,
     )
 
@@ -183,7 +186,9 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
-def _nuisance(coordinate: Coordinate, value: float, interval: Interval, error: float) -> FittedParameter:
+def _nuisance(
+    coordinate: Coordinate, value: float, interval: Interval, error: float, units: MeasuredUnits
+) -> FittedParameter:
     """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
     name = coordinate.name
     text, unit = {
@@ -197,4 +202,4 @@ def _nuisance(coordinate: Coordinate, value: float, interval: Interval, error: f
         low, high = max(low, coordinate.low), min(high, coordinate.high)
     determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
     verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
-    return FittedParameter(name, "", text, unit, value, low, high, error, verdict)
+    return FittedParameter(name, "", text, units.of_parameter(unit), value, low, high, error, verdict)
