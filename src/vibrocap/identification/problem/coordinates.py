@@ -24,7 +24,8 @@ class Coordinate:
     log: p = exp(u); foot: p = scale sinh(u), p >= 0; linear: p = scale u;
     above: p = partner exp(u) with u >= 0; below: p = partner exp(-u) with u >= 0 (partner: another parameter's value).
     low, high: bounds of p. spread: standard deviation of u among the starts. step: change of u for differences; a
-    coarse one for a parameter in which the force is not smooth (a gap moves the instants at which a joint closes).
+    coarse one for a law whose force is not smooth in a parameter; jumps: whether it is this one (a gap moves the
+    instants at which a joint closes).
     """
 
     name: str
@@ -35,6 +36,7 @@ class Coordinate:
     partner: str = ""
     spread: float = 0.5
     step: float = STEP
+    jumps: bool = False
 
     @property
     def range(self) -> tuple[float, float]:

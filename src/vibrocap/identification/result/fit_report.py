@@ -59,7 +59,7 @@ def finished_fit(
         value = getattr(law, info.name)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             continue
-        unit = units.of_parameter(unit_of(info.name, known_load))
+        unit = units.of_parameter(unit_of(info, known_load))
         texts = (info.name, info.symbol, info.meaning, unit)
         if info.name in found:
             one = found[info.name]
@@ -154,6 +154,7 @@ def _identifiability(problem: Problem, values: Mapping[str, float], found: Mappi
     slopes = weighted @ to_parameters[:, columns] * amounts
     others = [j for j in range(len(space.names)) if j not in columns]
     return identifiability(
+        prediction.template,
         names,
         [values[name] for name in names],
         slopes,

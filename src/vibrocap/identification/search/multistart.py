@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.identification.problem.parameter_roles import is_gap
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.search.descent import COARSE_STOP, STOP, descent
 from vibrocap.identification.search.loss import Loss, Minimum, finite
@@ -52,7 +51,7 @@ def search(
         drafts.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
         said(0.05 + 0.5 * (i + 1) / len(begins))
     drafts.sort(key=lambda each: each[0].cost)
-    rough = any(is_gap(name) for name in prediction.space.names)
+    rough = any(each.jumps for each in prediction.space.coordinates)
     for i in range(min(CARRIED, len(drafts))):
         u = drafts[i][0].u
         drafts[i] = (_scanned(draft, descent(draft, u, loss, evaluations=LONG, stop=1e-6), loss), drafts[i][1])
@@ -70,7 +69,7 @@ def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:
     The others stay, or follow as the slopes say that they should; a lower point starts a new descent.
     """
     for j, coordinate in enumerate(prediction.space.coordinates):
-        if not is_gap(coordinate.name):
+        if not coordinate.jumps:
             continue
         for _ in range(LOOKS):
             moves = coordinate.step * np.linspace(-REACH, REACH, SCAN)[:, None]

@@ -32,8 +32,10 @@ def anisotropic(law: type[Law]) -> Any:
         )
 
     class Anisotropic(law):
-        forward_ratio: Positive = parameter(1.0, "k_fwd", "load that counts in sliding forward, over the load")
-        back_ratio: Positive = parameter(1.5, "k_back", "load that counts in sliding back, over the load")
+        forward_ratio: Positive = parameter(
+            1.0, "k_fwd", "load that counts in sliding forward, over the load", "convention"
+        )
+        back_ratio: Positive = parameter(1.5, "k_back", "load that counts in sliding back, over the load", "back ratio")
 
         def _ratio(self, side):
             """k of a side; their mean at rest (side 0)."""

@@ -46,7 +46,7 @@ def backlash(law: type[Law]) -> Any:
     kept = tuple(sign > 0 and name not in law.switched for sign, name in zip(signs, law.internal, strict=True))
 
     class Backlash(law):
-        gap: NonNegative = parameter(0.01, "g_b", "width of the gap, the play from face to face")
+        gap: NonNegative = parameter(0.01, "g_b", "width of the gap, the play from face to face", "gap")
 
         internal: ClassVar = (*law.internal, "gap_position", "engaged")
         switched: ClassVar = (*law.switched, "engaged")
