@@ -245,6 +245,8 @@ def _small_print(fit: Fit, shown: list[RecordResult]) -> str:
     )
     if not fit.options.get("method", "").startswith("steady"):
         text += f"{fit.units.displacement_name.capitalize()}: about the middle of what is shown. "
+    if fit.limits:
+        text += "At limits: " + "; ".join(limit.text for limit in fit.limits) + ". "
     return text + _left_out(fit, shown)
 
 

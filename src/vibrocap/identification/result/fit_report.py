@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.identification.inference.identifiability import WIDE, Identifiability, Verdict, identifiability
+from vibrocap.identification.inference.limits import opened, reached_limits
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.uncertainty import correlation_time
 from vibrocap.identification.problem.coordinates import Coordinate
@@ -19,6 +20,8 @@ from vibrocap.identification.result.measured_units import TURNING, MeasuredUnits
 from vibrocap.identification.search.loss import Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.parameters import parameter_table
+
+EACH = 5  # samples for each parameter, the least with which intervals are given
 
 
 def finished_fit(
@@ -47,7 +50,13 @@ def finished_fit(
         name: dataclasses.replace(each, low=min(each.low, values[name]), high=max(each.high, values[name]))
         for name, each in found.items()
     }
+    limits = reached_limits(prediction, problem.best, problem.loss, spread)
+    found = opened(found, limits, prediction, problem.best)
     report = _identifiability(problem, values, found)
+    counted, parameters_in_all = int(sum(np.sum(each) for each in prediction.counts)), len(space.names)
+    if counted < EACH * parameters_in_all:
+        report = _too_few(report, counted, parameters_in_all)
+        found = {name: dataclasses.replace(each, **_nothing(each)) for name, each in found.items()}
     law = prediction.law(best.u)
     known_load = options.get("load") is not None or any(
         np.any(np.asarray(each.load) != 1.0) for each in prediction.records
@@ -60,6 +69,8 @@ def finished_fit(
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             continue
         unit = units.of_parameter(unit_of(info, known_load))
+        if units is TURNING and known_load and info.dimension is not None and info.dimension.coefficient == 1:
+            unit = "m"  # a torque over the normal force
         texts = (info.name, info.symbol, info.meaning, unit)
         if info.name in found:
             one = found[info.name]
@@ -101,6 +112,7 @@ def finished_fit(
         seconds=seconds(),
         options={**options, "known_load": known_load, "rotary": units is TURNING, "guessed_units": guessed},
         problem=problem,
+        limits=limits,
     )
 
 
@@ -128,6 +140,25 @@ def failed_fit(
         seconds=seconds,
         options=dict(options),
     )
+
+
+def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifiability:
+    """The report where the samples cannot carry the parameters: nothing is determined."""
+    sentence = (
+        f"{samples} samples cannot carry {parameters} parameters, those of the measurement included: no interval holds "
+        f"with fewer than {EACH} samples for each."
+    )
+    verdicts = dict.fromkeys(report.verdicts, Verdict.TOO_FEW)
+    experiments = dict.fromkeys(report.verdicts, "more samples are needed")
+    return dataclasses.replace(
+        report, verdicts=verdicts, sentences=(sentence, *report.sentences), experiments=experiments
+    )
+
+
+def _nothing(interval: Interval) -> dict[str, Any]:
+    """The fields of an interval that is open at both ends."""
+    low = -math.inf if interval.low < 0 else 0.0
+    return {"low": low, "high": math.inf, "low_open": True, "high_open": True}
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.identification.inference.identifiability import Identifiability, Verdict
+from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
@@ -82,6 +83,7 @@ class Fit:
     samples, effective_samples: number of samples, and of independent ones (see `uncertainty`)
     cost, unit: least cost and its unit s^2 (see `uncertainty`)
     starts: where the search began and ended; seconds: time it took; options: how the fit was asked for
+    limits: at which parameters stand, those of the search included; they open intervals that they would hold closed
     problem: what was minimised, for profiles, bootstraps and designs that start from here
     """
 
@@ -103,6 +105,7 @@ class Fit:
     seconds: float
     options: Mapping[str, Any]
     problem: "Problem | None" = None
+    limits: tuple[ReachedLimit, ...] = ()
 
     @property
     def units(self) -> MeasuredUnits:
@@ -145,6 +148,8 @@ class Fit:
         report = self.identifiability
         if report is not None and report.sentences:
             lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+        if self.limits:
+            lines += ["", "Limits that were reached:", *(f"- {limit}." for limit in self.limits)]
         if self.options.get("not_shown"):
             names = ", ".join(self.options["not_shown"])
             lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]
@@ -245,6 +250,7 @@ def as_data(fit: Fit) -> dict[str, Any]:
                 {"exponents": dict(each.exponents), "deviation": _number(each.deviation)} for each in report.directions
             ],
         },
+        "limits": [dataclasses.asdict(limit) for limit in fit.limits],
         "starts": [_number(each.cost) for each in fit.starts],
         "options": {name: _plain(value) for name, value in fit.options.items()},
         "seconds": round(fit.seconds, 3),
