@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap.records.checks import RecordError
 from vibrocap.records.columns import RECORD, Table
-from vibrocap.records.units import unit_named
+from vibrocap.records.units import DIMENSIONS, unit_named
 
 COMMENTS = ("#", "%", "//", "!")
 DELIMITERS = (";", "\t", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late
@@ -147,18 +147,20 @@ def _is_data(cells: Sequence[str], usual: int) -> bool:
 
 def _header(head: Sequence[Row], count: int, written: bool) -> tuple[list[str] | None, dict[str, str]]:
     """(names of the columns or None, unit by name) from the lines above the numbers; the nearest line counts."""
-    wide = [cells for _, cells in head if len(cells) == count and all(cells)]
+    wide = [cells for _, cells in head if len(cells) == count and (all(cells) or _are_units(cells))]
     if not wide or (not written and head[-1][1] != wide[-1]):
         return None, {}
     names, units = wide[-1], []
     if len(wide) > 1 and _are_units(wide[-1]):
         names, units = wide[-2], [re.sub(r"^[\[({<]|[\])}>]$", "", cell) for cell in wide[-1]]
     names = [name.strip("\"'") for name in names]
-    return names, dict(zip(names, units, strict=False))
+    return names, {name: unit for name, unit in zip(names, units, strict=False) if unit}
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    return all(unit_named(re.sub(r"^[\[({<]|[\])}>]$", "", cell)) is not None for cell in cells)
+    """Whether all cells that are not empty are units, one at least of a quantity that a record has."""
+    units = [unit_named(re.sub(r"^[\[({<]|[\])}>]$", "", cell)) for cell in cells if cell]
+    return None not in units and any(unit.dimension in DIMENSIONS for unit in units if unit is not None)
 
 
 def _check_ragged(body: Sequence[Row], names: list[str] | None, path: Path) -> None:

@@ -16,7 +16,7 @@ from vibrocap.case.case import CHOICES, Case, CaseError
 from vibrocap.physics.catalogue import register
 from vibrocap.physics.part_files import PartsError, file_of, load_parts
 from vibrocap.studies.fingerprint import function_fingerprint
-from vibrocap.studies.writing import StoreError
+from vibrocap.studies.store.writing import StoreError
 
 OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
 

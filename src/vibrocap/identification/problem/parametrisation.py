@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from vibrocap.arguments import suggestion
-from vibrocap.identification.problem.coordinates import COARSE_STEP, Coordinate, Space
+from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
 from vibrocap.identification.problem.data_scales import DataScales
 from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
 from vibrocap.physics import catalogue
@@ -100,10 +100,12 @@ def parametrisation(
         coordinate = _coordinate(name, kinds[name], limits[name], guessed[name], scales, bounds.get(name))
         if name not in bounds:
             if partner:
-                coordinate = dataclasses.replace(coordinate, form="above", partner=partner, low=0.0, high=math.inf)
+                coordinate = dataclasses.replace(
+                    coordinate, form="above", partner=partner, low=0.0, high=math.inf, whose=RATIOS
+                )
                 constants[partner] = start[partner]
             elif led and led not in chosen:
-                coordinate = dataclasses.replace(coordinate, form="below", partner=led)
+                coordinate = dataclasses.replace(coordinate, form="below", partner=led, whose=RATIOS)
                 constants[led] = start[led]
         if coarse:
             coordinate = dataclasses.replace(coordinate, step=COARSE_STEP, jumps=kinds[name].name == "gap")
@@ -199,6 +201,21 @@ def _coordinate(
     own: tuple[float, float] | None,
 ) -> Coordinate:
     """The form and the bounds of one parameter."""
+    found = _ranged(name, kind, limits, guess, scales, own)
+    if own:
+        return dataclasses.replace(found, whose=("given", "given"))
+    ends = [("law" if end == limit else "search") for end, limit in zip((found.low, found.high), limits, strict=False)]
+    return dataclasses.replace(found, whose=(ends[0], ends[1]))
+
+
+def _ranged(
+    name: str,
+    kind: Role,
+    limits: tuple[float, float, bool],
+    guess: float,
+    scales: DataScales,
+    own: tuple[float, float] | None,
+) -> Coordinate:
     natural = _natural(kind, guess, scales)
     low, high, inclusive = limits
     signed = low < 0
