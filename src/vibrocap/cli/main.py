@@ -58,7 +58,7 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
 
     if only is not None and only not in KEYS:
         raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
-    needs("reproduce", "plot", "matplotlib")
+    needs("reproduce", "matplotlib")
     writable_folder("--out", out)
     from vibrocap.report.reproduce import reproduce as reproduced
 

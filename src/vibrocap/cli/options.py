@@ -1,14 +1,13 @@
 """Options: how their texts are read, and the checks of what a command is to write, all of it before any work."""
 
 import contextlib
-import importlib.util
 import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from vibrocap.arguments import Complaint, Complaints
+from vibrocap.arguments import Complaint, Complaints, lacking
 
 PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv"), (".mp4", ".gif")
 
@@ -89,14 +88,14 @@ def writable_picture(option: str, path: Path | None) -> None:
     """Refusal for a picture that cannot be drawn or written. None is no picture."""
     if path is not None:
         writable_file(option, path, PICTURES)
-        needs(option, "plot", "matplotlib")
+        needs(option, "matplotlib")
 
 
 def writable_film(option: str, path: Path | None) -> None:
     """Refusal for a film that cannot be made or written. None is no film."""
     if path is not None:
         writable_file(option, path, FILMS)
-        needs(option, "plot", "matplotlib")
+        needs(option, "matplotlib")
         if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
             raise Refusal(
                 f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
@@ -104,10 +103,10 @@ def writable_film(option: str, path: Path | None) -> None:
 
 
 def writable_table(option: str, path: Path | None, *packages: str) -> None:
-    """Refusal for numbers that cannot be written as NetCDF, for which packages are needed, or CSV. None is no file."""
+    """Refusal for numbers that cannot be written, as NetCDF (with packages besides its own) or CSV. None is no file."""
     writable_file(option, path, TABLES)
     if path is not None and path.suffix.lower() == ".nc":
-        needs(option, "export", *packages)
+        needs(option, *packages, "h5netcdf", "h5py")
 
 
 def writable_folder(option: str, folder: Path) -> None:
@@ -123,8 +122,7 @@ def writable_folder(option: str, folder: Path) -> None:
         raise Refusal(f"{option}: {reason}; give a folder that can be written") from None
 
 
-def needs(option: str, extra: str, *packages: str) -> None:
-    """Refusal if packages of an optional extra are not installed."""
-    missing = [package for package in packages if importlib.util.find_spec(package) is None]
-    if missing:
-        raise Refusal(f"{option}: needs {' and '.join(missing)}; install it with: pip install 'vibrocap[{extra}]'")
+def needs(option: str, *packages: str) -> None:
+    """Refusal if packages that the core does not need are not installed."""
+    if said := lacking(*packages):
+        raise Refusal(f"{option}: {said}")

@@ -267,7 +267,7 @@ def fetch(name: str, /, *, to: Path | None = None) -> int:
     if name not in DATA_SETS:
         begun = next((each for each in DATA_SETS if name and each.startswith(name)), name)
         raise Refusal(f"no data set is called {name!r}; {suggestion(begun, DATA_SETS)}")
-    needs("datasets fetch", "fit", "pooch")
+    needs("datasets fetch", "pooch")
     writable_folder("--to", to if to is not None else data_root())
     try:
         with progress(f"Fetching {name}") as report:

@@ -73,7 +73,7 @@ def simulate(
     settings = {name: value for name, value in (("periods", periods), ("tolerance", tolerance)) if value is not None}
     refused = Complaints()
     with refused.collected():
-        writable_table("--out", out, "xarray", "h5netcdf")
+        writable_table("--out", out, "xarray")
     with refused.collected():
         writable_picture("--plot", plot)
     with refused.collected():

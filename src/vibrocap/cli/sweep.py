@@ -276,8 +276,7 @@ def plot(
     dead_band
         travel up to this size is none [default: 10 times the threshold to which the runs settled, or 1e-6]
     """
-    needs("plot", "sweep", "xarray", "zarr")
-    needs("plot", "plot", "matplotlib")
+    needs("plot", "xarray", "zarr", "matplotlib")
     from vibrocap.plotting.study_view import first_measure, study_view
 
     complaints = Complaints()

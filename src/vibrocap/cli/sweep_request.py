@@ -53,7 +53,7 @@ class SweepRequest:
         from vibrocap.studies.designs import Design
         from vibrocap.studies.planning import planned_study
 
-        needs("sweep", "sweep", "xarray", "zarr")
+        needs("sweep", "xarray", "zarr")
         complaints = Complaints([*self._destination_complaints(), *self._execution_complaints()])
         over = pairs("over", self.over, complaints, "PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
         if not self.over and self.cases is None:
@@ -104,7 +104,7 @@ class SweepRequest:
                 if (self.out / "study.json").exists() and not self.resume:
                     found.add("--out", f"{self.out} holds a study already; go on with --resume, or name another folder")
         with found.collected():
-            writable_table("--export", self.export, "h5netcdf")
+            writable_table("--export", self.export)
         return found
 
     def _execution_complaints(self) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import lacking
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
 from vibrocap.io.json_text import json_text
 from vibrocap.motion.trajectory import Trajectory
@@ -140,12 +141,10 @@ def _case_in_csv(path: Path) -> str:
 
 
 def _case_in_netcdf(path: Path) -> str:
-    try:
-        import h5netcdf
-    except ImportError:
-        raise CaseError(
-            ["needs h5netcdf to be read; install it with: pip install 'vibrocap[export]'"], str(path)
-        ) from None
+    if said := lacking("h5netcdf", "h5py"):
+        raise CaseError([said], str(path))
+    import h5netcdf
+
     try:
         with h5netcdf.File(path, "r") as file:
             if "case" in file.attrs:

@@ -4,18 +4,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
-from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.case.case import CHOICES, RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.during_run import measure_table, resolved
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.system import System
 from vibrocap.studies.axes import Grid, axis_of
-from vibrocap.studies.cases import case_list
+from vibrocap.studies.cases import CaseList, Column, case_list
 from vibrocap.studies.checks import kind_choices, plan_complaints
 from vibrocap.studies.designs import Design, Drawn, range_from
 from vibrocap.studies.runs import Runs
 from vibrocap.studies.study import Study
-from vibrocap.studies.variation import kinds_chosen, path_complaints
+from vibrocap.studies.variation import KINDS, kinds_chosen, path_complaints
 
 
 def planned_study(
@@ -51,6 +51,8 @@ def planned_study(
     run["tolerance"] = float(run["tolerance"])
     start = {name: float(value) for name, value in (initial or {}).items()}
     settle = settings["settle"]
+    if isinstance(plan, CaseList):
+        plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
     return Study(
         Case(system, start, **run), plan, measures, int(settings["window"]), None if settle is None else float(settle)
     )
@@ -107,3 +109,19 @@ def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:
     ranges = [range_from(path, given) for path, given in over.items()]
     complaints = [*design.complaints(), *(complaint for _, found in ranges for complaint in found)]
     return Drawn(design, tuple(each for each, _ in ranges)), complaints
+
+
+def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Column:
+    """The column, with a word such as "weight" written out where a case gives no value and the system has that word.
+
+    So a column in which words may stand is seen to hold words, and is stored as text.
+    """
+    part, _, name = column.path.partition(".")
+    if part not in CHOICES or column.path in KINDS:
+        return column
+    values = list(column.values)
+    for number, value in enumerate(values):
+        if value is None:
+            own = getattr(kinds_chosen(system, plan.case(number))[part], name, None)
+            values[number] = own if isinstance(own, str) else None
+    return Column(column.path, tuple(values))
