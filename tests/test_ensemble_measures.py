@@ -1,8 +1,8 @@
 """Measures taken during the run: the same from the stored motion, and the same as the measures written with arrays."""
 
 import functools
+import importlib
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.motion import recorded_run
 
-BRIDGE = sys.modules["vibrocap.measures.ensemble"]  # the module, whose name in the package is the function's
+BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
 RATIOS = {"exponential": (0.5, 1.0, 2.5, 6.0), "lugre": (1.0, 2.5)}
 START = {"angle": math.pi / 3}
@@ -353,6 +353,18 @@ def test_asking_for_less_leaves_the_rest_as_it_is():
     together = small_ensemble([1.0, 2.5])
     for name in ASKED:
         assert np.array_equal(small_ensemble([1.0, 2.5], measures=[name])[name], together[name])
+
+
+def test_the_window_fits_the_run_unless_told():
+    """The last ten periods, or all where a run has fewer; a window that is asked for has to fit."""
+    for periods, expected in ((2, 2), (12, 10)):
+        found = small_ensemble([2.5], periods=periods, window=None, measures=["drift"])
+        assert found["window_periods"].tolist() == [expected]
+        motion = vc.simulate(SYSTEM, periods=periods, initial=START)
+        assert vc.mean_velocity(motion).window == ((periods - expected) * motion.period, periods * motion.period)
+        assert vc.measured(motion, "displacement") == vc.measured(motion, "displacement", window=expected)
+    with pytest.raises(ValueError, match="window should be a whole number from 1 to 2, got 10"):
+        small_ensemble([2.5], periods=2, window=10)
 
 
 def test_initial_states_and_parameters_reach_the_run():

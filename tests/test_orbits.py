@@ -295,6 +295,19 @@ def test_bad_input_is_refused(arguments, complaint):
         shoot(**{"system": system_with(vc.Exponential()), "start": START, **arguments})
 
 
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"response_period": 0}, "response_period should be a whole number"),
+        ({"settle_periods": 0}, "settle_periods should be a whole number"),
+        ({"tolerance": 1.0}, "tolerance should be a number from"),
+    ],
+)
+def test_bad_input_is_refused_before_a_motion_is_followed(arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        vc.orbit(system_with(vc.Exponential()), initial=START, **arguments)
+
+
 def test_half_period_search_needs_the_symmetry():
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Biharmonic(second_amplitude=0.3))
     with pytest.raises(ValueError, match="no half-period symmetry"):

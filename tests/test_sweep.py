@@ -130,6 +130,10 @@ def test_missing_packages_are_named_before_any_work(missing, options, monkeypatc
         sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]}, **options)
 
 
+def test_a_short_study_is_measured_over_all_of_it(cheap):
+    assert sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]}, periods=3).attrs["window"] == 3
+
+
 def test_a_design_lies_along_its_runs(cheap, tmp_path):
     ranges = {"machine.mass_ratio": "log:0.1:8", "machine.stiffness": (1, 3)}
     found = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2))

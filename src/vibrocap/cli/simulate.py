@@ -16,7 +16,6 @@ from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.parameters import described
 
-VELOCITY_PERIODS = 10  # the mean velocity is taken over the last so many whole periods, or all where there are fewer
 # kind of event: what the contact does
 EVENTS = {
     "stick": "comes to rest and sticks",
@@ -135,7 +134,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
     velocity: dict[str, Any] = {"value": None, "window": None, "settled": False}
     travels = whole > 0 and motion.system.machine.cyclic is not None
     if travels:
-        velocity = dataclasses.asdict(mean_velocity(motion, min(VELOCITY_PERIODS, whole)))
+        velocity = dataclasses.asdict(mean_velocity(motion))
     counts = collections.Counter(motion.event_kinds)
     certificate = motion.certificate.record() if started else None
     return plain(

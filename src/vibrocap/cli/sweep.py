@@ -83,7 +83,7 @@ def sweep(
     periods
         drive periods of a run at most, a whole number, instead of the case's
     window
-        drive periods at the end over which a run is measured that does not settle [default: 10]
+        drive periods at the end over which a run is measured that does not settle [default: 10, or all]
     settle
         how near to a steady motion a run ends, as a share of each state's size; 0: never [default: 1e-6]
     tolerance

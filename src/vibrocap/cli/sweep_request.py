@@ -13,7 +13,6 @@ from vibrocap.io.motion_file import read_source
 if TYPE_CHECKING:
     from vibrocap.studies.study import Study
 
-WINDOW = 10
 DEVICES = ("cpu", "cuda")
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
 
@@ -154,8 +153,6 @@ class SweepRequest:
         if 1 <= periods < 1e9 and periods == int(periods):
             settings["periods"] = int(periods)
         settings["window"] = self.window
-        if self.window is None:
-            settings["window"] = int(min(WINDOW, max(1, periods))) if periods == periods else WINDOW
         settings["settle"] = self.settle or None
         if self.settle is None:
             tolerance = settings["tolerance"]

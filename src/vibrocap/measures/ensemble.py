@@ -12,6 +12,7 @@ from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_n
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
+from vibrocap.measures.windows import usual_window
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.trajectory import Status
@@ -41,7 +42,7 @@ def ensemble(
     measures: Sequence[str | Measure] = ("mean_velocity",),
     initial: Mapping[str, float] | None = None,
     periods: int = 60,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
@@ -56,7 +57,8 @@ def ensemble(
     measures: names of `measure_table()`, or measures of one's own
     initial: start of all runs by state; what is not named starts at zero
     periods: whole drive periods, the budget of a run
-    window: whole drive periods at the end of the budget over which is measured where nothing settles
+    window: whole drive periods at the end of the budget over which is measured where nothing settles; 10, or all where
+        there are fewer
     settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
         as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
         period (one or more drive periods) more
@@ -78,6 +80,7 @@ def ensemble(
     columns = _columns(system, over)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     check_whole("periods", periods, 1, MOST_PERIODS)
+    window = usual_window(periods) if window is None else window
     check_whole("window", window, 1, int(periods))
     check_whole("threads", 1 if threads is None else threads, 1, 2**16)
     if device not in DEVICES:

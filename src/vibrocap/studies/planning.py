@@ -7,6 +7,7 @@ from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole,
 from vibrocap.case.case import CHOICES, RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.during_run import measure_table, resolved
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.windows import usual_window
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.system import System
 from vibrocap.studies.axes import Grid, axis_of
@@ -50,12 +51,11 @@ def planned_study(
     run |= {name: int(value) for name, value in run.items() if name != "tolerance"}
     run["tolerance"] = float(run["tolerance"])
     start = {name: float(value) for name, value in (initial or {}).items()}
-    settle = settings["settle"]
+    settle, window = settings["settle"], settings["window"]
+    window = usual_window(run["periods"]) if window is None else int(window)
     if isinstance(plan, CaseList):
         plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
-    return Study(
-        Case(system, start, **run), plan, measures, int(settings["window"]), None if settle is None else float(settle)
-    )
+    return Study(Case(system, start, **run), plan, measures, window, None if settle is None else float(settle))
 
 
 def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
@@ -66,7 +66,7 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
             check_run(**(RUN_DEFAULTS | {name: settings[name]}))
             if name == "periods" and settings[name] != int(settings[name]):
                 found.add("periods", f"a study runs whole drive periods, got {settings[name]!r}")
-    if not found and not is_whole(settings["window"], 1, settings["periods"]):
+    if not found and settings["window"] is not None and not is_whole(settings["window"], 1, settings["periods"]):
         limit = f"from 1 to the {settings['periods']} periods of a run"
         found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
     with found.collected():

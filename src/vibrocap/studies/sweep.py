@@ -48,7 +48,7 @@ def sweep(
     design: Design | None = None,
     initial: Mapping[str, float] | None = None,
     periods: int = 60,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
