@@ -8,13 +8,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
 from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.catalogue import drives, laws, machines
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.system import System
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
@@ -178,39 +176,16 @@ def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complain
     for _ in range(2):  # all values; then the good ones, for what is to be said between them
         try:
             return cls(**values)
-        except ValidationError as error:
-            for problem in error.errors():
-                field, wanted = _said(problem)
-                if problem["loc"] or not any(name in f"{field} {wanted}" for name in bad):
-                    complaints.add(f"{section}.{field}", wanted)
-                    bad.add(field)
+        except ParameterError as error:
+            found = [each for each in error.complaints if not any(name in each for name in bad)]
+            complaints += [each.about(f"{section}.{each.field}") for each in found]
+            bad |= {each.field for each in found}
             values = {name: value for name, value in values.items() if name not in bad}
     return cls()
 
 
 def _has(cls: Any, name: str) -> bool:
     return any(info.name == name for info in parameter_table(cls))
-
-
-def _said(problem: Any) -> tuple[str, str]:
-    """(field, what would be right and what was given) in our words, from one of pydantic's errors."""
-    context = problem.get("ctx", {})
-    place = ".".join(str(step) for step in problem["loc"])
-    if problem["type"] == "value_error":  # raised by a part itself, in its own words
-        wanted = str(context["error"])
-        if not place:
-            field, _, rest = wanted.partition(" ")
-            return field, rest
-    else:
-        wanted = {
-            "greater_than": f"should be greater than {context.get('gt', 0):g}",
-            "greater_than_equal": f"should be at least {context.get('ge', 0):g}",
-            "less_than": f"should be less than {context.get('lt', 0):g}",
-            "less_than_equal": f"should be at most {context.get('le', 0):g}",
-            "finite_number": "should be a finite number",
-            "float_type": "should be a number",
-        }.get(problem["type"], problem["msg"].replace("Input should", "should"))
-    return place, f"{wanted}, got {shown(problem['input'])}"
 
 
 def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, complaints: Complaints) -> None:

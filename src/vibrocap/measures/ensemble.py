@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
@@ -20,6 +19,7 @@ from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import PARTS, System
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
@@ -236,13 +236,8 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     for run in runs:
         try:
             _system_of_run(system, columns, run)
-        except ValidationError as error:
-            problem = error.errors()[0]
-            part = next((part for part in PARTS if type(getattr(system, part)).__name__ == error.title), error.title)
-            wanted = problem["msg"].removeprefix("Value error, ").replace("Input should", "should")
-            if problem["loc"]:  # else the part itself compared two fields, and named both
-                wanted = f"{problem['loc'][0]}: {wanted}, got {problem['input']!r}"
-            raise ValueError(f"{part}.{wanted} for run {run}") from None
+        except ParameterError as error:
+            raise ValueError(f"{error.complaints[0]} for run {run}") from None
         except ValueError as error:
             raise ValueError(f"{error} for run {run}") from None
 
