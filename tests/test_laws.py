@@ -96,7 +96,7 @@ def test_dahls_virgin_curve(exponent):
 )
 @pytest.mark.parametrize("amplitude", [5e-4, 3e-3])
 def test_loop_of_a_contact_at_constant_level(law, amplitude):
-    """|xi|max = g tanh(A/g), area 4 Fc [A - g tanh(A/g)] (PHYSICS.md, section 5): one formula for Dahl and LuGre."""
+    """|xi|max = g tanh(A/g), area 4 Fc [A - g tanh(A/g)] (docs/model.md): one formula for Dahl and LuGre."""
     g = 0.15 / 100.0
     largest = g * math.tanh(amplitude / g)
     there = stroke(law, 0.01, 200 * amplitude, (-largest,), samples=2001, tolerance=1e-11)

@@ -234,7 +234,7 @@ def test_anisotropic_levels_and_what_is_held():
 
 
 def test_anisotropic_contact_under_an_oscillation_has_no_mean_force_at_the_known_drift():
-    """v = V + b sin(phi) with V = b sin[(pi/2)(k_back - k_fwd)/(k_back + k_fwd)] (PHYSICS.md, section 5)."""
+    """v = V + b sin(phi) with V = b sin[(pi/2)(k_back - k_fwd)/(k_back + k_fwd)] (docs/model.md)."""
     law = vc.anisotropic(vc.Coulomb)(forward_ratio=1.0, back_ratio=1.6)
     share = math.sin(0.5 * math.pi * 0.6 / 2.6)
     phi = (np.arange(200_000) + 0.5) * 2 * math.pi / 200_000

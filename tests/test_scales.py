@@ -1,4 +1,4 @@
-"""SI <-> dimensionless: the definitions of PHYSICS.md, section 1, the equations in SI, and the way back."""
+"""SI <-> dimensionless: the definitions of docs/model.md, the equations in SI, and the way back."""
 
 import dataclasses
 import math
@@ -38,7 +38,7 @@ EXPONENTIAL = si.ExponentialInSI(coulomb_coefficient=0.2, static_coefficient=0.5
 
 
 def test_parameters_are_those_of_the_definitions():
-    """lambda = M/m, rho = k/(m l^2 omega_n^2) and so on, typed from PHYSICS.md with omega_n written out."""
+    """lambda = M/m, rho = k/(m l^2 omega_n^2) and so on, typed from docs/model.md with omega_n written out."""
     m, l, g = 0.12, 0.27, 9.81  # noqa: E741
     omega_n = math.sqrt(g / l)
     system = si.SystemInSI(CAPSULE, LUGRE, DRIVE).dimensionless()

@@ -52,7 +52,7 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
     out
         folder for report.html, the figures and their data; made where it is missing
     only
-        one figure and its claims, such as fig09
+        one figure and its claims, such as fig09; the report is report-fig09.html then
     """
     from vibrocap.paper.figures import KEYS
 
