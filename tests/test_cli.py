@@ -140,6 +140,29 @@ def test_everything_wrong_is_named_at_once_and_nothing_is_made(case, tmp_path, c
     assert list(tmp_path.iterdir()) == [case]
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "simulate CASE --out a/b/x.csv",
+        "simulate CASE --plot a/b/x.png",
+        "simulate CASE --animate a/b/x.gif",
+        "sweep CASE --over drive.amplitude=1,2 --export a/b/x.csv",
+        "branch CASE --over drive.amplitude=1:2 --plot a/b/x.png",
+        "basins CASE --plane angle,angle_rate --plot a/b/x.png",
+        "friction show lugre --plot a/b/x.png",
+        "friction test lugre --plot a/b/x.png",
+        "fit CASE --law lugre --plot a/b/x.png",
+        "stick-slip CASE --plot a/b/x.png",
+    ],
+)
+def test_files_go_into_folders_that_are_there(words, case, capsys, monkeypatch):
+    monkeypatch.chdir(case.parent)
+    folder = str(Path("a") / "b")
+    message = refused(capsys, *(str(case) if word == "CASE" else word for word in words.split()))
+    assert f"{words.split()[-2]}: there is no folder {folder!r}; make it first, or give another name" in message
+    assert list(case.parent.iterdir()) == [case]
+
+
 @pytest.mark.parametrize("option", ["--out x.csv", "--plot x.png", "--animate x.gif"])
 def test_folder_that_cannot_be_written(option, case, capsys, monkeypatch):
     name, file = option.split()
@@ -286,7 +309,7 @@ def test_run_that_fails_at_once_is_still_reported(kind, case, capsys):
 @pytest.mark.parametrize("law", ["exponential", "lugre"])
 def test_export_can_be_run_again_to_the_same_bits(kind, law, case, capsys):
     case.write_text(CASE.replace("exponential", law))
-    out = case.parent / "results" / f"run.{kind}"
+    out = case.parent / f"run.{kind}"
     first = printed_json(capsys, "simulate", case, "--json", "--periods", "4", "--out", out)
     assert read_source(out) == read_case(case, periods=4.0)
     assert printed_json(capsys, "simulate", out, "--json") == first

@@ -192,7 +192,6 @@ def _fitted(
     if plot is not None:
         from vibrocap.plotting.fits import plot_fit
 
-        plot.parent.mkdir(parents=True, exist_ok=True)
         written.append(plot_fit(found, plot))
     if json:
         print(json_text(as_data(found)))
@@ -222,7 +221,6 @@ def _compared(
     for picture in pictures if good else ():
         from vibrocap.plotting.fits import plot_comparison
 
-        picture.parent.mkdir(parents=True, exist_ok=True)
         written.append(plot_comparison(found, picture))
     if json:
         print(json_text(comparison_record(found)))

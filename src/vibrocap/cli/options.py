@@ -71,7 +71,7 @@ def range_of(
 
 # --- what is written --------------------------------------------------------------------------------------------------
 def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> None:
-    """Refusal for a file that cannot be written; its folder is made when it comes to that. None is no file."""
+    """Refusal for a file that cannot be written, or whose folder is not there. None is no file."""
     if path is None:
         return
     if path.suffix.lower() not in kinds:
@@ -79,6 +79,8 @@ def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> None:
         raise Refusal(f"{option}: should end in {' or '.join(kinds)}, but {str(path)!r} {given}")
     if path.is_dir():
         raise Refusal(f"{option}: {str(path)!r} is a folder; give the name of a file in it")
+    if not path.parent.exists():
+        raise Refusal(f"{option}: there is no folder {str(path.parent)!r}; make it first, or give another name")
     writable_folder(option, path.parent)
     if path.exists() and not os.access(path, os.W_OK):
         raise Refusal(f"{option}: {str(path)!r} exists and cannot be overwritten; give another name")

@@ -119,7 +119,6 @@ def _draw(found: "list[StickSlip]", path: Path) -> None:
     from vibrocap.plotting.stick_slip import plot_regimes, plot_stick_slip
     from vibrocap.records.regime_diagram import regime_diagram
 
-    path.parent.mkdir(parents=True, exist_ok=True)
     if len(found) == 1:
         plot_stick_slip(found[0], path)
         return

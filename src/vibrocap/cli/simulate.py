@@ -87,9 +87,6 @@ def simulate(
         refused.append(f"--animate: draws the pendulum capsule only, not the machine {machine!r}")
     if refused:
         raise Refusal(*refused)
-    for path in (out, plot, animate):
-        if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
     with progress("Simulating") as report:
         motion = setup.simulate(report)
         record = motion_record(motion)

@@ -115,7 +115,6 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            export.parent.mkdir(parents=True, exist_ok=True)
             write_study(dataset if out is None else out, export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
@@ -298,7 +297,6 @@ def plot(
         if not complaints:
             from vibrocap.plotting.maps import plot_view
 
-            path.parent.mkdir(parents=True, exist_ok=True)
             plot_view(view, path, border)
     if complaints:
         raise Refusal(*dict.fromkeys(complaints))
