@@ -485,6 +485,34 @@ def test_second_call_compiles_nothing_and_loads_little(case, tmp_path):
     assert not imported & {"matplotlib", "xarray", "zarr", "dask", "pandas", "scipy.optimize", "scipy.stats"}
 
 
+def test_values_of_a_case_are_replaced_by_options(case, lugre, capsys):
+    """The run is that of a file that says so; another law has its defaults, and no start that it does not know."""
+    text = lugre.read_text().replace('"lugre"', '"lugre"\nbristle_damping = 5.0')
+    lugre.write_text(text.replace("[run]", "bristle = 1e-3\n[run]"))
+    values = ("--set", "friction.decay_rate=5,run.periods=4", "--set", "friction.law=exponential")
+    found = printed_json(capsys, "simulate", lugre, "--json", *values, "--initial", "angle=0.5")
+    case.write_text(CASE.replace('"exponential"', '"exponential"\ndecay_rate = 5').replace("1.0471975511965976", "0.5"))
+    assert found == printed_json(capsys, "simulate", case, "--json", "--periods", "4")
+
+
+def test_values_that_do_not_fit_are_named_by_their_option(case, capsys):
+    values = "--set machine.mas_ratio=2 --set machine.damping=-1 --set machin.x=1 --set run=3 --set x"
+    starts = "--initial angel=2 --initial angle=x --set initial.position=1 --initial position=1 --periods 0"
+    message = refused(capsys, "simulate", case, *values.split(), *starts.split())
+    for complaint in (
+        "--set machine.mas_ratio: no such key for kind = 'pendulum-capsule'; did you mean 'mass_ratio'?",
+        "--set machine.damping: should be at least 0, got -1",
+        "--set machin.x: no such section of a case; did you mean 'machine'?",
+        "--set run: should be a path such as run.NAME",
+        "--set x: should be PATH=VALUE, such as machine.mass_ratio=2.0",
+        "--initial angel: no such state; did you mean 'angle'?",
+        "--initial angle: should be a finite number, got 'x'",
+        "--initial position: is given by --set too",
+        "--periods: should be a positive number, got 0.0",
+    ):
+        assert f"{complaint}\n" in message
+
+
 def test_exit_codes_reach_the_shell(case):
     assert run("--version").stdout.strip() == vc.__version__
     wrong = run("simulate", case, "--periods", "-1")

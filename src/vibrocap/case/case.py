@@ -18,6 +18,7 @@ from vibrocap.physics.system import System
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 SECTIONS = (*CHOICES, "initial", "run")
+KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
 
 class CaseError(ValueError):
@@ -62,8 +63,8 @@ RUN_DEFAULTS: dict[str, Any] = {
 }
 
 
-def read_case(path: str | Path, **run: Any) -> Case:
-    """The case in a TOML file; `run` replaces settings of its section [run].
+def read_case(path: str | Path, changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
+    """The case in a TOML file; `changes` and `run` replace what it says, see `case_from_text`.
 
     Raises CaseError with every complaint at once.
     """
@@ -78,19 +79,39 @@ def read_case(path: str | Path, **run: Any) -> Case:
         raise CaseError([f"is not a text file in UTF-8 (byte {error.start + 1})"], str(path)) from None
     except OSError as error:
         raise CaseError([f"cannot be read: {error.strerror or error}"], str(path)) from None
-    return case_from_text(text, str(path), **run)
+    return case_from_text(text, str(path), changes, **run)
 
 
-def case_from_text(text: str, source: str = "the case", **run: Any) -> Case:
-    """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML."""
+def case_from_text(text: str, source: str = "the case", changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
+    """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML.
+
+    changes: values by path that replace those of the text, such as {"machine.mass_ratio": 2.0, "initial.angle": 0.5};
+        with another kind of part ("friction.law") that part has its kind's defaults but for further changes
+    run: the same for settings of the section [run], by name
+    """
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # besides what is no TOML: numbers and nesting beyond Python's limits
         reason, _, place = str(error).partition(" (at ")
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
-    if run and isinstance(data.get("run", {}), dict):
-        data["run"] = data.get("run", {}) | run
+    changes = {**(changes or {}), **{f"run.{name}": value for name, value in run.items()}}
+    for path in sorted(changes, key=lambda path: path not in KINDS):  # kinds first
+        _change(data, path, changes[path])
     return case_from_dict(data, source)
+
+
+def _change(data: dict[str, Any], path: str, value: Any) -> None:
+    """Put a value into the sections of a case."""
+    section, _, key = path.partition(".")
+    given = data.setdefault(section, {})
+    if not isinstance(given, dict):  # is complained of
+        return
+    if path in KINDS and value != given.get(key):
+        if section == "friction" and isinstance(start := data.get("initial"), dict):
+            law = laws().get(given.get(key, ""))
+            data["initial"] = {name: x for name, x in start.items() if law is None or name not in law.internal}
+        given.clear()
+    given[key] = value
 
 
 def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:

@@ -6,10 +6,17 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Annotated, Any
 
-from vibrocap.arguments import Complaint, Complaints, lacking
+from cyclopts import Parameter
+
+from vibrocap.arguments import Complaint, Complaints, lacking, suggestion
+from vibrocap.case.case import SECTIONS
 
 PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv"), (".mp4", ".gif")
+
+
+Settings = Annotated[list[str] | None, Parameter(name="--set")]
 
 
 class Refusal(ValueError):
@@ -55,6 +62,36 @@ def pairs(option: str, texts: "list[str] | None", complaints: Complaints, wanted
         else:
             found[key] = value
     return found
+
+
+def changes(
+    set_: "list[str] | None", initial: "list[str] | None", complaints: Complaints
+) -> dict[str, tuple[str, Any]]:
+    """What --set PATH=VALUE and --initial NAME=VALUE change in a case, by path: (the option, the value)."""
+    found = {}
+    for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
+        section, _, name = path.partition(".")
+        if section not in SECTIONS:
+            complaints.add(f"--set {path}", f"no such section of a case; {suggestion(section, SECTIONS)}")
+        elif not name:
+            complaints.add(f"--set {path}", f"should be a path such as {section}.NAME")
+        else:
+            found[path] = f"--set {path}", value_of(text)
+    for name, text in pairs("initial", split(initial), complaints, "NAME=VALUE, such as angle=0.5").items():
+        if f"initial.{name}" in found:
+            complaints.add(f"--initial {name}", "is given by --set too")
+        found[f"initial.{name}"] = f"--initial {name}", value_of(text)
+    return found
+
+
+def value_of(text: str) -> int | float | str:
+    """A whole number, a number or a word."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text.strip("\"'")
 
 
 def range_of(

@@ -1,7 +1,7 @@
 """Motions as files, NetCDF and CSV, that carry their case: such a file can be run again."""
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -47,13 +47,16 @@ def write_motion(motion: Trajectory, case: Case, path: Path) -> Path:
     return path
 
 
-def read_source(path: Path, **run: Any) -> Case:
-    """The case in a case file, or the one that an exported motion carries; CaseError with every complaint at once."""
+def read_source(path: Path, changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
+    """The case in a case file, or the one that an exported motion carries; CaseError with every complaint at once.
+
+    changes, run: what replaces values of the case, see `case_from_text`
+    """
     kind = path.suffix.lower()
     if kind not in (".nc", ".csv") or not path.is_file():
-        return read_case(path, **run)
+        return read_case(path, changes, **run)
     text = _case_in_netcdf(path) if kind == ".nc" else _case_in_csv(path)
-    return case_from_text(text, str(path), **run)
+    return case_from_text(text, str(path), changes, **run)
 
 
 def _meaning(name: str) -> str:
