@@ -151,15 +151,16 @@ def case_text(case: Case) -> str:
     lines = []
     for section, (key, _) in CHOICES.items():
         part = getattr(case.system, "friction" if section == "friction" else section)
-        lines += [f"[{section}]", f"{key} = {_toml(part.name)}"]
+        lines += [f"[{section}]", f"{key} = {toml_value(part.name)}"]
         values = {info.name: getattr(part, info.name) for info in parameter_table(part)}
-        lines += [f"{name} = {_toml(value)}" for name, value in values.items() if value is not None] + [""]
-    lines += ["[initial]", *(f"{name} = {_toml(value)}" for name, value in case.initial.items()), ""]
-    lines += ["[run]", *(f"{name} = {_toml(value)}" for name, value in case.run.items())]
+        lines += [f"{name} = {toml_value(value)}" for name, value in values.items() if value is not None] + [""]
+    lines += ["[initial]", *(f"{name} = {toml_value(value)}" for name, value in case.initial.items()), ""]
+    lines += ["[run]", *(f"{name} = {toml_value(value)}" for name, value in case.run.items())]
     return "\n".join(lines) + "\n"
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, int):

@@ -23,6 +23,7 @@ from vibrocap.cli.options import Refusal, needs, writable_folder
 from vibrocap.cli.orbit import crossing, orbit
 from vibrocap.cli.records import datasets, stick_slip
 from vibrocap.cli.simulate import limits, simulate
+from vibrocap.cli.start import completion, examples, new
 from vibrocap.cli.sweep import measures, plot, sweep
 from vibrocap.cli.terminal import BROKEN_PIPE, INTERRUPTED, OK, WRONG_INPUT, Page, complain, progress, table
 
@@ -98,8 +99,8 @@ app = App(
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
 for command in (
-    reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit, stick_slip,
-    datasets,
+    new, examples, reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit,
+    stick_slip, datasets, completion,
 ):  # fmt: skip
     app.command(command)
 
