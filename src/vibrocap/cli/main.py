@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
@@ -23,7 +23,7 @@ from vibrocap.cli.options import Refusal, needs, writable_folder
 from vibrocap.cli.orbit import crossing, orbit
 from vibrocap.cli.records import datasets, stick_slip
 from vibrocap.cli.simulate import limits, simulate
-from vibrocap.cli.start import completion, examples, new
+from vibrocap.cli.start import examples, new
 from vibrocap.cli.sweep import measures, plot, sweep
 from vibrocap.cli.terminal import BROKEN_PIPE, INTERRUPTED, OK, WRONG_INPUT, Page, complain, progress, table
 
@@ -86,6 +86,27 @@ def print_claims(result: Any) -> None:
     tally = ", ".join(f"{outcome} {count}" for outcome, count in counts.most_common())
     page.print(f"{len(result.claims)} claims in {result.seconds:.0f} s: {tally}.")
     page.say(f"Report: {result.report}")
+
+
+def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:
+    """The script that lets a shell complete the commands and options of vibrocap.
+
+    Example: vibrocap completion bash
+    Example: vibrocap completion zsh --install
+
+    Parameters
+    ----------
+    shell
+        bash, zsh, fish or powershell
+    install
+        write it to where the shell looks for such scripts, instead of printing it; for bash and zsh with a line in
+        .bashrc or .zshrc
+    """
+    if install:
+        Page().say(f"Written: {app.install_completion(shell=shell)}\nIt works in the next shell.")
+    else:
+        print(app.generate_completion(shell=shell))
+    return OK
 
 
 app = App(

@@ -1,9 +1,9 @@
-"""`vibrocap new`, `vibrocap examples` and `vibrocap completion`: what one begins with."""
+"""`vibrocap new` and `vibrocap examples`: cases to begin with."""
 
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import CHOICES, RUN_DEFAULTS
@@ -162,26 +162,3 @@ def shows(path: Path) -> str:
             break
         words.append(line.removeprefix("#").strip())
     return " ".join(words).partition(". ")[0].rstrip(".:")
-
-
-def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:
-    """The script that lets a shell complete the commands and options of vibrocap.
-
-    Example: vibrocap completion bash
-    Example: vibrocap completion zsh --install
-
-    Parameters
-    ----------
-    shell
-        bash, zsh, fish or powershell
-    install
-        write it to where the shell looks for such scripts, instead of printing it; for bash and zsh with a line in
-        .bashrc or .zshrc
-    """
-    from vibrocap.cli.main import app
-
-    if install:
-        Page().say(f"Written: {app.install_completion(shell=shell)}\nIt works in the next shell.")
-    else:
-        print(app.generate_completion(shell=shell))
-    return OK
