@@ -12,6 +12,7 @@ from vibrocap.motion.certificate import Certificate
 
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 20_000  # points at a time, when many are asked for
+STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
 
 
@@ -198,13 +199,40 @@ class Trajectory:
         return slopes.T
 
     def piece_observables(self, names: tuple[str, ...], index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n]."""
+        """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n].
+
+        Of pieces that implicit steps have made, what depends on the law's forces and rates is asked at states that fit
+        to the slopes of the polynomials, see `stiff_pieces.correction`.
+        """
         result = np.empty((len(names), len(index)))
+        forces = [i for i, name in enumerate(names) if name not in STATE_FUNCTIONS]
         for block in _blocks(len(index)):
             pieces, local = index[block], s[block]
-            states, side = self.piece_states(pieces, local), self.piece_side[pieces]
-            result[:, block] = self.observe(names, self.piece_start[pieces] + local, states, side)
+            t, side = self.piece_start[pieces] + local, self.piece_side[pieces]
+            states = self.piece_states(pieces, local)
+            found = np.asarray(self.observe(names, t, states, side))
+            stiff = np.flatnonzero(self.piece_implicit[pieces])
+            if forces and len(stiff):
+                states = states[:, stiff] + self.piece_correction(pieces[stiff], local[stiff])
+                values = self.observe(tuple(names[i] for i in forces), t[stiff], states, side[stiff])
+                for i, value in zip(forces, values, strict=True):
+                    found[i, stiff] = value
+            result[:, block] = found
         return result
+
+    def piece_correction(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """What to add to the states of stiff pieces before the law is asked: array [states, n]."""
+        from vibrocap.motion.stiff_pieces import correction
+
+        t = self.piece_start[index] + s
+        return correction(
+            self.system,
+            t - self.period * np.floor(t / self.period),
+            self.piece_states(index, s),
+            self.piece_slopes(index, s),
+            self.piece_side[index],
+            self.piece_length[index],
+        )
 
     def states(self, t: Any) -> np.ndarray:
         """States at times t: array [states, len(t)]."""
