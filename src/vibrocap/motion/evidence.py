@@ -190,11 +190,11 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
     near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
     bound is asked again as of an implicit step.
     """
-    recording, parameters = equations(motion.system), parameter_values(motion.system)
+    stiff = equations(motion.system).hold is None
     implicit = np.flatnonzero(motion.piece_implicit)
     even = np.linspace(0.0, 1.0, POINTS)
     index, s = np.repeat(implicit, POINTS), (even * motion.piece_length[implicit, None]).ravel()
-    worst = float(np.max(np.abs(motion.piece_correction(index, s)) / scales[:, None], initial=0.0))
+    worst = float(np.max(_left(motion, scales, index, s, 0.0), initial=0.0))
     taylor = np.flatnonzero(~motion.piece_implicit)
     fine = np.linspace(0.0, 1.0, FINE)
     for first in range(0, len(taylor), PIECES_AT_A_TIME):
@@ -206,17 +206,24 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
         near = slowest[:, None] + np.linspace(-1.0, 1.0, 5) / (FINE - 1.0)
         share = np.hstack([np.broadcast_to(even, (len(pieces), POINTS)), np.clip(near, 0.0, 1.0)])
         index, s = np.repeat(pieces, share.shape[1]), (share * h[:, None]).ravel()
-        local = _since_period(motion, motion.piece_start[index] + s)
-        rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
-        slopes = motion.piece_slopes(index, s)
-        left = np.zeros(len(index))
-        for slope, rate, scale in zip(slopes, rates, scales, strict=True):
-            left = np.maximum(left, np.abs(rate - slope) * motion.piece_length[index] / scale)
-        beyond = np.flatnonzero(~(left <= bound))
-        if recording.hold is None and len(beyond):
-            left[beyond] = np.max(np.abs(motion.piece_correction(index[beyond], s[beyond])) / scales[:, None], axis=0)
-        worst = max(worst, float(np.max(left)))
+        worst = max(worst, float(np.max(_left(motion, scales, index, s, bound if stiff else math.inf))))
     return worst
+
+
+def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, stiff_from: float) -> np.ndarray:
+    """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
+    recording, parameters = equations(motion.system), parameter_values(motion.system)
+    local = _since_period(motion, motion.piece_start[index] + s)
+    with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
+        rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
+    left = np.zeros(len(index))
+    for slope, rate, scale in zip(motion.piece_slopes(index, s), rates, scales, strict=True):
+        left = np.maximum(left, np.abs(rate - slope) * motion.piece_length[index] / scale)
+    beyond = np.flatnonzero(~(left <= stiff_from))
+    if len(beyond):
+        change = np.max(np.abs(motion.piece_correction(index[beyond], s[beyond])) / scales[:, None], axis=0)
+        left[beyond] = np.where(change > 0.0, change, left[beyond])  # zero: nothing is stiff
+    return left
 
 
 def _outer_impulse(motion: Trajectory) -> Any:

@@ -25,25 +25,29 @@ def correction(
         y* = y + h [f(y*) - y']
 
     and found by Newton's method, whose matrix is 1/h - J. Where nothing is stiff they are as near as h (f - y'); along
-    a stiff direction most of the error goes. Of a law with a kink at rest, y* stays on its side.
+    a stiff direction most of the error goes. Where they would be farther, disturbances grow instead of decaying, and
+    the states are left as they are. Of a law with a kink at rest, y* stays on its side.
 
     t: since the start of the period; length: of the piece of each point
     """
     recording, parameters = equations(system), parameter_values(system)
     size, count = states.shape
-    change = np.zeros_like(states)
+    scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)[:, None]
+    change, reach = np.zeros_like(states), None
     for _ in range(NEWTON_STEPS):
         at = states + change
         with np.errstate(all="ignore"):  # near rest a law may divide by zero; such a point is left where it is
             rates = _filled(evaluate(recording.rates, t, at, side, parameters), count)
             slope = _filled(evaluate(jacobian(recording), t, at, side, parameters), count)
             left = rates - slopes - change / length
+            if reach is None:
+                reach = np.max(np.abs(left * length) / scales, axis=0)
             matrix = np.eye(size) / length[:, None, None] - slope.reshape(size, size, count).transpose(2, 0, 1)
             usable = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(left).all(axis=0)
         change[:, usable] += np.linalg.solve(matrix[usable], left.T[usable, :, None])[:, :, 0].T
         if recording.kinked:
             change *= _share_to_rest(recording, t, states, change, side, parameters)
-    return change
+    return np.where(np.max(np.abs(change) / scales, axis=0) <= reach, change, 0.0)
 
 
 def _share_to_rest(recording: Equations, t, states, change, side, parameters) -> np.ndarray:

@@ -6,15 +6,19 @@ over the length h of the step,
 
     y* = y + h [f(y*) - y'],
 
-friction is as exact as the motion. They are found by Newton's method, whose matrix is 1/h - J. `motion.stiff_pieces`
-does the same for a stored motion.
+friction is as exact as the motion. They are found by Newton's method, whose matrix is 1/h - J. Where that leads
+farther than h [f(y) - y'], disturbances grow instead of decaying, and the state is left as it is.
+`motion.stiff_pieces` does the same for a stored motion.
 """
+
+import math
 
 from vibrocap.numerics.kernel.generated import (
     KINKED,
     LANES,
     ORDER,
     ROWS,
+    SCALE,
     SERIES,
     SIDE,
     STATES,
@@ -39,9 +43,13 @@ def fitting_point(real, whole, lane, s, point):
     time, inverse = real[TIME + lane] + s, 1.0 / real[STEP + lane]
     for i in range(STATES):
         real[POINT + i] = real[point + i]
-    for _ in range(NEWTON_STEPS):
-        if not newton_step(real, lane, s, time, inverse, point):
+    reach, way = 0.0, 0.0
+    for i in range(NEWTON_STEPS):
+        left = newton_step(real, lane, s, time, inverse, point)
+        if not (left <= 1e300):
             return
+        if i == 0:
+            reach = left
         if KINKED:
             before = real[SIDE + lane] * contact_velocity(real, time, point, lane)
             after = real[SIDE + lane] * contact_velocity(real, time, POINT, lane)
@@ -50,17 +58,22 @@ def fitting_point(real, whole, lane, s, point):
                 for i in range(STATES):
                     real[POINT + i] = real[point + i] + share * (real[POINT + i] - real[point + i])
     for i in range(STATES):
-        real[point + i] = real[POINT + i]
+        way = max(way, abs(real[POINT + i] - real[point + i]) / real[SCALE + i * LANES + lane])
+    if way <= reach:
+        for i in range(STATES):
+            real[point + i] = real[POINT + i]
 
 
 def newton_step(real, lane, s, time, inverse, point):
-    """Move real[POINT:POINT + STATES] by one step of Newton's method; whether that could be done."""
+    """Move real[POINT:POINT + STATES] by a step of Newton's method; returns h |f - y'| before, infinite if it fails."""
     rates(real, time, POINT, real[SIDE + lane], lane, RATE)
     jacobian(real, time, POINT, real[SIDE + lane], lane, JACOBIAN)
+    largest = 0.0
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
         change = real[POINT + i] - real[point + i]
         real[STAGE + i] = real[RATE + i] - polynomial_slope(real, row, LANES, ORDER, s) - change * inverse
+        largest = max(largest, abs(real[STAGE + i]) / (inverse * real[SCALE + i * LANES + lane]))
         for j in range(STATES):
             real[MATRIX + i * STATES + j] = -real[JACOBIAN + i * WIDTH + j]
         real[MATRIX + i * STATES + i] += inverse
@@ -70,7 +83,7 @@ def newton_step(real, lane, s, time, inverse, point):
     solve(real, STAGE)
     for i in range(STATES):
         if not (abs(real[STAGE + i]) <= 1e300):
-            return False
+            return math.inf
     for i in range(STATES):
         real[POINT + i] += real[STAGE + i]
-    return True
+    return largest
