@@ -144,7 +144,7 @@ def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
         (law_text(), "Bad cannot be registered: force: is missing, which every law defines; see the contract, "),
         (law_text(GOOD, name="lugre"), "Bad: the law 'lugre' exists already, vibrocap.physics.friction.lugre.LuGre"),
         (law_text(GOOD, name="My Law"), "name: should be a ClassVar of small letters, digits and hyphens"),
-        (law_text(GOOD, name="backlash-x"), "'backlash-x' begins as the name of a wrapped law does"),
+        (law_text(GOOD, name="backlash-lugre"), "Bad: the law 'backlash-lugre' exists already"),
         (law_text(GOOD, head=""), "is no record of parameters; write @parameters above the class"),
         (law_text(GOOD.replace("smooth", "")).replace('"smooth"', '"rough"'), "kind: should be 'set-valued', 'kinked'"),
         (law_text(GOOD).replace('"smooth"', '"set-valued"'), "holding_limit: is missing, which every law defines"),

@@ -7,6 +7,7 @@ import sys as _sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # read by type checkers, and by `_homes`
+    from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -307,5 +308,7 @@ __all__ = [
     "register",
     "unregister",
     "load_parts",
+    "check_part",
+    "PartReport",
     "PartsError",
 ]

@@ -17,6 +17,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case.case import CaseError
 from vibrocap.cli.branch import basins, branch
+from vibrocap.cli.check import check
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
 from vibrocap.cli.options import Refusal, needs, writable_folder
@@ -100,8 +101,8 @@ app = App(
 )
 WITHOUT_PARTS = (reproduce, plot, friction, stick_slip, datasets)  # they know no part, or see to it themselves
 for command in (
-    reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit, stick_slip,
-    datasets,
+    reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit, check,
+    stick_slip, datasets,
 ):  # fmt: skip
     app.command(command if command in WITHOUT_PARTS else taking_parts(command))
 
