@@ -110,6 +110,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.studies.dataset import open_study
     from vibrocap.studies.designs import Design
     from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.store.verification import Verification, verify_study
     from vibrocap.studies.sweep import sweep
 
 
@@ -166,6 +167,8 @@ __all__ = [
     "sweep",
     "Design",
     "open_study",
+    "verify_study",
+    "Verification",
     "write_study",
     "adaptive_map",
     "border",

@@ -17,7 +17,7 @@ from vibrocap.studies.fingerprint import function_fingerprint
 from vibrocap.studies.own_parts import own_parts, part_fingerprint
 from vibrocap.studies.runs import Runs
 
-FORMAT = "vibrocap study, format 1"
+FORMAT = "vibrocap study, format 2"
 PLANS: dict[str, type[Runs]] = {plan.kind: plan for plan in (Grid, CaseList, Drawn)}
 
 
