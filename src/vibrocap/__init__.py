@@ -87,6 +87,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import (
         BiharmonicInSI,
@@ -311,6 +312,8 @@ __all__ = [
     "register",
     "unregister",
     "load_parts",
+    "parameter",
+    "parameters",
     "check_part",
     "PartReport",
     "PartsError",
