@@ -18,6 +18,7 @@ from vibrocap.physics.system import System
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 SECTIONS = (*CHOICES, "initial", "run")
+LARGEST = 2**24  # bytes of a case file
 KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
 
@@ -70,7 +71,9 @@ def read_case(path: str | Path, changes: Mapping[str, Any] | None = None, **run:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:
+            raw = file.read(LARGEST + 1)
+        text = raw.decode("utf-8-sig").replace("\r\n", "\n")
     except FileNotFoundError:
         raise CaseError(["no such file"], str(path)) from None
     except IsADirectoryError:
@@ -79,6 +82,8 @@ def read_case(path: str | Path, changes: Mapping[str, Any] | None = None, **run:
         raise CaseError([f"is not a text file in UTF-8 (byte {error.start + 1})"], str(path)) from None
     except OSError as error:
         raise CaseError([f"cannot be read: {error.strerror or error}"], str(path)) from None
+    if len(raw) > LARGEST:
+        raise CaseError([f"should be a case file of at most {LARGEST // 2**20} MB"], str(path))
     return case_from_text(text, str(path), changes, **run)
 
 
@@ -92,7 +97,8 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # besides what is no TOML: numbers and nesting beyond Python's limits
-        reason, _, place = str(error).partition(" (at ")
+        said = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        reason, _, place = said.partition(" (at ")
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
     changes = {**(changes or {}), **{f"run.{name}": value for name, value in run.items()}}
     for path in sorted(changes, key=lambda path: path not in KINDS):  # kinds first

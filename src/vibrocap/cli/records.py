@@ -108,6 +108,8 @@ def stick_slip(
         print(json_text(_plain(found[0]) if len(found) == 1 else [_plain(each) for each in found]))
     elif len(found) == 1:
         print_stick_slip(found[0])
+        for note in pulls[0].notes:
+            Page().say(f"  read: {note}")
     else:
         print_records(found)
     if plot is not None and not json:

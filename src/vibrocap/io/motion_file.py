@@ -10,7 +10,9 @@ import numpy as np
 
 from vibrocap.arguments import lacking
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
+from vibrocap.files import replacing
 from vibrocap.io.json_text import json_text
+from vibrocap.io.netcdf import write_netcdf
 from vibrocap.motion.trajectory import Trajectory
 
 UNITS = "dimensionless"
@@ -39,7 +41,10 @@ def columns(motion: Trajectory) -> dict[str, np.ndarray]:
 
 
 def write_motion(motion: Trajectory, case: Case, path: Path) -> Path:
-    """Write a motion, with its case, to a file ending in .nc or .csv; ValueError for any other."""
+    """Write a motion, with its case, to a file ending in .nc or .csv, whole or not at all.
+
+    Raises ValueError for another ending, WriteError where it cannot be written.
+    """
     writers: dict[str, Callable[[Trajectory, Case, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
     if path.suffix.lower() not in writers:
         raise ValueError(f"a motion is written to {' or '.join(writers)}, not to {str(path)!r}")
@@ -89,7 +94,7 @@ def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
             "case": case_text(case),
         },
     )
-    dataset.to_netcdf(path, engine="h5netcdf")
+    write_netcdf(dataset, path)
 
 
 def _attributes(name: str) -> dict[str, str]:
@@ -117,7 +122,7 @@ def _write_csv(motion: Trajectory, case: Case, path: Path) -> None:
     lists = [
         [str(int(x)) for x in table[name]] if name == "side" else map(repr, table[name].tolist()) for name in table
     ]
-    with path.open("w", encoding="utf-8", newline="\n") as file:
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"# {line}".rstrip() + "\n" for line in header)
         file.write(",".join(table) + "\n")
         file.writelines(",".join(row) + "\n" for row in zip(*lists, strict=True))

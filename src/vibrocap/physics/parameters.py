@@ -1,4 +1,4 @@
-"""Records of parameters: frozen, checked when they are made, each field with its symbol and meaning.
+"""Records of parameters: frozen, checked when they are made, each field with its symbol, its meaning and its role.
 
 A part of a system (a machine, a law, a drive) is such a record. Wrong values and unknown names are refused with a
 ParameterError (a ValueError) that names every bad field, what was given and what would be right.
@@ -14,12 +14,27 @@ from pydantic.dataclasses import dataclass as _checked_dataclass
 from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.arguments import Complaint, shown, suggestion
+from vibrocap.physics.roles import Dimension, dimension_of_role, dimension_of_unit
 
 Record = TypeVar("Record")
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+
+
+def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: str = "") -> Any:
+    """A field with its default, its symbol in the literature, what it means and what it does.
+
+    role: one of `vibrocap.physics.roles.ROLES` ("level", "stiffness", "frequency"...), from which fits know where to
+    start and conversions to SI its dimension. unit: in place of a role that there is not, the SI unit ("N s/m").
+    Raises ValueError: a role or a unit that there is not, or both given.
+    """
+    if role and unit:
+        raise ValueError(f"parameter: a role has its unit already; give role={role!r} or unit={unit!r}, not both")
+    dimension = dimension_of_role(role) if role else dimension_of_unit(unit) if unit else None
+    extra: Any = {"symbol": symbol, "role": role, "dimension": dimension}
+    return Field(default=default, description=meaning, json_schema_extra=extra)
 
 
 class ParameterError(ValueError):
@@ -35,11 +50,6 @@ class ParameterError(ValueError):
     def within(self, part: str) -> "ParameterError":
         """The same for a part of a system, with fields such as "machine.mass_ratio"."""
         return ParameterError("the system", (each.about(f"{part}.{each.field}") for each in self.complaints))
-
-
-def parameter(default: Any, symbol: str, meaning: str) -> Any:
-    """A field with its default, its symbol in the literature and what it means (with its unit, where it has one)."""
-    return Field(default=default, description=meaning, json_schema_extra={"symbol": symbol})
 
 
 @dataclass_transform(frozen_default=True)
@@ -65,12 +75,17 @@ def parameters(cls: type[Record]) -> type[Record]:
 
 @dataclasses.dataclass(frozen=True)
 class ParameterInfo:
-    """What is known of one parameter: its name in code, its symbol, its meaning and its default."""
+    """What is known of one parameter: its name in code, its symbol, its meaning, its default, its role and dimension.
+
+    role: "" where none is declared; dimension: None where neither a role nor a unit is.
+    """
 
     name: str
     symbol: str
     meaning: str
     default: Any
+    role: str = ""
+    dimension: Dimension | None = None
 
 
 def parameter_table(record: Any) -> tuple[ParameterInfo, ...]:
@@ -95,10 +110,12 @@ def described(record: Any, digits: int = 6) -> str:
 def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     assert is_pydantic_dataclass(cls)
     fields: dict[str, Any] = cls.__pydantic_fields__
-    return tuple(
-        ParameterInfo(name, (field.json_schema_extra or {}).get("symbol", ""), field.description or "", field.default)
-        for name, field in fields.items()
-    )
+    found = []
+    for name, field in fields.items():
+        extra = field.json_schema_extra or {}
+        known = extra.get("symbol", ""), field.description or "", field.default
+        found.append(ParameterInfo(name, *known, extra.get("role", ""), extra.get("dimension")))
+    return tuple(found)
 
 
 def _complaint(problem: Any, known: list[str]) -> Complaint:

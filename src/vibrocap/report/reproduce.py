@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from vibrocap.files import made_folder, replacing, write_text
 from vibrocap.paper.claim import Verdict
 from vibrocap.paper.claims import verdicts
 from vibrocap.paper.figure_data import Figure
@@ -42,14 +43,14 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     progress: called with what is being done and the share done
 
     What is done is written even if the run is interrupted or fails, marked as not finished. Raises ValueError for an
-    unknown figure and OSError where the folder cannot be written, both before any work.
+    unknown figure and WriteError where the folder cannot be written, both before any work.
     """
     wanted = chosen_figures(only)
     out = Path(out)
-    (out / "figures").mkdir(parents=True, exist_ok=True)
+    made_folder(out / "figures")
     name = "" if only is None else f"-{only}"
-    with (out / f"claims{name}.json").open("a", encoding="utf-8"):
-        pass  # a folder that takes no files is noticed before any work
+    if not (out / f"claims{name}.json").exists():  # a folder that takes no files is noticed before any work
+        write_text(out / f"claims{name}.json", "[]\n")
     began, runs = time.perf_counter(), Runs()
     tell = progress or (lambda what, share: None)
     result = Result(only=only)
@@ -78,7 +79,7 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
 
 def write_data(figure: Figure, path: Path) -> None:
     """The data of a figure: one row per point, full precision."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(("panel", "curve", "x_name", "y_name", "x", "y"))
         for panel, curve, x_name, y_name, x, y in figure.rows:
@@ -88,8 +89,8 @@ def write_data(figure: Figure, path: Path) -> None:
 def write_claims(claims: tuple[Verdict, ...], path: Path) -> None:
     """The verdicts as JSON, and beside it as a table."""
     rows = [verdict.row for verdict in claims]
-    path.write_text(json.dumps(rows, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    with path.with_suffix(".csv").open("w", newline="", encoding="utf-8") as file:
+    write_text(path, json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
+    with replacing(path.with_suffix(".csv")) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         names = (
             "key",
