@@ -337,4 +337,5 @@ def plot(
 def picture_path(source: Path, measure: str) -> Path:
     """Where the picture of a study goes that is given no place: beside it."""
     place = source if source.name not in ("", "..") else source.resolve()
-    return place.with_name(f"{place.stem if place.is_file() else place.name}-{measure}.png")
+    word = "".join(c if c.isalnum() or c in "_.-" else "_" for c in measure)
+    return place.with_name(f"{place.stem if place.is_file() else place.name}-{word}.png")
