@@ -1,8 +1,11 @@
 """The style of all pictures: colours, labels, figures, and files that come out the same every time.
 
-Figures are made as objects, never through pyplot's global state, so that drawing leaves no trace in a session.
+Figures are made as objects, never through pyplot's global state, so that drawing leaves no trace in a session. What
+draws into axes that it is given does so within `style()`, which ends with it.
 """
 
+import contextlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +50,7 @@ STYLE: dict[Any, Any] = {
     "savefig.dpi": 150,
     "font.family": "DejaVu Sans",
     "font.size": 9,
-    "mathtext.fontset": "stix",
+    "mathtext.fontset": "dejavusans",  # the letters of all else
     "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
@@ -66,6 +69,21 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 8.5,
     "svg.hashsalt": "vibrocap",
 }
+
+
+@contextlib.contextmanager
+def style(settings: Mapping[Any, Any] | None = None) -> Iterator[None]:
+    """A context in which Matplotlib draws in the style of this package; it leaves no trace.
+
+    settings: of Matplotlib, such as {"font.size": 12}, over those of the style
+    """
+    with matplotlib.rc_context(STYLE | dict(settings or {})):
+        yield
+
+
+def given_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
+    """The axes to draw into: those given, or those of a new figure in the project's style; `size` in inches."""
+    return figure(size=size)[1][0, 0] if ax is None else ax
 
 
 def figure(

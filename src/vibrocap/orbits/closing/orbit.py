@@ -21,7 +21,7 @@ from vibrocap.physics.system import System
 PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Orbit(PeriodicSolution):
     """A steady motion, periodic modulo its drift; the fields are those of `PeriodicSolution`.
 

@@ -13,6 +13,7 @@ from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.physics.system import System
+from vibrocap.results import Result
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
 AT_PARENT = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
@@ -36,8 +37,8 @@ class Join:
     end: int
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class BranchDiagram:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class BranchDiagram(Result):
     """Branches of steady motions over one parameter, and where they meet.
 
     Of mirror twins only one is kept: the other has the opposite drift and the same multipliers.
@@ -50,6 +51,19 @@ class BranchDiagram:
     branches: tuple[Branch, ...]
     joins: tuple[Join, ...]
     unfollowed: tuple[tuple[int, int], ...]
+
+    @property
+    def heading(self) -> str:
+        return f"branches of steady motions over {self.over}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        low, high = self.between
+        return {
+            "range": f"{low:g} to {high:g}",
+            "branches": f"{len(self.branches)} branches of {sum(map(len, self.branches))} points",
+            "special points": f"{sum(len(each.special_points) for each in self.branches)} special points",
+        }
 
     def table(self) -> list[dict[str, Any]]:
         """The special points of all branches as rows of a table, by branch and then along it."""
