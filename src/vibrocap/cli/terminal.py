@@ -1,19 +1,20 @@
 """The terminal: exit codes, complaints on stderr, pages and tables for people, progress and the time left."""
 
-import contextlib
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from vibrocap.progress import bar
+
 OK, WRONG_INPUT, INCOMPLETE, INTERRUPTED, BROKEN_PIPE = 0, 2, 3, 130, 141
-SHOWN_AFTER = 2.0  # seconds; what takes less needs no progress bar
 MINUTE, HOUR, DAY = 60.0, 3600.0, 86_400.0
 FIRST_ESTIMATE = 1.0  # seconds of work before an estimate of the time left is worth showing
+
+progress = bar  # as the functions of the package show it in Python
 
 
 def complain(message: str) -> None:
@@ -48,33 +49,6 @@ def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
     for index, column in enumerate(columns):
         made.add_column(column, justify="right" if column == "value" else "left", no_wrap=index < no_wrap)
     return made
-
-
-@contextlib.contextmanager
-def progress(what: str) -> Iterator[Callable[..., None]]:
-    """A bar on the terminal (stderr, and never in a pipe) for work that takes more than two seconds.
-
-    Yields a function to be called now and then with the share done and, if it changes, what is being done.
-    """
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda share, now=None: None
-        return
-    words = TextColumn("{task.description}")
-    columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    bar = Progress(*columns, console=console, transient=True)
-    task = bar.add_task(what, total=None)  # until the first share is known the bar only shows that it lives
-    begin = threading.Timer(SHOWN_AFTER, bar.start)
-    begin.daemon = True
-    begin.start()
-    try:
-        yield lambda share, now=None: bar.update(task, completed=share, total=1.0, description=now or what)
-    finally:
-        begin.cancel()
-        begin.join()
-        bar.stop()
 
 
 class TimeLeft:

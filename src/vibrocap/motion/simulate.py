@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from vibrocap.motion.trajectory import Certificate, Status, Trajectory
 from vibrocap.numerics.api import Recorded, memory, recorded_run
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, reporting
 
 # By the numbers of `memory_layout`.
 EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
@@ -47,7 +48,7 @@ def simulate(
     max_events_per_period: int = 10_000,
     max_steps: int = 50_000_000,
     samples: int = 256,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Trajectory:
     """The motion of a system over so many drive periods, with the sticking contact solved exactly.
 
@@ -61,7 +62,7 @@ def simulate(
         where in its period the drive was then
     tolerance: error per step, relative to the natural size of each state (1e-14 to 1e-2)
     samples: points per period of the grid `motion.time`; the motion itself is known at every instant
-    progress: called now and then with the share done
+    progress: True for a bar, or a function that is called now and then with the share done
 
     Returns the motion; where it could not be completed, its status says why, and it holds what was computed.
     Raises ValueError or TypeError, naming the argument, before any work.
@@ -69,7 +70,8 @@ def simulate(
     state, time, phase = begun(system, start, initial)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     limits = max_events_per_period, max_steps
-    recorded = _run(system, state, periods, tolerance, *limits, phase, progress=progress)
+    with reporting(progress, "Simulating") as report:
+        recorded = _run(system, state, periods, tolerance, *limits, phase, progress=report)
     return _trajectory(system, state, periods, tolerance, limits, time, phase, samples, recorded)
 
 

@@ -23,6 +23,7 @@ from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.results import Result
 
 TOWARDS = ("both", "up", "down")
@@ -226,6 +227,7 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
     )
 
 
+@shows_progress("Following the branch")
 def branch(
     system: System,
     over: str,
@@ -239,6 +241,7 @@ def branch(
     step: float = 0.01,
     settle_periods: int = 2000,
     tolerance: float = 1e-12,
+    progress: Progress = None,
 ) -> Branch:
     """The branch of steady motions through one of them, over a range of a parameter.
 
@@ -252,6 +255,7 @@ def branch(
     towards: "both", "up" or "down", the way of the parameter at the start
     points: most points each way; step: longest, in natural sizes of the states and shares of the range of the parameter
     settle_periods, tolerance: as for `orbit`
+    progress: True for a bar, or a function that is called with the share of the range that is passed
 
     Returns a `Branch`; its `ends` say why it was not followed further, with advice. If no orbit closes at the start it
     is empty. Raises ValueError, naming the argument, before any work.
@@ -282,10 +286,13 @@ def branch(
     if first is None:
         return empty_branch(closure, (low, high))
     follow = cycles_followed if isinstance(closure, CycleMap) else followed
-    back = None if towards == "up" else follow(closure, first, -1.0, points, step)  # type: ignore[arg-type]
+    report, ways = told(progress), 2.0 if towards == "both" else 1.0
+    down = report and (lambda share: report(share / ways))
+    up = report and (lambda share: report(1.0 - (1.0 - share) / ways))
+    back = None if towards == "up" else follow(closure, first, -1.0, points, step, progress=down)  # type: ignore[arg-type]
     if back is not None and back.end is BranchEnd.CLOSED:
         return joined(closure, None, back)
-    onward = None if towards == "down" else follow(closure, first, 1.0, points, step)  # type: ignore[arg-type]
+    onward = None if towards == "down" else follow(closure, first, 1.0, points, step, progress=up)  # type: ignore[arg-type]
     return joined(closure, back, onward)
 
 
