@@ -65,6 +65,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
@@ -87,6 +88,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import (
         BiharmonicInSI,
         ExponentialInSI,
@@ -117,6 +119,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.studies.dataset import open_study
     from vibrocap.studies.designs import Design
     from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.store.verification import Verification, verify_study
     from vibrocap.studies.sweep import sweep
 
 
@@ -180,6 +183,8 @@ __all__ = [
     "sweep",
     "Design",
     "open_study",
+    "verify_study",
+    "Verification",
     "write_study",
     "adaptive_map",
     "border",
@@ -330,4 +335,8 @@ __all__ = [
     "draw_basins",
     "draw_steady_curve",
     "draw_presliding",
+    "register",
+    "unregister",
+    "load_parts",
+    "PartsError",
 ]

@@ -20,7 +20,7 @@ class _Bar:
     def __init__(self, what: str, console: Any):
         from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-        words = TextColumn("{task.description}")
+        words = TextColumn("{task.description}", markup=False)
         columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
         self.shown = Progress(*columns, console=console, transient=True)
         self.task = self.shown.add_task(what, total=None)  # until a share is known the bar only shows that it lives

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibrocap.arguments import require
 from vibrocap.case.case import Case
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.io.motion_file import columns, motion_dataset
@@ -22,10 +23,6 @@ if TYPE_CHECKING:
 PARAMETER = ("value", "low", "high", "standard_error", "unit", "verdict", "meaning")
 
 
-class MissingLibrary(ImportError):
-    """A library that what was asked for needs, and the extra of this package that brings it."""
-
-
 def to_xarray(result: Any) -> "xarray.Dataset":
     """A result as a dataset of labelled arrays.
 
@@ -33,9 +30,9 @@ def to_xarray(result: Any) -> "xarray.Dataset":
     certificate among the attributes; a branch along "point" and "special" (`branch_dataset`); basins and bifurcation
     diagrams by their axes; an orbit as the motion over its period.
 
-    Raises TypeError for anything else, and MissingLibrary (an ImportError) without xarray.
+    Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without xarray.
     """
-    _need("xarray", "export")
+    require("to_xarray", "xarray")
     from vibrocap.studies.branch_datasets import branch_dataset
     from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
 
@@ -53,9 +50,9 @@ def to_pandas(result: Any) -> "pandas.DataFrame":
 
     Of a fit the parameters, of a diagram of branches its special points, of events and phases a row for each.
 
-    Raises TypeError for anything else, and MissingLibrary (an ImportError) without pandas.
+    Raises TypeError for anything else, and ModuleNotFoundError, which says how to install it, without pandas.
     """
-    _need("pandas", "export")
+    require("to_pandas", "pandas")
     import pandas
 
     if isinstance(result, (Trajectory, Orbit)):
@@ -97,11 +94,3 @@ def _plain(value: Any) -> Any:
 
 def _kind(result: Any) -> str:
     return f"a {type(result).__name__}"
-
-
-def _need(library: str, extra: str) -> None:
-    """Raise MissingLibrary, before any work, where a library is not installed."""
-    from importlib.util import find_spec
-
-    if find_spec(library) is None:
-        raise MissingLibrary(f"{library} is not installed; install it with: pip install 'vibrocap[{extra}]'")

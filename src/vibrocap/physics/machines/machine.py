@@ -3,7 +3,7 @@
 Mechanical states come first in the state vector, the internal states of the friction law after them.
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
@@ -18,6 +18,7 @@ class Machine:
     for a machine that is held to its place.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
     half-period symmetry. place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
+    effort: what the drive exerts, a force along the line of sliding or a torque.
     """
 
     name: ClassVar[str]
@@ -26,6 +27,7 @@ class Machine:
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
     channels: ClassVar[tuple[str, ...]]
+    effort: ClassVar[Literal["force", "torque"]] = "force"
     place: ClassVar[str | None] = None
     normal_load: Any  # a number, or a word that the machine knows
 

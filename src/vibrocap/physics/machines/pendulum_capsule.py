@@ -28,11 +28,11 @@ class PendulumCapsule(Machine):
     not follow the pendulum's vertical motion.
     """
 
-    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m")
-    stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)")
-    damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)")
+    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
+    stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness")
+    damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)", "torsional damping")
     normal_load: Annotated[Any, BeforeValidator(_checked_load)] = parameter(
-        1.0, "N", 'load on the contact over m g: a number or "weight" (lambda + 1)'
+        1.0, "N", 'load on the contact over m g: a number or "weight" (lambda + 1)', "load"
     )
 
     name: ClassVar[str] = "pendulum-capsule"
@@ -41,6 +41,7 @@ class PendulumCapsule(Machine):
     contact_state: ClassVar = "velocity"
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
+    effort: ClassVar = "torque"
 
     def load(self):
         """N."""
