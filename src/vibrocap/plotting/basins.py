@@ -39,6 +39,7 @@ from vibrocap.plotting.style import (
     VIOLET,
     YELLOW,
     given_axes,
+    legend_below,
     save,
     style,
 )
@@ -115,7 +116,7 @@ def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = No
         shown_codes = _draw(ax, basins, codes, colours)
         _frame(ax, basins, first=True)
         patches = [Patch(facecolor=colour, label=words[code]) for code, colour, _ in shown_codes if code in words]
-        ax.legend(handles=patches + _unvalued(basins), loc="upper left", bbox_to_anchor=(0.0, -0.16), fontsize=7.5)
+        legend_below(ax, patches + _unvalued(basins))
         ax.set_title("direction of travel" if what == "direction" else "attractor")
         ax.grid(False)
     return ax

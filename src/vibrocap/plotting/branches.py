@@ -26,7 +26,7 @@ from vibrocap.plotting.style import (
     VERMILION,
     figure,
     given_axes,
-    legend,
+    legend_below,
     save,
     style,
 )
@@ -137,8 +137,10 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     ax = given_axes(ax)
     with style():
         used = draw_branches(ax, _branches(found), quantity)
-        ax.set(title=law_title(found), xlabel=parameter_label(found), ylabel=QUANTITIES[quantity], xlim=found.between)
-        legend(ax, handles=_handles([found], used), fontsize=7.5)
+        ax.set(
+            title=law_title(found), xlabel=parameter_label(found), ylabel=quantity.replace("_", " "), xlim=found.between
+        )
+        legend_below(ax, _handles([found], used), ncols=2)
     return ax
 
 

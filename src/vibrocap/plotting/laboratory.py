@@ -53,7 +53,7 @@ def sheet_figure(sheet: TestSheet) -> Figure:
     fig = blank_figure((10.6, 7.4 + 0.17 * (title.count("\n") + 1)))
     with style():
         (presliding, lag), (break_away, stick_slip) = fig.subplots(2, 2)
-        draw_presliding(sheet.presliding, ax=presliding)
+        draw_presliding(sheet.presliding, ax=presliding).set_title("Presliding")
         _draw_lag(lag, sheet)
         _draw_break_away(break_away, sheet)
         _draw_stick_slip(stick_slip, sheet)
@@ -74,7 +74,7 @@ def law_figure(law: Law, *, load: float = 1.0) -> Figure:
     with style():
         steady, loops = fig.subplots(1, 2)
         draw_steady_curve(law, load=load, ax=steady)
-        draw_presliding(law, load=load, ax=loops)
+        draw_presliding(law, load=load, ax=loops).set_title("Presliding")
         fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
     footnote(fig, UNITS)
     return fig
@@ -134,7 +134,7 @@ def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0,
             label = f"{'' if i else '$A$ = '}{loop.amplitude:.3g}"
             ax.plot(loop.displacement[last], loop.force[last], color=colour, linewidth=1.5, label=label)
         ax.locator_params(axis="x", nbins=6)
-        ax.set(title="Presliding", xlabel="displacement $x$, quasi-static", ylabel="friction force $R$")
+        ax.set(xlabel="displacement $x$, quasi-static", ylabel="friction force $R$")
         above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.01, 0.99), "borderaxespad": 0.0}
         legend(ax, **above, ncols=len(loops), fontsize=8, columnspacing=0.8, handlelength=1.0, handletextpad=0.4)
     return ax

@@ -48,6 +48,7 @@ from vibrocap.plotting.style import (
     VIOLET,
     YELLOW,
     given_axes,
+    legend_below,
     save,
     style,
 )
@@ -157,7 +158,7 @@ def draw_study(
         if len(view.axes) > 1:
             ax.grid(False)
         if handles:
-            ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.16), fontsize=7.5)
+            legend_below(ax, handles)
     return ax
 
 

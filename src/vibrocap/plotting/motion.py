@@ -60,7 +60,7 @@ def motion_figure(motion: Trajectory) -> Figure:
         inner, rate = motion.state_names[:2]
         draw_phase_plane(motion, inner, rate, ax=planes[0])
         draw_phase_plane(motion, "position", system.machine.contact_state, ax=planes[1])
-        draw_friction_loop(motion, ax=planes[2])
+        draw_friction_loop(motion, ax=planes[2]).set_title("Friction")
         planes[0].set_title(_inner_name(motion))
         planes[1].set_title(_body_name(motion))
         if legend := planes[1].get_legend():
@@ -206,7 +206,7 @@ def draw_friction_loop(motion: Trajectory, *, ax: Axes | None = None) -> Axes:
         ):
             if chosen.any():
                 ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
-        ax.set(title="Friction", xlabel=LABELS["contact_velocity"] + ", last period", ylabel=LABELS["friction"])
+        ax.set(xlabel=LABELS["contact_velocity"] + ", last period", ylabel=LABELS["friction"])
         ax.locator_params(axis="x", nbins=7)
         _legend_above(ax)
     return ax

@@ -5,7 +5,7 @@ draws into axes that it is given does so within `style()`, which ends with it.
 """
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
 
 from vibrocap.files import replacing
 
@@ -44,6 +45,8 @@ LABELS = {
     "friction": r"friction force $R$",
     "drive": r"drive $h\cos\omega\tau$",
 }
+
+BELOW = 36.0  # points below axes at which a legend begins: room for the numbers and the label of the axis
 
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))  # of units
 
@@ -113,6 +116,13 @@ def legend(axes: Axes, **options: Any) -> None:
     """A legend in the project's style."""
     with matplotlib.rc_context(STYLE):
         axes.legend(**{"loc": "best", **options})
+
+
+def legend_below(axes: Axes, handles: Sequence[Any], **options: Any) -> None:
+    """A legend below axes and their label, where it covers nothing."""
+    down = ScaledTranslation(0.0, -BELOW / 72.0, axes.get_figure(root=True).dpi_scale_trans)  # type: ignore[union-attr]
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 0.0}
+    legend(axes, handles=handles, **place, **({"bbox_transform": axes.transAxes + down, "fontsize": 7.5} | options))
 
 
 def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
