@@ -48,8 +48,9 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.measures.settling import Settling, settling
     from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+    from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.simulate import simulate
-    from vibrocap.motion.trajectory import Certificate, Event, Phase, Status, Trajectory
+    from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram

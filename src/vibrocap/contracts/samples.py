@@ -4,9 +4,7 @@ import random
 from collections.abc import Iterable
 from typing import Any
 
-from pydantic import ValidationError
-
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 
 TRIES = 200  # of random values, until some are within the bounds of a part
 MOST_SWITCHES = 12  # of a law at one instant
@@ -26,7 +24,7 @@ def varied(part: Any, seed: int) -> Any:
                     for name, value in values.items()
                 }
             )
-        except ValidationError:  # a number beyond its bounds
+        except ParameterError:  # a number beyond its bounds
             continue
     return part()
 
