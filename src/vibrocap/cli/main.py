@@ -134,15 +134,8 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
-WITHOUT_PARTS = (
-    examples,
-    completion,
-    reproduce,
-    plot,
-    friction,
-    stick_slip,
-    datasets,
-)  # they know no part, or see to it themselves
+# They know no part, or see to it themselves.
+WITHOUT_PARTS = (examples, completion, reproduce, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
     friction, fit, check, stick_slip, datasets, completion,
