@@ -1,5 +1,6 @@
 """The ensemble engine: a lane is the same run alone, whoever runs beside it; runs fail alone; lanes are fed."""
 
+import collections
 import dataclasses
 import functools
 import math
@@ -299,3 +300,38 @@ def test_elementary_functions_abreast_are_right_to_ulps():
     ):
         expected = np.array([exact(x) for x in points])
         assert np.all(np.abs(found - expected) <= 3 * np.spacing(np.abs(expected))), exact
+
+
+PAIRS = 20  # of each law, of which some end early
+EARLY = {"max_events_per_period": 24, "max_steps": 1500}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "law",
+    [vc.Exponential(), vc.LuGre(bristle_stiffness=1e3), vc.MaxwellSlip(), vc.SmoothedTanh(), vc.RateAndStateAgeing()],
+    ids=lambda law: law.name,
+)
+def test_single_motions_and_runs_of_an_ensemble_end_alike(law):
+    """A hundred pairs: the same status, also where events or steps are too many; and no false alarm about works."""
+    draw = np.random.default_rng(sum(map(ord, law.name)))
+    over = {
+        "machine.mass": 10.0 ** draw.uniform(-1.0, 1.0, PAIRS),
+        "machine.belt_speed": draw.choice([0.0, 0.01, 0.3], PAIRS),
+        "drive.amplitude": draw.uniform(0.05, 1.5, PAIRS),
+        "drive.frequency": 10.0 ** draw.uniform(-0.7, 0.5, PAIRS),
+        "initial.position": draw.uniform(-0.5, 0.5, PAIRS),
+    }
+    system = vc.System(vc.Oscillator(damping=0.05), law, vc.Harmonic())
+    settings = {"periods": 6, "tolerance": 1e-6, **EARLY}
+    found = vc.ensemble(system, over, measures=["drive_work"], window=6, **settings)
+    ends = collections.Counter()
+    for run in range(PAIRS):
+        parameters = {path: float(values[run]) for path, values in over.items()}
+        start = {"position": parameters.pop("initial.position")}
+        motion = vc.simulate(system.with_parameters(parameters), initial=start, **settings)
+        status = list(vc.Status)[found["status"][run]]
+        ends[motion.run_status] += 1
+        assert status is motion.run_status
+        assert motion.certificate.ok
+    assert 0 < ends[vc.Status.FINISHED] < PAIRS
