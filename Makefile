@@ -6,7 +6,7 @@ JOBS ?= 2
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
 
-.PHONY: help reproduce test test-slow lint format type bench docs all lock clean
+.PHONY: help reproduce test test-slow torture lint format type bench docs all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -20,6 +20,9 @@ test: $(READY) ## the tests, without the slow ones
 
 test-slow: $(READY) ## the slow tests alone
 	@$(BIN)/python -m pytest -q -n $(JOBS) -m slow || [ $$? -eq 5 ] # 5: there is none
+
+torture: $(READY) ## kills, damage, full disks, fuzzed cases and commands: ten minutes (docs/trust.md)
+	@$(BIN)/python -m torture
 
 lint: $(READY) ## style, format and import contracts
 	@$(BIN)/ruff check --quiet
@@ -45,10 +48,16 @@ $(READY): requirements.lock pyproject.toml .ci/environment
 	@PYTHON='$(PYTHON)' sh .ci/environment
 	@touch $@
 
+# names, versions and hashes of what is asked for, for all Pythons and systems
+LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
+	--no-sources --custom-compile-command 'make lock'
+
 lock: ## resolve the dependencies anew (needs uv)
-	@uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --fork-strategy fewest \
-		--extra dev --extra ref --generate-hashes --no-emit-index-url --no-annotate --no-sources \
-		--custom-compile-command 'make lock' --output-file requirements.lock
+	@$(LOCK) pyproject.toml --fork-strategy fewest --extra dev --extra ref --output-file requirements.lock
+	@printf '%s\n' 'cuda-bindings>=12.9.1,<13' 'nvidia-cuda-nvcc-cu12==12.9.86' | \
+		$(LOCK) - --output-file .ci/gpu-requirements.txt
+	@for version in 0.45 0.50; do echo "llvmlite==$$version.*" | \
+		$(LOCK) - --no-deps --output-file .ci/llvmlite-$$version-requirements.txt; done
 
 clean: ## remove results and caches (.venv stays)
 	@rm -rf out dist build .pytest_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks

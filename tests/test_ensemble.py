@@ -311,7 +311,7 @@ PAIRS = 20  # of each law
     ("law", "max_steps"),
     [
         (vc.Exponential(), 300),
-        (vc.LuGre(bristle_stiffness=1e3), 1500),
+        (vc.LuGre(bristle_stiffness=1e3), 3000),
         (vc.MaxwellSlip(), 700),
         (vc.SmoothedTanh(), 700),
         (vc.RateAndStateAgeing(), 700),

@@ -51,7 +51,7 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
     slack = 64 * float(np.finfo(float).eps) * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
-    ratio = _stick_force_ratio(motion, friction[stuck])
+    ratio = _stick_force_ratio(motion, friction[stuck], index[stuck], s[stuck])
     defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
     estimate = _estimated_error(recorded, loose, scales, _lasting(motion), ratio_of_tolerances)
     verdicts = []
@@ -100,15 +100,19 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     )
 
 
-def _stick_force_ratio(motion: Trajectory, held: np.ndarray) -> float | None:
+def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, s: np.ndarray) -> float | None:
     """Largest share of what the contact can hold, of the forces that held it; None: the law cannot stick."""
-    law = motion.system.friction
+    law, machine = motion.system.friction, motion.system.machine
     if law.kind != "set-valued":
         return None
-    load = motion.system.machine.load()
-    limit = float(law.holding_limit(load))
-    largest = float(np.max(np.abs(held - law.holding_middle(load)), initial=0.0))
-    return largest / limit if limit > 0.0 else (0.0 if largest == 0.0 else math.inf)
+    if machine.follows_load:
+        limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index, s)
+    else:
+        load = machine.load()
+        limit, middle = np.full(len(held), float(law.holding_limit(load))), law.holding_middle(load)
+    force = np.abs(held - middle)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
 
 
 def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
@@ -146,12 +150,9 @@ def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     )
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
-    law = [
-        -powers["contact_sliding"],
-        -powers["bristle_loss"],
-        -(known["friction"] * known["contact_velocity"]),
-    ]
-    found = _contradiction(motion, recording, known["contact_energy"], [-each for each in law])
+    contact = [powers[name] for name in motion.system.channels if name not in motion.system.machine.channels]
+    taken = known["friction"] * known["contact_velocity"]
+    found = _contradiction(motion, recording, known["contact_energy"], [*contact, taken])
     if found:
         return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"
     return ""

@@ -13,10 +13,12 @@ from vibrocap.motion.evidence import certificate
 from vibrocap.motion.trajectory import Status, Trajectory
 from vibrocap.numerics.api import Recorded, memory, recorded_run
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.physics.system import System
+from vibrocap.physics.system import BOUNDS, System
+
+SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `memory_layout`.
-EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
+EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS])
 STATUSES = {
     memory.DONE: Status.FINISHED,
     memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
@@ -24,6 +26,7 @@ STATUSES = {
     memory.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
     memory.UNDECIDED: Status.UNDECIDED_CONTACT,
     memory.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+    **{memory.BEYOND_BOUND + i: Status(kind.replace("_", " ")) for i, kind in enumerate(BOUNDS)},
 }
 METHOD = 4  # place of the method among the numbers of a piece: 0 of a Taylor step, 1 of an implicit one
 COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
@@ -96,11 +99,12 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
 def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:
     """ArgumentError for run settings that make no sense."""
     for name, value, low, high in (
-        ("periods", periods, 0.0, 1e9),
+        ("periods", periods, SHORTEST, 1e9),
         ("tolerance", tolerance, 1e-14, 1e-2),
     ):
-        if not is_number(value) or not (low <= value <= high) or value == 0:
+        if not is_number(value) or not (low <= value <= high):
             wanted = "a positive number" if name == "periods" else f"a number from {low:g} to {high:g}"
+            wanted += f", at least {low:g}" if name == "periods" and is_number(value) and 0 < value < low else ""
             raise ArgumentError(name, f"should be {wanted}, got {shown(value)}")
     check_whole("max_events_per_period", max_events_per_period, 1, 2**62 - 1)
     check_whole("max_steps", max_steps, 1, 2**62 - 1)
