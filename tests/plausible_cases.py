@@ -10,7 +10,6 @@ import random
 import sys
 
 import numpy as np
-from pydantic import ValidationError
 
 import vibrocap as vc
 from vibrocap.motion.evidence import BALANCE_BOUND, BALANCE_PER_STEP
@@ -50,7 +49,7 @@ def plausible_law(draw: random.Random) -> Law:
                 )
         try:
             return kind(**values)
-        except ValidationError:
+        except ValueError:
             continue
 
 

@@ -201,7 +201,7 @@ def test_states_that_jump_at_events_are_not_compared():
     motion = vc.simulate(system, periods=4, initial={"position": 0.2}, tolerance=1e-6)
     marks = [i for i, name in enumerate(motion.state_names) if name in system.friction.switched]
     assert marks
-    assert motion.certificate.estimated_error < 1e-3
+    assert (motion.certificate.estimated_error or 1.0) < 1e-3
 
 
 def test_a_hold_is_followed_where_every_other_term_of_its_force_vanishes():

@@ -314,7 +314,7 @@ PAIRS = 20  # of each law
         (vc.LuGre(bristle_stiffness=1e3), 3000),
         (vc.MaxwellSlip(), 700),
         (vc.SmoothedTanh(), 700),
-        (vc.RateAndStateAgeing(), 700),
+        (vc.RateAndStateAgeing(), 1500),
     ],
     ids=lambda value: getattr(value, "name", ""),
 )
