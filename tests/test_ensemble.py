@@ -1,5 +1,6 @@
 """The ensemble engine: a lane is the same run alone, whoever runs beside it; runs fail alone; lanes are fed."""
 
+import collections
 import dataclasses
 import functools
 import math
@@ -15,6 +16,7 @@ from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.memory_layout import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.run.motion import recorded_run
+from vibrocap.physics.parameters import parameters
 
 LANES = lane_count()
 ORDER, STEPS = 10, RESULT_HEAD.index("taylor_steps")
@@ -299,3 +301,65 @@ def test_elementary_functions_abreast_are_right_to_ulps():
     ):
         expected = np.array([exact(x) for x in points])
         assert np.all(np.abs(found - expected) <= 3 * np.spacing(np.abs(expected))), exact
+
+
+PAIRS = 20  # of each law
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "max_steps"),
+    [
+        (vc.Exponential(), 300),
+        (vc.LuGre(bristle_stiffness=1e3), 3000),
+        (vc.MaxwellSlip(), 700),
+        (vc.SmoothedTanh(), 700),
+        (vc.RateAndStateAgeing(), 1500),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_single_motions_and_runs_of_an_ensemble_end_alike(law, max_steps):
+    """A hundred pairs: the same status, also where events or steps are too many; and no false alarm about works."""
+    draw = np.random.default_rng(sum(map(ord, law.name)))
+    over = {
+        "machine.mass": 10.0 ** draw.uniform(-1.0, 1.0, PAIRS),
+        "machine.belt_speed": draw.choice([0.0, 0.01, 0.3], PAIRS),
+        "drive.amplitude": draw.uniform(0.05, 1.5, PAIRS),
+        "drive.frequency": 10.0 ** draw.uniform(-0.7, 0.5, PAIRS),
+        "initial.position": draw.uniform(-0.5, 0.5, PAIRS),
+    }
+    system = vc.System(vc.Oscillator(damping=0.05), law, vc.Harmonic())
+    settings = {"periods": 6, "tolerance": 1e-6, "max_steps": max_steps, "max_events_per_period": 16}
+    found = vc.ensemble(system, over, measures=["drive_work"], window=6, **settings)
+    ends = collections.Counter()
+    for run in range(PAIRS):
+        parameters = {path: float(values[run]) for path, values in over.items()}
+        start = {"position": parameters.pop("initial.position")}
+        motion = vc.simulate(system.with_parameters(parameters), initial=start, **settings)
+        status = list(vc.Status)[found["status"][run]]
+        ends[motion.run_status] += 1
+        assert status is motion.run_status
+        assert motion.certificate.ok
+    assert 0 < ends[vc.Status.FINISHED] < PAIRS, ends
+
+
+def test_works_that_do_not_add_up_are_said_so():
+    """A law of one's own that owns up to half of what it takes; without works asked for nothing of it is reported."""
+
+    @parameters
+    class Forgetful(vc.Coulomb):
+        name = "forgetful-of-half"
+
+        def losses(self, velocity, internal, side, load):
+            sliding, bristle = vc.Coulomb.losses(self, velocity, internal, side, load)
+            return 0.5 * sliding, bristle
+
+    for law, ending in ((vc.Coulomb(), "finished"), (Forgetful(), "not certified")):
+        system = vc.System(vc.Oscillator(damping=0.3, belt_speed=0.1), law, vc.Harmonic())
+        run = functools.partial(vc.ensemble, system, {"drive.amplitude": [0.8, 0.9]}, periods=5, window=3)
+        found = run(measures=["drive_work"])
+        assert [list(vc.Status)[code].value for code in found["status"]] == [ending] * 2
+        assert np.all(found["drive_work"] > 0.0)
+        assert [list(vc.Status)[code].value for code in run(measures=["largest_position"])["status"]] == [
+            "finished"
+        ] * 2

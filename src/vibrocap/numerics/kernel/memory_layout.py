@@ -80,6 +80,7 @@ WHOLE = (
 REAL = (
     "TIME",  # since the start of the period
     "PERIOD",  # length of a period
+    "HOLD_RATE",  # by which the last term of a holding force follows from the last but two, see `taylor.taylor_step`
     "TAIL",  # time to run after the whole periods
     "SIDE",  # +1, -1 sliding; 0 stuck
     "CAME_FROM",  # side before the contact came to rest

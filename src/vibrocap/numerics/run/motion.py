@@ -11,6 +11,7 @@ from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.kernel.step.taylor import hold_rate
 from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
 
@@ -87,6 +88,7 @@ def recorded_run(
     real[place["UNSAFE_SPEED"]] = real[place["FAR_SPEED"]] = np.inf
     real[place["PERIOD"]] = period
     real[place["TIME"]] = phase * period
+    real[place["HOLD_RATE"]] = hold_rate(period, order)
     real[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
     real[place["TOLERANCE"]] = tolerance
     whole[place["WHOLE_PERIODS"]] = whole_periods

@@ -8,6 +8,7 @@ from vibrocap.numerics.kernel.generated import (
     CAME_FROM,
     CONTACT_RESIDUAL,
     EVENTS,
+    HOLD_RATE,
     IDLE,
     IMPLICIT_STEPS,
     INVERSE_SCALE,
@@ -17,6 +18,7 @@ from vibrocap.numerics.kernel.generated import (
     MEASURED_COUNT,
     MORE,
     NEXT_RUN,
+    ORDER,
     PARAMETER,
     PARAMETERS,
     PATIENCE,
@@ -48,6 +50,7 @@ from vibrocap.numerics.kernel.generated import (
 from vibrocap.numerics.kernel.interface import advance, on_period
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE, RUNNING
 from vibrocap.numerics.kernel.step.resolved import forget
+from vibrocap.numerics.kernel.step.taylor import hold_rate
 
 ROUNDS = 1000  # steps of all lanes at a time, unless a lane stops before
 
@@ -89,6 +92,7 @@ def begin_run(real, whole, tape, lane, run):
         real[INVERSE_SCALE + i * LANES + lane] = 1.0 / tape[place + i]
     place += STATES
     real[PERIOD + lane] = tape[place]
+    real[HOLD_RATE + lane] = hold_rate(tape[place], ORDER)
     real[SIDE + lane] = tape[place + 1]
     forget(real, lane)
     real[CAME_FROM + lane] = 0.0

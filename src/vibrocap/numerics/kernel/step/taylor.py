@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrocap.numerics.kernel.generated import (
     HOLD,
+    HOLD_RATE,
     KINKED,
     LANES,
     LIMIT,
@@ -45,8 +46,11 @@ def taylor_step(real, whole, lane):
     if not (last <= 1e300):
         return math.nan
     if SET_VALUED and real[SIDE + lane] == 0.0 and real[LIMIT + lane] > 0.0:
-        # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides.
-        before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) * (1.0 / real[LIMIT + lane]))
+        # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides. Near the
+        # crests of the drive every other term of it vanishes; where the states do not move, no other term tells of it.
+        inverse = 1.0 / real[LIMIT + lane]
+        before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) * inverse)
+        last = max(last, abs(real[HOLD + (ORDER - 2) * LANES + lane]) * inverse * real[HOLD_RATE + lane])
     earlier = 0.0
     for i in range(SWITCHES):  # the guards of the law's branches decide too; they are known to one order less
         row = SWITCH + i * (ORDER + 1) * LANES + lane
@@ -71,6 +75,11 @@ def taylor_step(real, whole, lane):
         while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(real, lane, h):
             h *= 0.5
     return h
+
+
+def hold_rate(period, order):
+    """A tenth of the ratio of terms `order` and `order` - 2 of a force with this period: the states go before."""
+    return 0.1 * (2.0 * math.pi) ** 2 / (order * (order - 1)) / (period * period)
 
 
 def last_terms(real, lane):

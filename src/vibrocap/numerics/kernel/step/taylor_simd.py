@@ -7,6 +7,7 @@ on what is left of disturbances that have decayed, and a cycle is one whether it
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, load, mantissa, power_of_two, where
 from vibrocap.numerics.kernel.generated import (
     HOLD,
+    HOLD_RATE,
     INVERSE_SCALE,
     LANES,
     LIMIT,
@@ -42,8 +43,11 @@ def taylor_steps(real, side):
     if SET_VALUED:
         limit = load(real, LIMIT)
         holding = (side == 0.0) & (limit > 0.0)
-        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) * (1.0 / where(holding, limit, 1.0))
+        inverse = 1.0 / where(holding, limit, 1.0)
+        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) * inverse
         before = where(holding, greater(share, before), before)
+        share = abs(load(real, HOLD + (ORDER - 2) * LANES)) * inverse * load(real, HOLD_RATE)
+        last = where(holding, greater(share, last), last)
     decisive, earlier = before, 0.0 * side
     for i in range(SWITCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
