@@ -71,17 +71,18 @@ def refused(capsys, *arguments) -> str:
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"]])
-def test_help_shows_every_command_with_an_example(arguments, capsys):
+def test_help_shows_every_command_and_how_to_begin(arguments, capsys):
     assert main(arguments) == OK
     text = capsys.readouterr().out
-    for command in ("reproduce", "simulate", "limits"):
-        assert f"  vibrocap {command} " in text
+    for command in ("new", "reproduce", "simulate", "limits", "stick-slip"):
+        assert f"│ {command} " in text
+    assert "  vibrocap examples --to examples\n" in text
 
 
 @pytest.mark.parametrize("command", ["reproduce", "simulate", "limits"])
 def test_help_of_a_command_shows_an_example(command, capsys):
     assert main([command, "--help"]) == OK
-    assert f"Example: vibrocap {command} " in capsys.readouterr().out
+    assert f"  vibrocap {command} " in capsys.readouterr().out
 
 
 def test_version(capsys):

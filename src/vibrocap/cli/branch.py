@@ -22,8 +22,6 @@ def branch(
 ) -> int:
     """The branches of steady motions over a parameter: where symmetry breaks and travel begins.
 
-    Example: vibrocap branch examples/travels-by-stick-slip.toml --over drive.amplitude=1:3 --plot branch.png
-
     Symmetric orbits are followed, stable or not, then what leaves them at pitchforks
     and flips. Folds, flips, pitchforks and changes of the stick/slip word are located.
     A case whose parameter is out of the range starts at the nearer end. Exit code 3
@@ -92,8 +90,6 @@ def basins(
     json: bool = False,
 ) -> int:
     """Which starts of a plane lead to which steady motion, and which way it travels.
-
-    Example: vibrocap basins examples/travels-by-stick-slip.toml --plane angle,angle_rate
 
     Parameters
     ----------

@@ -62,9 +62,6 @@ def fit(
     holds friction.toml, the section [friction] of a case file: in SI, as fitted, or
     with --pendulum in the dimensionless units of a case.
 
-    Example: vibrocap fit damper.csv --law lugre --out fit --plot fit.png
-    Example: vibrocap fit damper.npz --compare lugre,dahl,bouc-wen --hold-out eq_1
-
     Exit codes: 0 done; 2 wrong input; 3 no start of the search could be driven
     through the records.
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 
 from vibrocap.arguments import suggestion
+from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.terminal import OK, Page, progress
@@ -16,7 +17,7 @@ from vibrocap.physics.friction.law import Law
 friction = App(
     name="friction",
     help="Friction laws: which there are, their equations, canonical tests and reports.",
-    help_epilogue="Example: vibrocap friction test lugre --plot tests.png",
+    help_epilogue=examples_of("friction"),
 )
 KINDS = {
     "set-valued": "sticks: at rest it holds any force up to its limit",
@@ -26,13 +27,10 @@ KINDS = {
 Settings = Annotated[list[str], Parameter(name="--set", negative=())]
 
 
-@friction.command(name="list")
+@friction.command(name="list", help_epilogue=examples_of("friction list"))
 @taking_parts
 def list_laws() -> int:
-    """The friction laws, a line each, and what can be put around them.
-
-    Example: vibrocap friction list
-    """
+    """The friction laws, a line each, and what can be put around them."""
     from vibrocap.physics.catalogue import laws, wrappers
 
     page = Page()
@@ -47,12 +45,10 @@ def list_laws() -> int:
     return OK
 
 
-@friction.command
+@friction.command(help_epilogue=examples_of("friction show"))
 @taking_parts
 def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
     """One friction law: equations, parameters, source, passivity and time scales, and its picture.
-
-    Example: vibrocap friction show lugre --plot lugre.png
 
     Parameters
     ----------
@@ -99,7 +95,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     return OK
 
 
-@friction.command(name="test")
+@friction.command(name="test", help_epilogue=examples_of("friction test"))
 @taking_parts
 def canonical_tests(
     name: str,
@@ -114,8 +110,6 @@ def canonical_tests(
     json: bool = False,
 ) -> int:
     """The canonical tests of a friction law: presliding, lag, break-away, stick-slip, creep.
-
-    Example: vibrocap friction test lugre --plot tests.png
 
     Any consistent units serve: with coefficients in newtons take --load 1.
 

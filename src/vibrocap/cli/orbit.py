@@ -27,8 +27,6 @@ def orbit(
 ) -> int:
     """The steady motion of a case: period, drift, stability, symmetry, mirror twin and word.
 
-    Example: vibrocap orbit examples/travels-by-stick-slip.toml
-
     The motion is simulated from the case's start until it settles, then closed by
     shooting; what is printed holds to rounding. A start that leads to an unstable
     orbit is followed on to what the capsule really does. Where the orbit asked for
@@ -195,8 +193,6 @@ def crossing(
     json: bool = False,
 ) -> int:
     """Where a steady measure takes a value, or agrees with that of another law, over a parameter.
-
-    Example: vibrocap crossing examples/buckled-pendulum-travels.toml --over machine.mass_ratio=0.2:8.1
 
     Each place comes with a bracket and an error. Where the measure equals the value
     over a whole range (the drift of symmetric motions is zero) or jumps over it

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import App
 
 from vibrocap.arguments import Complaints, suggestion
+from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.options import Refusal, needs, pairs, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
 from vibrocap.io.json_text import json_text
@@ -40,8 +41,6 @@ def stick_slip(
     Stick and slip phases, period, slips, levels of friction and the regime:
     stick-slip, inertial or steady. Of a file with several records all are
     listed, and --plot draws the diagram of their regimes.
-
-    Example: vibrocap stick-slip pull.csv --stiffness 168 --speed 42e-6 --mass 0.0307 --plot pull.png
 
     Parameters
     ----------
@@ -217,16 +216,13 @@ def print_records(found: "list[StickSlip]") -> None:
 datasets = App(
     name="datasets",
     help="Published measurements of friction: which there are, and fetching their originals.",
-    help_epilogue="Example: vibrocap datasets fetch basalt-velocity-step",
+    help_epilogue=examples_of("datasets"),
 )
 
 
-@datasets.command(name="list")
+@datasets.command(name="list", help_epilogue=examples_of("datasets list"))
 def list_data_sets() -> int:
-    """The data sets that can be fetched: what was measured, by whom, the licence, and whether it is here.
-
-    Example: vibrocap datasets list
-    """
+    """The data sets that can be fetched: what was measured, by whom, the licence, and whether it is here."""
     from vibrocap.records.fetching import DATA_SETS
     from vibrocap.records.published import FOLDERS, data_root
 
@@ -241,15 +237,13 @@ def list_data_sets() -> int:
     return OK
 
 
-@datasets.command
+@datasets.command(help_epilogue=examples_of("datasets fetch"))
 def fetch(name: str, /, *, to: Path | None = None) -> int:
     """Fetch the published originals of a data set, checked; what is there already is not fetched again.
 
     Where the checksum of an original is known, the file must have it. Where it is
     not, the checksum of the first fetch is kept in SHA256SUMS, and must be the
     same when it is fetched again.
-
-    Example: vibrocap datasets fetch rotary-damper --to data
 
     Exit codes: 0 done; 2 wrong input; 3 the files could not be had (no network) or
     are not what they should be.

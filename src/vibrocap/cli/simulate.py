@@ -60,8 +60,6 @@ def simulate(
 ) -> int:
     """One motion: how it ends, how far it travels, its events, energy and certificate.
 
-    Example: vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png --out run.nc
-
     Parameters
     ----------
     case
@@ -266,8 +264,6 @@ def _certificate_table(certificate: dict[str, Any], motion: Trajectory) -> Table
 # --- limits -----------------------------------------------------------------------------------------------------------
 def limits(case: Path, /, *, json: bool = False) -> int:
     """Frictional limits of a case (the paper's eqs 10-15): exact, as printed, and why where they do not exist.
-
-    Example: vibrocap limits examples/bristles-lugre.toml
 
     Parameters
     ----------

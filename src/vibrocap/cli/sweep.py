@@ -60,8 +60,6 @@ def sweep(
     What varies is named by its path: a parameter (machine.mass_ratio), a start
     (initial.angle), or a kind (friction.law=exponential,lugre).
 
-    Example: vibrocap sweep examples/travels-by-stick-slip.toml --over drive.amplitude=1:3:40 --out map
-
     Exit codes: 0 done; runs that failed are results like others, with their
     status, and the summary counts them. 2 wrong input, all of it named before
     any work; a folder that holds another study; a study too large without
@@ -141,8 +139,6 @@ def sweep(
 
 def measures(case: Path | None = None, /) -> int:
     """What `vibrocap sweep --measure` can ask for, with what it means.
-
-    Example: vibrocap measures examples/bristles-lugre.toml
 
     Parameters
     ----------
@@ -287,7 +283,6 @@ def plot(
 
     Failed, unsettled and missing runs are hatched and counted in the legend; no travel has a colour of its own.
 
-    Example: vibrocap plot map --measure mean_velocity --out map.png
     Lines of `--border word` need a sweep with `--measure word`.
 
     Parameters

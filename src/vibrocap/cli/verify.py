@@ -12,8 +12,6 @@ def verify(study: Path, /) -> int:
     A file that is missing, cut short, altered or in the place of another one is
     named. The sweep with --resume computes damaged tiles again.
 
-    Example: vibrocap verify map
-
     Exit codes: 0 all that is stored is whole, finished or not. 3 something is
     damaged. 2 there is no study, or none that vibrocap wrote.
 
@@ -22,7 +20,7 @@ def verify(study: Path, /) -> int:
     study
         the folder of a study (`vibrocap sweep --out`)
     """
-    needs("verify", "sweep", "xarray", "zarr")
+    needs("verify", "xarray", "zarr")
     from vibrocap.studies.store.verification import verify_study
 
     found = verify_study(study)
