@@ -49,7 +49,8 @@ def branch(
     given = read_source(case)
     path, low, high = range_of(over)
     writable_picture("--plot", plot)
-    with progress(f"Following steady motions over {path}"), refusing():
+    names = ("depth", "points", "settle_periods")
+    with progress(f"Following steady motions over {path}"), refusing(*names, over="--over", between="--over"):
         found = branches(
             given.system,
             path,
@@ -114,7 +115,8 @@ def basins(
     given = read_source(case)
     axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
     writable_picture("--plot", plot)
-    with progress("Running the starts of the plane") as report, refusing():
+    names = ("plane", "resolution", "phase", "settle_periods")
+    with progress("Running the starts of the plane") as report, refusing(*names):
         found = basins_of(
             given.system,
             axes,

@@ -48,6 +48,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap friction show dahl --set bristle_stiffness=1e3",
     ),
     "friction test": ("vibrocap friction test coulomb --plot tests.png",),
+    "check": (
+        "vibrocap check lugre --quick",
+        "vibrocap check --parts mylaws.py",
+    ),
     "fit": (
         "vibrocap fit damper.csv --law dahl --out fit --plot fit.png",
         "vibrocap fit damper.csv --compare coulomb,dahl --json",

@@ -136,7 +136,7 @@ def canonical_tests(
 
     law = _law(name, set_)
     writable_picture("--plot", plot)
-    with progress(f"Testing {name}") as report, refusing():
+    with progress(f"Testing {name}") as report, refusing("load", "mass", "stiffness", "speed"):
         sheet = test_sheet(
             law,
             load=load,

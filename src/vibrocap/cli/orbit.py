@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case.case import CaseError
 from vibrocap.cli.options import Refusal, range_of, refusing
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.json_text import json_text
@@ -53,18 +52,15 @@ def orbit(
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
     given = read_source(case)
-    try:
-        with progress("Closing the steady motion"):
-            found = steady_motion(
-                given.system,
-                initial=given.initial,
-                response_period=response_period,
-                half=half,
-                settle_periods=settle_periods,
-                tolerance=tolerance,
-            )
-    except ValueError as error:
-        raise CaseError([str(error)], str(case)) from None
+    with progress("Closing the steady motion"), refusing("response_period", "half", "settle_periods", "tolerance"):
+        found = steady_motion(
+            given.system,
+            initial=given.initial,
+            response_period=response_period,
+            half=half,
+            settle_periods=settle_periods,
+            tolerance=tolerance,
+        )
     left = found.passed or (found if found.status is OrbitStatus.CONVERGED and found.unstable else None)
     record = orbit_record(found)
     if left is not None and left.response_period:
@@ -225,7 +221,9 @@ def crossing(
     given = read_source(case)
     path, low, high = range_of(over)
     other = None if against is None else _other(given.system, against)
-    with progress(f"Looking for {measure} = {value:g}") as report, refusing():
+    names = ("measure", "value", "against", "points", "periods", "over")
+    options = {"between": "--over", "measures": "--measure"}
+    with progress(f"Looking for {measure} = {value:g}") as report, refusing(*names, **options):
         found = crossings(
             given.system,
             measure,
