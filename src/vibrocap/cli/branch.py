@@ -22,10 +22,12 @@ def branch(
 ) -> int:
     """The branches of steady motions over a parameter: where symmetry breaks and travel begins.
 
-    Symmetric orbits are followed, stable or not, then what leaves them at pitchforks
-    and flips. Folds, flips, pitchforks and changes of the stick/slip word are located.
-    A case whose parameter is out of the range starts at the nearer end. Exit code 3
-    where a branch goes on but could not be followed.
+    The symmetric motion is followed, stable or not, and so are the branches that
+    leave it at pitchforks and flips. Folds, flips, pitchforks and changes of the
+    stick/slip word are located. If the case's own value is outside the range, the
+    search begins at the nearer end.
+
+    Exit code 3: a branch goes on but could not be followed.
 
     Parameters
     ----------
@@ -34,13 +36,13 @@ def branch(
     over
         PATH=LEAST:LARGEST, such as drive.amplitude=1:3
     depth
-        generations of branches after the first
+        how many times to follow branches that leave a branch
     points
-        most points of a branch each way
+        points of a branch in each direction, at most
     settle_periods
-        most drive periods simulated to find the first motion
+        drive periods simulated to find the first motion, at most
     plot
-        PNG, SVG or PDF: mean velocity over the parameter; of a machine held to its place the period
+        FILE.png, .svg or .pdf: the mean velocity over the parameter, or the period if the machine cannot travel
     json
         print one JSON object in full precision instead of a table
     """
@@ -97,16 +99,15 @@ def basins(
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     plane
-        two axes, NAME or NAME=LEAST:LARGEST each: states, or "phase", a share of the drive's period. Without a range
-        a state's is what motions visit
+        two axes, such as angle=-1:1,angle_rate; "phase" is a share of the drive's period [default range: as visited]
     resolution
-        cells along each axis
+        starts along each axis
     phase
-        where in the drive's period all runs start, as a share of it, unless it is an axis
+        where in the drive's period the runs start, from 0 to 1
     settle_periods
-        drive periods in which a motion must settle
+        drive periods that a motion has to settle
     plot
-        PNG, SVG or PDF
+        draw the plane: FILE.png, .svg or .pdf
     json
         print one JSON object in full precision instead of a table
     """

@@ -55,9 +55,9 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     name
         a law, as `vibrocap friction list` shows them
     set_
-        a parameter that differs from its default, such as bristle_stiffness=1e5; may be repeated
+        NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
     plot
-        PNG, SVG or PDF: steady curve and presliding loops
+        draw steady curve and presliding loops: FILE.png, .svg or .pdf
     """
     from rich.table import Table
 
@@ -111,24 +111,24 @@ def canonical_tests(
 ) -> int:
     """The canonical tests of a friction law: presliding, lag, break-away, stick-slip, creep.
 
-    Any consistent units serve: with coefficients in newtons take --load 1.
+    Any consistent units will do; where the coefficients are forces, take --load 1.
 
     Parameters
     ----------
     name
         a law, as `vibrocap friction list` shows them
     set_
-        a parameter that differs from its default, such as bristle_stiffness=1e5; may be repeated
+        NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
     load
-        normal load of the contact
+        normal force on the contact
     mass
-        of the block in the tests of break-away and stick-slip [default: from the law's own sizes]
+        mass of the block in the tests of break-away and stick-slip [default: from the law]
     stiffness
-        of the spring that pulls it [default: a hundredth of the contact's]
+        stiffness of the spring that pulls the block [default: a hundredth of the contact's]
     speed
-        of the spring's end [default: 0.3 of the speed at which friction changes]
+        speed at which the spring is pulled [default: 0.3 of the speed at which friction changes]
     plot
-        PNG, SVG or PDF: all tests in one sheet
+        draw all tests on one sheet: FILE.png, .svg or .pdf
     json
         print the numbers as JSON, in full precision
     """
