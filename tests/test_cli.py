@@ -71,17 +71,18 @@ def refused(capsys, *arguments) -> str:
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"]])
-def test_help_shows_every_command_with_an_example(arguments, capsys):
+def test_help_shows_every_command_and_how_to_begin(arguments, capsys):
     assert main(arguments) == OK
     text = capsys.readouterr().out
-    for command in ("reproduce", "simulate", "limits"):
-        assert f"  vibrocap {command} " in text
+    for command in ("new", "reproduce", "simulate", "limits", "stick-slip"):
+        assert f"│ {command} " in text
+    assert "  vibrocap examples --to examples\n" in text
 
 
 @pytest.mark.parametrize("command", ["reproduce", "simulate", "limits"])
 def test_help_of_a_command_shows_an_example(command, capsys):
     assert main([command, "--help"]) == OK
-    assert f"Example: vibrocap {command} " in capsys.readouterr().out
+    assert f"  vibrocap {command} " in capsys.readouterr().out
 
 
 def test_version(capsys):
@@ -511,6 +512,24 @@ def test_values_that_do_not_fit_are_named_by_their_option(case, capsys):
         "--periods: should be a positive number, got 0.0",
     ):
         assert f"{complaint}\n" in message
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("orbit CASE --response-period 0", "--response-period: should be a whole number >= 1, got 0"),
+        ("orbit CASE --settle-periods 0", "--settle-periods: should be a whole number >= 1, got 0"),
+        ("crossing CASE --over machine.mass_ratio=1:2 --measure sped", "--measure: should be a number of the table"),
+        ("crossing CASE --over machine.mass_ratio=2:1", "--over: should be finite with low < high"),
+        ("branch CASE --over drive.amplitud=1:2", "--over: drive.amplitud: there is no such parameter in this system"),
+        ("branch CASE --over drive.amplitude=1:2 --points 1", "--points: should be a whole number >= 2, got 1"),
+        ("basins CASE --plane angle,angle_rate --settle-periods 1", "--settle-periods: should be a whole number from"),
+        ("friction test lugre --load -1", "--load: should be a positive number, got -1.0"),
+    ],
+)
+def test_messages_name_the_option_and_not_the_argument(words, expected, case, capsys):
+    message = refused(capsys, *(case if word == "CASE" else word for word in words.split()))
+    assert message.startswith(expected)
 
 
 def test_exit_codes_reach_the_shell(case):

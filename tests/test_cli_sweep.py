@@ -386,7 +386,7 @@ def test_measures_of_a_case_are_those_of_its_machine_and_law(case, capsys):
 @pytest.mark.parametrize("name", ["sweep", "plot", "measures"])
 def test_help_shows_an_example(name, capsys):
     assert command(name, "--help") == OK
-    assert f"Example: vibrocap {name}" in capsys.readouterr().out
+    assert f"  vibrocap {name}" in capsys.readouterr().out
 
 
 def test_plot_names_what_it_cannot_draw(case, cheap, capsys):

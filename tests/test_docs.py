@@ -18,11 +18,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import vibrocap as vc
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.cli import main as cli
+from vibrocap.cli.command_examples import EXAMPLES
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics import catalogue
 from vibrocap.physics.parameters import parameter_table
@@ -34,7 +36,18 @@ SLOW_PAGES = ("clusters.md", "friction.md", "identification.md", "index.md", "or
 # Commands that begin so take more than a few seconds.
 SLOW = tuple(
     f"vibrocap {name}"
-    for name in ("reproduce", "orbit", "crossing", "branch", "basins", "friction", "fit", "check", "sweep own.toml")
+    for name in (
+        "reproduce",
+        "orbit",
+        "crossing",
+        "branch",
+        "basins",
+        "friction",
+        "fit",
+        "stick-slip",
+        "check",
+        "sweep own.toml",
+    )
 )
 
 
@@ -199,12 +212,55 @@ def test_commands_run_word_for_word(fence, workplace, capsys):
             run_command(command)
 
 
-def test_commands_of_the_help_run_word_for_word(workplace, capsys):
-    shown = [line for line in commands(cli.EXAMPLES) if re.match(r"vibrocap \w+ .*[\w/]$", line)]
-    assert len(shown) >= 4
-    for command in shown:
-        if not command.startswith(SLOW):
+def test_every_command_has_examples_of_its_own(capsys):
+    """Under its help, word for word, and of nothing else."""
+    for command, lines in EXAMPLES.items():
+        assert cli.main([*command.split(), "--help"]) == OK
+        text = " ".join(capsys.readouterr().out.split())
+        shown = text.rpartition("Examples:")[2].strip()
+        assert shown == " ".join(lines)
+        assert all(line.startswith(f"vibrocap {command}") for line in lines if command not in ("friction", "datasets"))
+    commands = {name for name in cli.app if not name.startswith("-")}
+    assert {command.split()[0] for command in EXAMPLES} == commands
+
+
+HELP = [line for lines in EXAMPLES.values() for line in lines]
+ELSEWHERE = ("vibrocap datasets fetch", "vibrocap completion zsh --install")  # they need a network, or the user's home
+
+
+def test_quick_examples_of_the_help_run_word_for_word(workplace, capsys):
+    (workplace / "examples").unlink()  # one of them makes this folder
+    for command in HELP:
+        if not command.startswith((*SLOW, *ELSEWHERE)):
             run_command(command)
+
+
+@pytest.mark.slow
+def test_slow_examples_of_the_help_run_word_for_word(workplace, capsys):
+    run_command("vibrocap new --out case.toml")
+    write_damper("damper.csv")
+    write_pull("pull.csv")
+    for command in HELP:
+        if command.startswith(SLOW) and not command.startswith(("vibrocap reproduce --out", *ELSEWHERE)):
+            run_command(command)
+
+
+def write_damper(path: str) -> None:
+    """Force and motion of a LuGre contact that is shaken, with a header that needs no words."""
+    time = np.linspace(0.0, 4.0, 801)
+    velocity = 0.3 * np.sin(2 * np.pi * time) + 0.1 * np.sin(5 * time)
+    driven = vc.driven_force(vc.Dahl(), time, velocity=velocity)
+    rows = (
+        f"{t!r},{f!r},{v!r}" for t, f, v in zip(*map(np.ndarray.tolist, (time, driven.force, velocity)), strict=True)
+    )
+    Path(path).write_text("time_s,force [N],velocity [m/s]\n" + "\n".join(rows) + "\n")
+
+
+def write_pull(path: str) -> None:
+    """The force on a slider that sticks and slips: a saw of ten teeth."""
+    time = np.linspace(0.0, 100.0, 20_001)
+    force = 0.06 + 0.02 * (time / 10.0 - np.floor(time / 10.0))
+    np.savetxt(path, np.column_stack((time, force)), delimiter=",", header="time [s],force [N]", comments="")
 
 
 @pytest.mark.slow
@@ -213,7 +269,7 @@ def test_commands_of_the_help_run_word_for_word(workplace, capsys):
     sorted(
         {
             command
-            for text in (cli.EXAMPLES, *(fence.text for fence in FENCES if fence.words == ("sh",)))
+            for text in (cli.BEGIN, *(fence.text for fence in FENCES if fence.words == ("sh",)))
             for command in commands(text)
             if command.startswith(SLOW)
         }

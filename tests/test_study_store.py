@@ -112,6 +112,22 @@ def test_tiles_of_slow_runs_are_smaller(seconds, size, runs, cheap, tmp_path, mo
     assert tile_runs_by_time(study, tmp_path) is None
 
 
+def test_files_of_a_store_are_opened_as_bytes(tmp_path, monkeypatch):
+    """Where the system knows text files (Windows), a chunk that holds the byte of a line end must not change."""
+    flag, real, opened = 1 << 28, os.open, []
+
+    def recording(path, flags, *rest, **options):
+        opened.append((str(path), flags))
+        return real(path, flags & ~flag, *rest, **options)
+
+    monkeypatch.setattr(os, "O_BINARY", flag, raising=False)
+    monkeypatch.setattr(os, "open", recording)
+    stored(tmp_path / "a")
+    written = [flags for path, flags in opened if flags & os.O_WRONLY and "unfinished" in path]
+    assert len(written) > 10
+    assert all(flags & flag for flags in written)
+
+
 def test_a_stored_study_has_tiles_by_time_unless_told(tmp_path, monkeypatch):
     monkeypatch.setattr("vibrocap.studies.sweep.tile_runs_by_time", lambda study, out, threads: 4)
     stored(tmp_path / "a", tile_runs=None)

@@ -22,12 +22,12 @@ def branch(
 ) -> int:
     """The branches of steady motions over a parameter: where symmetry breaks and travel begins.
 
-    Example: vibrocap branch examples/travels-by-stick-slip.toml --over drive.amplitude=1:3 --plot branch.png
+    The symmetric motion is followed, stable or not, and so are the branches that
+    leave it at pitchforks and flips. Folds, flips, pitchforks and changes of the
+    stick/slip word are located. If the case's own value is outside the range, the
+    search begins at the nearer end.
 
-    Symmetric orbits are followed, stable or not, then what leaves them at pitchforks
-    and flips. Folds, flips, pitchforks and changes of the stick/slip word are located.
-    A case whose parameter is out of the range starts at the nearer end. Exit code 3
-    where a branch goes on but could not be followed.
+    Exit code 3: a branch goes on but could not be followed.
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ def branch(
     over
         PATH=LEAST:LARGEST, such as drive.amplitude=1:3
     depth
-        generations of branches after the first
+        how many times to follow branches that leave a branch
     points
-        most points of a branch each way
+        points of a branch in each direction, at most
     settle_periods
-        most drive periods simulated to find the first motion
+        drive periods simulated to find the first motion, at most
     plot
-        PNG, SVG or PDF: mean velocity over the parameter; of a machine held to its place the period
+        FILE.png, .svg or .pdf: the mean velocity over the parameter, or the period if the machine cannot travel
     json
         print one JSON object in full precision instead of a table
     """
@@ -51,7 +51,8 @@ def branch(
     given = read_source(case)
     path, low, high = range_of(over)
     writable_picture("--plot", plot)
-    with progress(f"Following steady motions over {path}"), refusing():
+    names = ("depth", "points", "settle_periods")
+    with progress(f"Following steady motions over {path}"), refusing(*names, over="--over", between="--over"):
         found = branches(
             given.system,
             path,
@@ -93,23 +94,20 @@ def basins(
 ) -> int:
     """Which starts of a plane lead to which steady motion, and which way it travels.
 
-    Example: vibrocap basins examples/travels-by-stick-slip.toml --plane angle,angle_rate
-
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     plane
-        two axes, NAME or NAME=LEAST:LARGEST each: states, or "phase", a share of the drive's period. Without a range
-        a state's is what motions visit
+        two axes, such as angle=-1:1,angle_rate; "phase" is a share of the drive's period [default range: as visited]
     resolution
-        cells along each axis
+        starts along each axis
     phase
-        where in the drive's period all runs start, as a share of it, unless it is an axis
+        where in the drive's period the runs start, from 0 to 1
     settle_periods
-        drive periods in which a motion must settle
+        drive periods that a motion has to settle
     plot
-        PNG, SVG or PDF
+        draw the plane: FILE.png, .svg or .pdf
     json
         print one JSON object in full precision instead of a table
     """
@@ -118,7 +116,8 @@ def basins(
     given = read_source(case)
     axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
     writable_picture("--plot", plot)
-    with progress("Running the starts of the plane") as report, refusing():
+    names = ("plane", "resolution", "phase", "settle_periods")
+    with progress("Running the starts of the plane") as report, refusing(*names):
         found = basins_of(
             given.system,
             axes,

@@ -14,8 +14,6 @@ def check(*names: str, quick: bool = False, json: bool = False) -> int:
 
     It is taken with its defaults and with other numbers, sampled, recorded, and let move for some periods.
 
-    Example: vibrocap check --parts mylaws.py
-
     Exit codes: 0 all keep their contracts, 2 one does not.
 
     Parameters

@@ -57,71 +57,65 @@ def fit(
 ) -> int:
     """Fit a friction law to measured force and motion, or rank several laws on them.
 
-    Printed are the parameters with 95 % intervals, what the data do not determine
-    and which experiment would, and the errors of each record. A fit that is saved
-    holds friction.toml, the section [friction] of a case file: in SI, as fitted, or
-    with --pendulum in the dimensionless units of a case.
+    It prints the parameters with 95 % intervals, which of them the data do not
+    determine and which experiment would, and the error for each record. With --out
+    it writes friction.toml, the section [friction] of a case: in SI, or with
+    --pendulum in the dimensionless units of a case.
 
-    Example: vibrocap fit damper.csv --law lugre --out fit --plot fit.png
-    Example: vibrocap fit damper.npz --compare lugre,dahl,bouc-wen --hold-out eq_1
-
-    Exit codes: 0 done; 2 wrong input; 3 no start of the search could be driven
-    through the records.
+    Exit codes: 0 done, 2 wrong input, 3 the law could not be fitted.
 
     Parameters
     ----------
     data
         FILE.csv, .txt, .npz or .mat, one or several: force with velocity, displacement or both
     law
-        as `vibrocap friction list` shows them
+        a law, as `vibrocap friction list` shows them
     compare
-        LAW,LAW,... instead of --law: each is fitted, and ranked by its error on what it did not see
+        LAW,LAW,... instead of --law: fit each, and rank them by their error on data that they were not fitted to
     columns
-        QUANTITY=NAME, such as force=F1,velocity=v, where the names are not usual ones
+        QUANTITY=NAME, such as force=F1,velocity=v, if the columns have unusual names
     units
-        QUANTITY=UNIT, such as force=kN,displacement=mm, where the headings do not say them
+        QUANTITY=UNIT, such as force=kN,displacement=mm, if the headings do not say
     sampling_rate
-        Hz, where there is no column of time
+        samples per second (Hz), if there is no column of time
     load
-        normal force, N; without it (and without such a column) coefficients are forces in N
+        normal force in N; without it, and without such a column, coefficients are forces in N
     cutoff
-        Hz, below which the motion is filtered, forward and backward
+        cut-off of the low-pass filter of the motion in Hz [default: no filter]
     fixed
-        NAME=VALUE, a parameter that is held; may be repeated
+        NAME=VALUE, a parameter that is not fitted; may be repeated
     free
-        NAME,NAME,... the parameters that are searched [default: all but conventions]
+        NAME,NAME,... the parameters that are fitted [default: all but those fixed by convention]
     hold_out
-        RECORD,RECORD,... that are predicted, not fitted; eq_* stands for all that begin so
+        RECORD,RECORD,... that are predicted and not fitted; eq_* stands for all that begin with eq_
     offset
-        search a constant force of the sensor, too
+        fit a constant error of the force sensor too
     mass
-        search an inertia that the sensor carries, too
+        fit the mass between sensor and contact too
     steady
-        fit the curve of force over velocity alone, without the memory of the contact
+        fit only the curve of force over velocity, without the memory of the contact
     spring
-        a step of the speed is imposed through the machine's spring (rate-and-state laws): N/m, or measured (from the
-        rise after the step), or searched along with the law
+        of rate-and-state laws: stiffness of the machine in N/m, or measured (from the data), or searched (fitted)
     least_speed
-        m/s, of the samples that --steady takes
+        slowest samples that --steady takes, in m/s
     loss
-        linear, soft_l1, huber, cauchy or arctan: all but the first let outliers pull less
+        linear, soft_l1, huber, cauchy or arctan; all but the first give outliers less weight
     weights
-        power: each record counts the same per sample; equal: the same noise in all
+        power: records count alike, whatever the size of their forces; equal: all samples have the same noise
     start
-        states of the contact at the first sample: fitted or relaxed
+        the contact at the first sample: fitted, or relaxed
     intervals
-        profile (of the likelihood) or covariance (quicker) [default: profile; with --compare covariance]
+        profile (of the likelihood), or covariance, which is quicker [default: profile; with --compare covariance]
     starts
-        local searches
+        number of searches from different starting points
     seed
-        of their starting points
+        seed of the starting points
     out
-        folder for fit.json, friction.toml, residuals.csv and, where matplotlib is there, fit.png and residuals.png;
-        with --compare a folder for each law and comparison.json, comparison.png
+        folder for fit.json, friction.toml, residuals.csv and pictures; with --compare one in it for each law
     pendulum
-        mass=KG,length=M of the pendulum whose weight and length are the units of the case that friction.toml is for
+        mass=KG,length=M of the pendulum whose weight and length are the units of the case
     plot
-        FILE.png, .svg or .pdf: measured and fitted force, loops, intervals
+        draw measured and fitted force, loops and intervals: FILE.png, .svg or .pdf
     json
         print one JSON object in full precision
     """

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 
 from vibrocap.arguments import suggestion
+from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.options import Refusal, refusing, writable_picture
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.terminal import OK, Page, progress
@@ -16,7 +17,7 @@ from vibrocap.physics.friction.law import Law
 friction = App(
     name="friction",
     help="Friction laws: which there are, their equations, canonical tests and reports.",
-    help_epilogue="Example: vibrocap friction test lugre --plot tests.png",
+    help_epilogue=examples_of("friction"),
 )
 KINDS = {
     "set-valued": "sticks: at rest it holds any force up to its limit",
@@ -26,13 +27,10 @@ KINDS = {
 Settings = Annotated[list[str], Parameter(name="--set", negative=())]
 
 
-@friction.command(name="list")
+@friction.command(name="list", help_epilogue=examples_of("friction list"))
 @taking_parts
 def list_laws() -> int:
-    """The friction laws, a line each, and what can be put around them.
-
-    Example: vibrocap friction list
-    """
+    """The friction laws, a line each, and what can be put around them."""
     from vibrocap.physics.catalogue import laws, wrappers
 
     page = Page()
@@ -47,21 +45,19 @@ def list_laws() -> int:
     return OK
 
 
-@friction.command
+@friction.command(help_epilogue=examples_of("friction show"))
 @taking_parts
 def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
     """One friction law: equations, parameters, source, passivity and time scales, and its picture.
-
-    Example: vibrocap friction show lugre --plot lugre.png
 
     Parameters
     ----------
     name
         a law, as `vibrocap friction list` shows them
     set_
-        a parameter that differs from its default, such as bristle_stiffness=1e5; may be repeated
+        NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
     plot
-        PNG, SVG or PDF: steady curve and presliding loops
+        draw steady curve and presliding loops: FILE.png, .svg or .pdf
     """
     from rich.table import Table
 
@@ -99,7 +95,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     return OK
 
 
-@friction.command(name="test")
+@friction.command(name="test", help_epilogue=examples_of("friction test"))
 @taking_parts
 def canonical_tests(
     name: str,
@@ -115,26 +111,24 @@ def canonical_tests(
 ) -> int:
     """The canonical tests of a friction law: presliding, lag, break-away, stick-slip, creep.
 
-    Example: vibrocap friction test lugre --plot tests.png
-
-    Any consistent units serve: with coefficients in newtons take --load 1.
+    Any consistent units will do; where the coefficients are forces, take --load 1.
 
     Parameters
     ----------
     name
         a law, as `vibrocap friction list` shows them
     set_
-        a parameter that differs from its default, such as bristle_stiffness=1e5; may be repeated
+        NAME=VALUE in place of a default, such as bristle_stiffness=1e5; may be repeated
     load
-        normal load of the contact
+        normal force on the contact
     mass
-        of the block in the tests of break-away and stick-slip [default: from the law's own sizes]
+        mass of the block in the tests of break-away and stick-slip [default: from the law]
     stiffness
-        of the spring that pulls it [default: a hundredth of the contact's]
+        stiffness of the spring that pulls the block [default: a hundredth of the contact's]
     speed
-        of the spring's end [default: 0.3 of the speed at which friction changes]
+        speed at which the spring is pulled [default: 0.3 of the speed at which friction changes]
     plot
-        PNG, SVG or PDF: all tests in one sheet
+        draw all tests on one sheet: FILE.png, .svg or .pdf
     json
         print the numbers as JSON, in full precision
     """
@@ -142,7 +136,7 @@ def canonical_tests(
 
     law = _law(name, set_)
     writable_picture("--plot", plot)
-    with progress(f"Testing {name}") as report, refusing():
+    with progress(f"Testing {name}") as report, refusing("load", "mass", "stiffness", "speed"):
         sheet = test_sheet(
             law,
             load=load,

@@ -19,6 +19,7 @@ from cyclopts import App, CycloptsError, Parameter
 from vibrocap.case.case import CaseError
 from vibrocap.cli.branch import basins, branch
 from vibrocap.cli.check import check
+from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
 from vibrocap.cli.options import Refusal, needs, writable_folder
@@ -43,25 +44,18 @@ from vibrocap.cli.verify import verify
 from vibrocap.files import WriteError
 
 WIDE = 120  # columns of a terminal
-EXAMPLES = """Examples:
+BEGIN = """To begin with:
 
-  vibrocap reproduce --only fig09
+  vibrocap examples --to examples
   vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png
-  vibrocap simulate examples/bristles-lugre.toml --json --out run.nc
-  vibrocap limits examples/bristles-lugre.toml
-  vibrocap sweep examples/travels-by-stick-slip.toml --over drive.amplitude=1:3:40 --out map
-  vibrocap plot map --measure mean_velocity --out map.png
-  vibrocap orbit examples/travels-by-stick-slip.toml
-  vibrocap friction test lugre --plot tests.png
 
-`vibrocap COMMAND --help` explains a command. Exit codes: 0 done, 2 wrong input, 3 a run that could not be completed.
+`vibrocap COMMAND --help` explains a command, with examples. Exit codes: 0 done, 2 wrong input, 3 a run that could not
+be completed.
 """
 
 
 def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
     """The paper: its figures from our own runs, its claims with their verdicts, one HTML report.
-
-    Example: vibrocap reproduce --out out --only fig09
 
     Parameters
     ----------
@@ -106,9 +100,6 @@ def print_claims(result: Any) -> None:
 def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:
     """The script that lets a shell complete the commands and options of vibrocap.
 
-    Example: vibrocap completion bash
-    Example: vibrocap completion zsh --install
-
     Parameters
     ----------
     shell
@@ -127,7 +118,7 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
 app = App(
     name="vibrocap",
     help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
-    help_epilogue=EXAMPLES,
+    help_epilogue=BEGIN,
     help_format="plaintext",
     version=lambda: version("vibrocap"),
     result_action="return_value",
@@ -140,7 +131,11 @@ for command in (
     new, examples, reproduce, simulate, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
     friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
-    app.command(command if command in WITHOUT_PARTS else taking_parts(command))
+    if isinstance(command, App):  # it has its own examples
+        app.command(command)
+    else:
+        shown = examples_of(command.__name__.replace("_", "-"))
+        app.command(command if command in WITHOUT_PARTS else taking_parts(command), help_epilogue=shown)
 
 
 def _silence() -> None:

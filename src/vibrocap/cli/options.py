@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
@@ -28,12 +29,17 @@ class Refusal(ValueError):
 
 
 @contextlib.contextmanager
-def refusing() -> Iterator[None]:
-    """ValueErrors in the `with` block are about what was asked for: they are refusals."""
+def refusing(*arguments: str, **options: str) -> Iterator[None]:
+    """ValueErrors in the `with` block are about what was asked for: they are refusals that name the option.
+
+    arguments: those of Python that an option of the same name sets; options: other names of options, by argument
+    """
+    known = {name: f"--{name.replace('_', '-')}" for name in arguments} | options
     try:
         yield
     except ValueError as error:
-        raise Refusal(str(error)) from None
+        named = re.match(rf"({'|'.join(known) or '(?!)'})(?::| (?=should))\s*(.*)", str(error), re.DOTALL)
+        raise Refusal(f"{known[named[1]]}: {named[2]}" if named else str(error)) from None
 
 
 def by_option(complaints: Iterable[str], options: Mapping[str, str]) -> list[str]:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case.case import CaseError
 from vibrocap.cli.options import Refusal, range_of, refusing
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.io.json_text import json_text
@@ -27,26 +26,25 @@ def orbit(
 ) -> int:
     """The steady motion of a case: period, drift, stability, symmetry, mirror twin and word.
 
-    Example: vibrocap orbit examples/travels-by-stick-slip.toml
+    The case is simulated until it settles; then the periodic motion is computed
+    by shooting, to rounding. A motion that settles near an unstable orbit is
+    followed on to the orbit that it ends on. With --response-period or --half an
+    unstable orbit can be asked for; the motions that replace it are printed too.
 
-    The motion is simulated from the case's start until it settles, then closed by
-    shooting; what is printed holds to rounding. A start that leads to an unstable
-    orbit is followed on to what the capsule really does. Where the orbit asked for
-    is unstable, the motions to which it gives way are printed too. Exit code 3
-    where it does not settle or close.
+    Exit code 3: the motion did not settle, or no periodic motion was found.
 
     Parameters
     ----------
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     response_period
-        look for an orbit of so many drive periods, stable or not, near the case's start
+        find an orbit that repeats after so many drive periods, stable or not, near the start
     half
-        look for a symmetric orbit, stable or not, near the case's start
+        find an orbit that is its own mirror image, stable or not, near the start
     settle_periods
-        most drive periods simulated
+        drive periods simulated, at most
     tolerance
-        of the runs, error per step over the natural size of each state
+        error per step, relative to the states' natural size
     json
         print one JSON object in full precision instead of a table
     """
@@ -55,18 +53,15 @@ def orbit(
     from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 
     given = read_source(case)
-    try:
-        with progress("Closing the steady motion"):
-            found = steady_motion(
-                given.system,
-                initial=given.initial,
-                response_period=response_period,
-                half=half,
-                settle_periods=settle_periods,
-                tolerance=tolerance,
-            )
-    except ValueError as error:
-        raise CaseError([str(error)], str(case)) from None
+    with progress("Closing the steady motion"), refusing("response_period", "half", "settle_periods", "tolerance"):
+        found = steady_motion(
+            given.system,
+            initial=given.initial,
+            response_period=response_period,
+            half=half,
+            settle_periods=settle_periods,
+            tolerance=tolerance,
+        )
     left = found.passed or (found if found.status is OrbitStatus.CONVERGED and found.unstable else None)
     record = orbit_record(found)
     if left is not None and left.response_period:
@@ -196,12 +191,11 @@ def crossing(
 ) -> int:
     """Where a steady measure takes a value, or agrees with that of another law, over a parameter.
 
-    Example: vibrocap crossing examples/buckled-pendulum-travels.toml --over machine.mass_ratio=0.2:8.1
+    Each place is given with a bracket and an error. Where the measure has the
+    value over a whole range (symmetric motions have zero drift) or jumps across it
+    (from a motion to its mirror twin), this is said instead.
 
-    Each place comes with a bracket and an error. Where the measure equals the value
-    over a whole range (the drift of symmetric motions is zero) or jumps over it
-    (from a motion to its mirror twin), that is said instead. Exit code 3 where
-    motions did not settle, so that places may be missing.
+    Exit code 3: some motions did not settle, so places may be missing.
 
     Parameters
     ----------
@@ -210,16 +204,15 @@ def crossing(
     over
         PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1
     measure
-        a measure that is a number, see `vibrocap measures`
+        a measure that is a number; `vibrocap measures` lists them
     value
-        that is looked for
+        the value to look for
     against
-        friction.law=NAME or PATH=VALUE: look for where the measures of the case and of the case so changed differ by
-        the value (zero: agree). Another law takes over the parameters that both laws have
+        PATH=VALUE or friction.law=NAME: compare with the case so changed, and look for the difference instead
     points
-        parameters of the scan that brackets the places
+        values of the parameter at which the motion is run first
     periods
-        drive periods in which a motion of the scan must settle
+        drive periods that a motion has to settle
     json
         print one JSON object in full precision instead of a table
     """
@@ -229,7 +222,9 @@ def crossing(
     given = read_source(case)
     path, low, high = range_of(over)
     other = None if against is None else _other(given.system, against)
-    with progress(f"Looking for {measure} = {value:g}") as report, refusing():
+    names = ("measure", "value", "against", "points", "periods", "over")
+    options = {"between": "--over", "measures": "--measure"}
+    with progress(f"Looking for {measure} = {value:g}") as report, refusing(*names, **options):
         found = crossings(
             given.system,
             measure,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import App
 
 from vibrocap.arguments import Complaints, suggestion
+from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.options import Refusal, needs, pairs, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
 from vibrocap.io.json_text import json_text
@@ -37,36 +38,34 @@ def stick_slip(
 ) -> int:
     """Stick-slip in the measured force on a slider that is pulled through a spring.
 
-    Stick and slip phases, period, slips, levels of friction and the regime:
-    stick-slip, inertial or steady. Of a file with several records all are
-    listed, and --plot draws the diagram of their regimes.
-
-    Example: vibrocap stick-slip pull.csv --stiffness 168 --speed 42e-6 --mass 0.0307 --plot pull.png
+    It finds stick and slip phases, period, slips, levels of friction and the
+    regime: stick-slip, inertial or steady. If a file has several records, all are
+    listed, and --plot draws a diagram of their regimes.
 
     Parameters
     ----------
     source
         FILE.csv, .txt, .npz or .mat with force over time, or the folder of the data set paper-stick-slip
     record
-        which record of several, such as k168_v42
+        the name of one record of several, such as k168_v42
     columns
-        QUANTITY=NAME, once for time and force each, where their names are not usual ones
+        QUANTITY=NAME for time and force, such as force=F1, if the columns have unusual names
     units
         QUANTITY=UNIT, such as force=mN; force=1 is friction over normal force
     sampling_rate
-        Hz, where there is no column of time
+        samples per second (Hz), if there is no column of time
     stiffness
-        of the spring, N/m
+        stiffness of the spring in N/m
     speed
-        at which the spring is pulled, m/s
+        speed at which the spring is pulled, in m/s
     mass
-        of the slider, kg
+        mass of the slider in kg
     normal_force
-        N, for friction coefficients
+        normal force in N, for friction coefficients
     coefficient
-        the force is friction over normal force
+        the column of force holds friction over normal force
     minor
-        slips whose fall is below this share of the mean fall count as minor and not for period and slips
+        slips smaller than this share of the mean slip are minor, and left out of period and slips
     plot
         draw the record, or the diagram of regimes: FILE.png, .svg or .pdf
     json
@@ -217,16 +216,13 @@ def print_records(found: "list[StickSlip]") -> None:
 datasets = App(
     name="datasets",
     help="Published measurements of friction: which there are, and fetching their originals.",
-    help_epilogue="Example: vibrocap datasets fetch basalt-velocity-step",
+    help_epilogue=examples_of("datasets"),
 )
 
 
-@datasets.command(name="list")
+@datasets.command(name="list", help_epilogue=examples_of("datasets list"))
 def list_data_sets() -> int:
-    """The data sets that can be fetched: what was measured, by whom, the licence, and whether it is here.
-
-    Example: vibrocap datasets list
-    """
+    """The data sets that can be fetched: what was measured, by whom, the licence, and whether it is here."""
     from vibrocap.records.fetching import DATA_SETS
     from vibrocap.records.published import FOLDERS, data_root
 
@@ -241,15 +237,12 @@ def list_data_sets() -> int:
     return OK
 
 
-@datasets.command
+@datasets.command(help_epilogue=examples_of("datasets fetch"))
 def fetch(name: str, /, *, to: Path | None = None) -> int:
-    """Fetch the published originals of a data set, checked; what is there already is not fetched again.
+    """Fetch the published files of a data set, and check them; what is there already is not fetched again.
 
-    Where the checksum of an original is known, the file must have it. Where it is
-    not, the checksum of the first fetch is kept in SHA256SUMS, and must be the
-    same when it is fetched again.
-
-    Example: vibrocap datasets fetch rotary-damper --to data
+    A file must have the checksum that its publisher gives. If there is none, the
+    checksum of the first fetch is kept in SHA256SUMS, and must be the same later.
 
     Exit codes: 0 done; 2 wrong input; 3 the files could not be had (no network) or
     are not what they should be.

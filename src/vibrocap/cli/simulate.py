@@ -60,8 +60,6 @@ def simulate(
 ) -> int:
     """One motion: how it ends, how far it travels, its events, energy and certificate.
 
-    Example: vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png --out run.nc
-
     Parameters
     ----------
     case
@@ -73,15 +71,15 @@ def simulate(
     plot
         draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
     animate
-        film the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
+        make a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
     set_
         PATH=VALUE in place of the case's, such as machine.mass_ratio=2 or friction.law=lugre; may be repeated
     initial
         NAME=VALUE in place of the case's start, such as angle=0.5; may be repeated
     periods
-        drive periods to run, instead of the case's
+        drive periods to run [default: the case's]
     tolerance
-        error per step relative to the states' natural size, instead of the case's
+        error per step, relative to the states' natural size [default: the case's]
     """
     refused = Complaints()
     changed = changes(set_, initial, refused)
@@ -265,9 +263,7 @@ def _certificate_table(certificate: dict[str, Any], motion: Trajectory) -> Table
 
 # --- limits -----------------------------------------------------------------------------------------------------------
 def limits(case: Path, /, *, json: bool = False) -> int:
-    """Frictional limits of a case (the paper's eqs 10-15): exact, as printed, and why where they do not exist.
-
-    Example: vibrocap limits examples/bristles-lugre.toml
+    """Limits of the friction of a case (the paper's eqs 10-15): exact, as the paper prints them, or why there are none.
 
     Parameters
     ----------

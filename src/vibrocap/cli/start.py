@@ -37,8 +37,6 @@ def new(
 ) -> int:
     """A new case: every parameter of its parts with its default, its symbol and what it means.
 
-    Example: vibrocap new pendulum-capsule --law lugre --out case.toml
-
     Parameters
     ----------
     kind
@@ -104,9 +102,6 @@ def examples(*names: str, to: Path | None = None) -> int:
     """The example cases that come with vibrocap: what each shows, and a copy of them to work with.
 
     Without names and --to they are listed. Files that are there already are left as they are.
-
-    Example: vibrocap examples
-    Example: vibrocap examples mirror-twin weight-as-load --to cases
 
     Parameters
     ----------

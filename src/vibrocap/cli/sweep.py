@@ -57,16 +57,13 @@ def sweep(
 ) -> int:
     """Many runs of a case with other values: a map, a list of cases or a design, measured during the run.
 
-    What varies is named by its path: a parameter (machine.mass_ratio), a start
-    (initial.angle), or a kind (friction.law=exponential,lugre).
+    What varies is named by its path: a parameter (machine.mass_ratio), an initial
+    state (initial.angle), or a kind of part (friction.law=exponential,lugre).
 
-    Example: vibrocap sweep examples/travels-by-stick-slip.toml --over drive.amplitude=1:3:40 --out map
-
-    Exit codes: 0 done; runs that failed are results like others, with their
-    status, and the summary counts them. 2 wrong input, all of it named before
-    any work; a folder that holds another study; a study too large without
-    --yes. 3 the work could not be completed, such as on a full disk: what was
-    stored is whole, and --resume goes on. 130 stopped by Ctrl-C: likewise.
+    Exit codes: 0 done, also if some runs failed: they have their status, and the
+    summary counts them. 2 wrong input, all of it named before any work. 3 the work
+    could not be completed (a full disk, for example). 130 stopped by Ctrl-C. After
+    3 and 130 the same command with --resume goes on where it ended.
 
     Parameters
     ----------
@@ -79,39 +76,39 @@ def sweep(
     out
         folder for the results, stored as they come
     resume
-        go on with the study that --out holds; begin where it holds none
+        go on with the study in --out, or begin one if there is none
     export
-        write the results to FILE.nc (NetCDF) or FILE.csv, at the end
+        write the results to FILE.nc (NetCDF) or FILE.csv too
     cases
         instead of --over, a table FILE.csv: a row of paths, then a row of values for each run
     design
-        spread --runs over the ranges of --over: sobol, halton, latin-hypercube or random
+        spread --runs points over the ranges of --over: sobol, halton, latin-hypercube or random
     runs
-        how many runs a design has
+        number of runs of a design
     seed
-        of a design; the same seed gives the same runs [default: 0]
+        seed of a design; the same seed gives the same runs [default: 0]
     adaptive
-        a map into --export whose points are run along borders of word, travel and response period only
+        run points only where the word, the travel or the response period changes; writes to --export
     periods
-        drive periods of a run at most, a whole number, instead of the case's
+        drive periods of a run, at most; a whole number [default: the case's]
     window
-        drive periods at the end over which a run is measured that does not settle [default: 10, or all]
+        drive periods at the end of a run that are measured if it does not settle [default: 10, or all]
     settle
-        how near to a steady motion a run ends, as a share of each state's size; 0: never [default: 1e-6]
+        end a run once it is this near to a steady motion, relative to the states' size; 0: never [default: 1e-6]
     tolerance
-        error per step relative to the states' natural size, instead of the case's
+        error per step, relative to the states' natural size [default: the case's]
     threads
-        of this process [default: all cores]
+        number of threads [default: one for each core]
     workers
-        so many processes on this machine, by Dask
+        use this number of processes on this machine, by Dask
     scheduler
-        the address of a Dask cluster whose workers see the folder --out
+        address of a Dask scheduler, whose workers see the folder --out too
     device
-        cpu or cuda
+        cpu, or cuda: an NVIDIA graphics card
     tile_runs
         runs that are computed and stored together; what Ctrl-C loses [default: some five seconds of work]
     yes
-        run a study that is larger than ten million runs
+        allow more than ten million runs
     """
     options = dict(locals())
     from vibrocap.cli.sweep_request import SweepRequest
@@ -140,14 +137,12 @@ def sweep(
 
 
 def measures(case: Path | None = None, /) -> int:
-    """What `vibrocap sweep --measure` can ask for, with what it means.
-
-    Example: vibrocap measures examples/bristles-lugre.toml
+    """The measures that `vibrocap sweep --measure` takes, and what they mean.
 
     Parameters
     ----------
     case
-        list only what the machine and the law of this case file have; without it, those of all
+        only those that the machine and the law of this case have [default: all]
     """
     from vibrocap.measures.during_run import measure_table
 
@@ -285,25 +280,25 @@ def plot(
 ) -> int:
     """A picture of a study: a map over two axes, lines over one, panels for friction laws side by side.
 
-    Failed, unsettled and missing runs are hatched and counted in the legend; no travel has a colour of its own.
+    Failed, unsettled and missing runs are hatched and counted in the legend; runs
+    without travel have a colour of their own.
 
-    Example: vibrocap plot map --measure mean_velocity --out map.png
-    Lines of `--border word` need a sweep with `--measure word`.
+    For --border word the sweep must have had --measure word.
 
     Parameters
     ----------
     source
         the folder of a study (`vibrocap sweep --out`), or FILE.nc with an exported one
     measure
-        which of its measures, or status, settled, response_period [default: the first measure]
+        the measure to draw, or status, settled, response_period [default: the first measure]
     out
         FILE.png, .svg or .pdf [default: a .png beside the study, named after it and the measure]
     at
-        where further axes are fixed: PATH=VALUE, once for each; the nearest value is taken
+        PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border
-        draw the lines where this changes over a map, such as word or response_period
+        draw lines where this changes on a map, such as word or response_period
     dead_band
-        travel up to this size is none [default: 10 times the threshold to which the runs settled, or 1e-6]
+        smaller velocities count as no travel [default: 10 times the threshold of settling, or 1e-6]
     """
     needs("plot", "xarray", "zarr", "matplotlib")
     from vibrocap.plotting.study_view import first_measure, study_view

@@ -12,8 +12,6 @@ def verify(study: Path, /) -> int:
     A file that is missing, cut short, altered or in the place of another one is
     named. The sweep with --resume computes damaged tiles again.
 
-    Example: vibrocap verify map
-
     Exit codes: 0 all that is stored is whole, finished or not. 3 something is
     damaged. 2 there is no study, or none that vibrocap wrote.
 

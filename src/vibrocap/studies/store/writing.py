@@ -51,7 +51,8 @@ def write_file(path: Path, data: bytes, unfinished: Path) -> None:
     """Write a file elsewhere (in the folder `unfinished`, on the same disk), force it to the disk, rename it."""
     unfinished.mkdir(exist_ok=True)
     temporary = unfinished / f"{socket.gethostname()}-{os.getpid()}-{next(_numbers)}"
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+    binary = getattr(os, "O_BINARY", 0)  # without it Windows writes \r\n for \n
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | binary, 0o666)
     try:
         try:
             rest = memoryview(data)

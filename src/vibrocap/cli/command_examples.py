@@ -1,0 +1,76 @@
+"""Examples of every command, as they stand under its help; tests run them all, in this order, in one folder."""
+
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "new": (
+        "vibrocap new --out case.toml",
+        "vibrocap new oscillator --law dahl --drive ramp",
+    ),
+    "examples": (
+        "vibrocap examples",
+        "vibrocap examples --to examples",
+    ),
+    "simulate": (
+        "vibrocap simulate case.toml --initial angle=0.5",
+        "vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png",
+        "vibrocap simulate examples/bristles-lugre.toml --json --out run.nc",
+        "vibrocap simulate run.nc --set machine.mass_ratio=1.5 --periods 20",
+    ),
+    "limits": (
+        "vibrocap limits examples/bristles-lugre.toml",
+        "vibrocap limits examples/bristles-with-offset-points.toml --json",
+    ),
+    "measures": (
+        "vibrocap measures",
+        "vibrocap measures examples/bristles-lugre.toml",
+    ),
+    "sweep": (
+        "vibrocap sweep case.toml --over drive.amplitude=1:3:20 --out line",
+        "vibrocap sweep case.toml --over machine.mass_ratio=log:0.2:8:20"
+        " --over drive.amplitude=1:3:10 --measure mean_velocity,word --out map",
+        "vibrocap sweep case.toml --over friction.law=lugre,dahl --export laws.csv",
+    ),
+    "verify": ("vibrocap verify map",),
+    "plot": (
+        "vibrocap plot map --measure mean_velocity --out map.png",
+        "vibrocap plot map --at drive.amplitude=1.8 --out line.png",
+    ),
+    "orbit": (
+        "vibrocap orbit examples/travels-by-stick-slip.toml",
+        "vibrocap orbit examples/travels-by-stick-slip.toml --half --json",
+    ),
+    "branch": ("vibrocap branch case.toml --over drive.amplitude=1:1.5 --plot branch.png",),
+    "basins": ("vibrocap basins case.toml --plane angle,angle_rate --resolution 20",),
+    "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
+    "friction": ("vibrocap friction test lugre --plot tests.png",),
+    "friction list": ("vibrocap friction list",),
+    "friction show": (
+        "vibrocap friction show lugre --plot lugre.png",
+        "vibrocap friction show dahl --set bristle_stiffness=1e3",
+    ),
+    "friction test": ("vibrocap friction test coulomb --plot tests.png",),
+    "check": (
+        "vibrocap check lugre --quick",
+        "vibrocap check --parts mylaws.py",
+    ),
+    "fit": (
+        "vibrocap fit damper.csv --law dahl --out fit --plot fit.png",
+        "vibrocap fit damper.csv --compare coulomb,dahl --json",
+    ),
+    "stick-slip": ("vibrocap stick-slip pull.csv --stiffness 168 --speed 42e-6 --plot pull.png",),
+    "datasets": ("vibrocap datasets list",),
+    "datasets list": ("vibrocap datasets list",),
+    "datasets fetch": ("vibrocap datasets fetch rotary-damper --to data",),
+    "reproduce": (
+        "vibrocap reproduce --out out",
+        "vibrocap reproduce --only fig09",
+    ),
+    "completion": (
+        "vibrocap completion bash",
+        "vibrocap completion zsh --install",
+    ),
+}
+
+
+def examples_of(command: str) -> str:
+    """What stands under the help of a command."""
+    return "Examples:\n\n" + "".join(f"  {line}\n" for line in EXAMPLES[command])
