@@ -155,8 +155,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         event_states=recorded.events[:, memory.EVENT_HEAD :],
         observe=Observer(system, origin),
         observable_names=tuple(recording.observables),
-        # of the pieces and events only what the motion does not hold itself
-        certify=Certifier(dataclasses.replace(recorded, pieces=pieces[:, :head], events=recorded.events[:0]), limits),
+        certify=Certifier(recorded, limits),
         samples=samples,
         start_time=time,
         start_phase=phase,
@@ -177,6 +176,12 @@ class Certifier:
 
     recorded: Recorded
     limits: tuple[int, int]
+
+    def __reduce__(self):
+        """Of the pieces and events only what the motion does not hold itself is pickled."""
+        found = self.recorded
+        heads = dataclasses.replace(found, pieces=found.pieces[:, : memory.PIECE_HEAD], events=found.events[:0])
+        return type(self), (heads, self.limits)
 
     def __call__(self, motion: Trajectory) -> Certificate:
         system, tolerance = motion.system, min(COMPANION * motion.tolerance, 0.05)
