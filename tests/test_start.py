@@ -35,6 +35,21 @@ def test_a_motion_in_two_parts_is_the_motion_in_one(law, cut):
     np.testing.assert_allclose(second["drive"], drive, atol=1e-13)
 
 
+def test_forces_on_stiff_pieces_know_the_phase_of_the_drive():
+    stiff = vc.LuGre(bristle_stiffness=1e6, bristle_damping=100.0)
+    whole = vc.simulate(system(stiff), periods=2, initial={"angle": 1.0}, tolerance=1e-9)
+    first = vc.simulate(system(stiff), periods=1.3, initial={"angle": 1.0}, tolerance=1e-9)
+    later = vc.Start(time=0.0, phase=0.3)
+    second = vc.simulate(system(stiff), periods=0.7, initial=first.state, start=later, tolerance=1e-9)
+    implicit = np.flatnonzero(second.piece_implicit)
+    assert len(implicit)
+    middle = 0.5 * second.piece_length[implicit]
+    assert np.max(np.abs(second.piece_correction(implicit, middle))) < 1e-7
+    times = second.piece_start[implicit] + middle
+    np.testing.assert_allclose(second.at(times, "friction"), whole.at(times + first.end, "friction"), atol=1e-5)
+    assert second.certificate.ok
+
+
 def test_phase_of_the_drive_is_that_of_the_time():
     later = vc.simulate(system(), periods=1.5, initial={"angle": 1.0}, start=0.4)
     np.testing.assert_allclose(later["drive"], DRIVE.amplitude * np.cos(later.time), atol=1e-13)

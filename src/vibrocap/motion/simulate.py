@@ -32,6 +32,7 @@ STATUSES = {
     **{memory.BEYOND_BOUND + i: Status(kind.replace("_", " ")) for i, kind in enumerate(BOUNDS)},
 }
 METHOD = 4  # place of the method among the numbers of a piece: 0 of a Taylor step, 1 of an implicit one
+NOTHING = np.empty((0, 0))
 COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
 
 
@@ -150,8 +151,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         event_states=recorded.events[:, memory.EVENT_HEAD :],
         observe=Observer(system, origin),
         observable_names=tuple(recording.observables),
-        # of the pieces and events only what the motion does not hold itself
-        certify=Certifier(dataclasses.replace(recorded, pieces=pieces[:, :head], events=recorded.events[:0]), limits),
+        certify=Certifier(recorded, limits),
         samples=samples,
         start_time=time,
         start_phase=phase,
@@ -173,8 +173,12 @@ class Certifier:
     recorded: Recorded
     limits: tuple[int, int]
 
+    def __reduce__(self):
+        """Pieces and events are not asked for, and are with the motion."""
+        return type(self), (dataclasses.replace(self.recorded, pieces=NOTHING, events=NOTHING), self.limits)
+
     def __call__(self, motion: Trajectory) -> Certificate:
-        system, tolerance = motion.system, min(COMPANION * motion.tolerance, 0.05)
-        given = system, dict(motion.initial), motion.periods, tolerance, *self.limits, motion.start_phase
-        loose = _run(*given, keep_pieces=False)
+        tolerance = min(COMPANION * motion.tolerance, 0.05)
+        given = dict(motion.initial), motion.periods, tolerance, *self.limits, motion.start_phase
+        loose = _run(motion.system, *given, keep_pieces=False)
         return certificate(motion, self.recorded, loose, COMPANION)

@@ -28,7 +28,7 @@ from vibrocap.plotting.style import (
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
-POINTS_PER_PERIOD, MOST_POINTS = 512, 200_000
+MOST_POINTS = 200_000
 MOST_PER_PIECE = 24
 WIDTH = 11.5  # inches of the whole picture
 FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
@@ -101,14 +101,6 @@ class Trace:
             raise ArgumentError("name", f"a motion has no {name!r}; {suggestion(name, motion.names)}")
         integral = motion.integral_names.index(name)
         return (motion.piece_marks[:, self.index] + motion.piece_integrals(self.index, self.since))[integral]
-
-
-def sample_times(motion: Trajectory, start: float, end: float) -> np.ndarray:
-    """Times to look at a motion at: evenly spread, with both sides of every event."""
-    count = min(max(64, round(POINTS_PER_PERIOD * (end - start) / motion.period)), MOST_POINTS)
-    events = motion.event_times[(motion.event_times > start) & (motion.event_times < end)][:MOST_POINTS]
-    before = np.maximum(start, events - 1e-9 * motion.period)
-    return np.unique(np.concatenate((np.linspace(start, end, count + 1), events, before)))
 
 
 def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float = 1.0) -> bool:
