@@ -40,6 +40,7 @@ def fit(
     hold_out: list[str] | None = None,
     offset: bool = False,
     mass: bool = False,
+    delay: bool = False,
     steady: bool = False,
     spring: str | None = None,
     least_speed: float = 0.0,
@@ -95,6 +96,8 @@ def fit(
         search a constant force of the sensor, too
     mass
         search an inertia that the sensor carries, too
+    delay
+        search the time by which the force is late behind the motion, too
     steady
         fit the curve of force over velocity alone, without the memory of the contact
     spring
@@ -153,7 +156,7 @@ def fit(
         settings |= {"machine_stiffness": stiffness}
     else:
         settings |= {"weights": weights, "offset": offset}
-        settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
+        settings |= {"least_speed": least_speed} if steady else {"mass": mass, "delay": delay, "start": start}
     try:
         if compare:
             return _compared(found, laws, settings, out, scales, plot, json)
