@@ -317,6 +317,11 @@ def test_every_complaint_comes_at_once(folder, capsys):
         ((*STEADY, "--starts", "0"), "--starts: should be a whole number"),
         ((*STEADY, "--hold-out", "w*"), "--hold-out: leaves no record to fit"),
         ((*STEADY, "--free", "decay_rate", "--fixed", "decay_rate=1"), "--free: decay_rate is also in fixed"),
+        ((*STEADY, "--fixed", "coulomb_coefficient=-1"), "--fixed: coulomb_coefficient should be at least 0, got -1.0"),
+        (
+            (*STEADY, "--fixed", "static_coefficient=1,coulomb_coefficient=2"),
+            "--fixed: static_coefficient should be at",
+        ),
         ((*STEADY, "--columns", "force=f2"), "f2"),
         ((*STEADY, "--cutoff", "1e6"), "cutoff: should be"),
         ((*STEADY, "--least-speed", "1"), "samples faster than 1 m/s"),

@@ -47,8 +47,9 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.measures.settling import Settling, settling
     from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+    from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.simulate import simulate
-    from vibrocap.motion.trajectory import Certificate, Event, Phase, Status, Trajectory
+    from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
@@ -63,6 +64,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
@@ -85,6 +87,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import (
         BiharmonicInSI,
         ExponentialInSI,
@@ -107,6 +110,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.studies.dataset import open_study
     from vibrocap.studies.designs import Design
     from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.store.verification import Verification, verify_study
     from vibrocap.studies.sweep import sweep
 
 
@@ -163,6 +167,8 @@ __all__ = [
     "sweep",
     "Design",
     "open_study",
+    "verify_study",
+    "Verification",
     "write_study",
     "adaptive_map",
     "border",
@@ -302,4 +308,8 @@ __all__ = [
     "experiment_design",
     "ExperimentDesign",
     "candidate_motions",
+    "register",
+    "unregister",
+    "load_parts",
+    "PartsError",
 ]

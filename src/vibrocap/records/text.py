@@ -15,6 +15,7 @@ from vibrocap.records.units import DIMENSIONS, unit_named
 COMMENTS = ("#", "%", "//", "!")
 DELIMITERS = (";", "\t", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late
 MOST_COMPLAINTS = 5
+MOST_BYTES = 2**30  # of a text
 
 Row = tuple[int, list[str]]  # number of the line in the file, its cells
 
@@ -83,7 +84,10 @@ def _column_of_records(names: list[str], wanted: str | int | None, path: Path) -
 
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Lines that are not blank, stripped, with their numbers from 1."""
-    raw = path.read_bytes()
+    with path.open("rb") as file:
+        raw = file.read(MOST_BYTES + 1)
+    if len(raw) > MOST_BYTES:
+        raise RecordError([f"has more than {MOST_BYTES // 2**20} MB; give the records in several files"], str(path))
     if b"\x00" in raw[:4096]:
         raise RecordError(["is not a text file; should be .csv or .txt, .npz or .mat"], str(path))
     try:

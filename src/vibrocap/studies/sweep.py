@@ -2,12 +2,13 @@
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import Complaints, check_whole
+from vibrocap.arguments import Complaints, check_whole, require
 from vibrocap.case.case import CaseError
 from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
@@ -16,7 +17,8 @@ from vibrocap.studies.code_version import code_version
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.planning import planned_study
-from vibrocap.studies.store import Store, opened_for_writing
+from vibrocap.studies.store.store import Store, opened_for_writing
+from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import variables
@@ -48,7 +50,7 @@ def sweep(
     design: Design | None = None,
     initial: Mapping[str, float] | None = None,
     periods: int = 60,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
@@ -88,8 +90,10 @@ def sweep(
     not on tiles, threads or machines, nor on interruptions, after which a store has the same bytes.
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
-    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept.
+    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
+    where xarray (for `out` zarr, for a cluster Dask) is not installed.
     """
+    _require_packages(out, workers or scheduler)
     settings = {
         "window": window,
         "settle": settle,
@@ -131,6 +135,7 @@ def run_study(
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
+    _require_packages(out, workers or scheduler)
     study = dataclasses.replace(study, code=code_version(), device=device)
     if study.plan.count > max_runs and not yes:
         raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
@@ -139,6 +144,12 @@ def run_study(
     if out is None:
         return _in_memory(study, tile, threads, progress)
     return _stored(study, tile, Path(out), resume, threads, workers, scheduler, progress)
+
+
+def _require_packages(out: Any, cluster: Any) -> None:
+    """ModuleNotFoundError for what a study needs beyond the core."""
+    stored = () if out is None else ("zarr",)
+    require("a sweep", "xarray", *stored, *(("dask", "distributed") if cluster else ()))
 
 
 def size_in_words(study: Study, threads: int | None = None) -> str:
@@ -188,7 +199,11 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
 
 def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Progress) -> "xarray.Dataset":
     """All tiles that are not stored yet, into a store."""
-    store, lock = opened_for_writing(out, study, tile, resume=resume)
+    opened = opened_for_writing(out, study, tile, resume=resume)
+    store = opened.store
+    if opened.damage:
+        words = "; ".join(opened.damage)
+        warnings.warn(f"{out}: is damaged, and mended: {words}", DamageWarning, stacklevel=4)
     total = math.prod(tile_counts(study.plan.shape, store.tile))
     try:
         pending = store.pending()
@@ -203,6 +218,7 @@ def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Pro
             _run_here(store, pending, threads, report)
         if report:
             report(float(len(pending)))
+        store.check_whole()
         store.clean()
     except KeyboardInterrupt:
         left = len(store.pending())
@@ -211,7 +227,7 @@ def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Pro
             f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
         ) from None
     finally:
-        lock.release()
+        opened.lock.release()
     return open_study(out)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from vibrocap.arguments import suggestion
 from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
@@ -123,7 +124,11 @@ def parametrisation(
     u = space.of({**start, **guessed})
     values = dict(zip(space.names, space.values(u).tolist(), strict=True))
     held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
-    template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
+    try:
+        template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
+    except ValidationError as error:  # values that are good each alone: a static level below the Coulomb level
+        reasons = "; ".join(str(problem["msg"]).removeprefix("Value error, ") for problem in error.errors())
+        raise ValueError(f"fixed: {reasons}") from None
     return Parametrisation(template, space, u, own_start)
 
 
@@ -145,6 +150,11 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
     for name, value in fixed.items():
         if not (_is_number(value) and math.isfinite(value)):
             raise ValueError(f"fixed: {name} should be a finite number, got {value!r}")
+        low, high, inclusive = _limits(type(template), name)
+        if not (low < value <= high or (inclusive and value == low)):
+            least = "" if low == -math.inf else f" {'at least' if inclusive else 'greater than'} {low:g}"
+            most = "" if high == math.inf else f" at most {high:g}"
+            raise ValueError(f"fixed: {name} should be{' and'.join(filter(None, (least, most)))}, got {value!r}")
     for name, pair in bounds.items():
         low, high = pair
         if not low < high:

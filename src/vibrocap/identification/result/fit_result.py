@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.files import made_folder, write_text
 from vibrocap.identification.inference.identifiability import Identifiability, Verdict
 from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.residuals import ResidualReport
@@ -175,7 +176,8 @@ class Fit:
         """Write fit.json and friction.toml into a folder, which is made; their paths.
 
         scales: of the pendulum in whose units friction.toml is written, as a case wants it; None: in SI, as fitted.
-        Raises ValueError where the fit found no law, and for scales where the normal force is not known.
+        Raises ValueError where the fit found no law, and for scales where the normal force is not known; WriteError
+        where the folder does not take them.
         """
         if not self.ok:
             raise ValueError(f"fit: has no law to save; {self.status}")
@@ -183,11 +185,10 @@ class Fit:
         if scales is not None and self.options.get("rotary"):
             raise ValueError("scales: are for a contact that slides; the records are of one that turns")
         law = self.law if scales is None else dimensionless(self.law, scales, bool(self.options.get("known_load")))
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = made_folder(folder)
         paths = folder / "fit.json", folder / "friction.toml"
-        paths[0].write_text(json.dumps(as_data(self), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        paths[1].write_text(heading(scales, bool(self.options.get("rotary"))) + case_section(law), encoding="utf-8")
+        write_text(paths[0], json.dumps(as_data(self), indent=1, allow_nan=False) + "\n")
+        write_text(paths[1], heading(scales, bool(self.options.get("rotary"))) + case_section(law))
         return paths
 
 
