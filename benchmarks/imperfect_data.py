@@ -78,7 +78,7 @@ def rates(kind: str, count: int, first_seed: int = 0, law: Any = "lugre", **sett
     """What `count` fits of one kind of data say.
 
     inside: by parameter whether each interval that is called determined holds; doubted: how many summaries say that
-    data or law are wrong; said: how many have an interval that does not hold and say so; told: findings by kind
+    data or law are wrong; silent: how many say nothing though one of their intervals misses; told: findings by kind
     """
     inside: dict[str, list[bool]] = {}
     told: dict[str, int] = {}
@@ -104,7 +104,7 @@ def report(count: int = 100) -> None:
         begin = time.perf_counter()
         found = rates(kind, count)
         parts = [f"{name} {sum(held)}/{len(held)}" for name, held in found["inside"].items()]
-        print(f"{kind:11s} doubted {found['doubted']:3d}   silently wrong {found['silent']:3d}   {', '.join(parts)}")
+        print(f"{kind:11s} doubted {found['doubted']:3d}   misses without doubt {found['silent']:3d}   {', '.join(parts)}")
         print(f"{'':11s} told: {found['told']}   {time.perf_counter() - begin:.0f} s", flush=True)
 
 
