@@ -104,7 +104,9 @@ def report(count: int = 100) -> None:
         begin = time.perf_counter()
         found = rates(kind, count)
         parts = [f"{name} {sum(held)}/{len(held)}" for name, held in found["inside"].items()]
-        print(f"{kind:11s} doubted {found['doubted']:3d}   misses without doubt {found['silent']:3d}   {', '.join(parts)}")
+        print(
+            f"{kind:11s} doubted {found['doubted']:3d}   misses without doubt {found['silent']:3d}   {', '.join(parts)}"
+        )
         print(f"{'':11s} told: {found['told']}   {time.perf_counter() - begin:.0f} s", flush=True)
 
 
