@@ -467,7 +467,7 @@ def paper():
 
 
 @shared
-def test_paper_has_the_published_period_slip_and_regimes(paper):
+def test_paper_has_the_earlier_estimates_and_regimes(paper):
     slow = paper["k168_v42"]
     assert slow.period.mean == pytest.approx(2.27, rel=0.03)
     assert slow.release.mean == pytest.approx(81e-6, rel=0.03)

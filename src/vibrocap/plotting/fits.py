@@ -125,7 +125,7 @@ def residual_figure(fit: Fit) -> Figure:
             weight="bold",
         )
         told = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
-        text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}"
+        text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}".replace("  ", " ")
         footnote(fig, textwrap.fill(text, 190))
     return fig
 
