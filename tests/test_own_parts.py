@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import pickle
 import shutil
 import subprocess
 import sys
@@ -19,9 +20,11 @@ from vibrocap.physics import catalogue
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
-from vibrocap.physics.part_files import PartsError, file_of, load_parts
+from vibrocap.physics.part_files import file_of, load_parts
 from vibrocap.studies import axes
-from vibrocap.studies.own_parts import part_fingerprint, receive, sources_of
+from vibrocap.studies.own_parts import part_fingerprint
+from vibrocap.studies.sent_study import receive, sources_of
+from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.study import Study
 
 FILE = Path(__file__).with_name("own_laws.py")
@@ -143,7 +146,7 @@ def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
         (law_text(), "Bad cannot be registered: force: is missing, which every law defines; see the contract, "),
         (law_text(GOOD, name="lugre"), "Bad: the law 'lugre' exists already, vibrocap.physics.friction.lugre.LuGre"),
         (law_text(GOOD, name="My Law"), "name: should be a ClassVar of small letters, digits and hyphens"),
-        (law_text(GOOD, name="backlash-x"), "'backlash-x' begins as the name of a wrapped law does"),
+        (law_text(GOOD, name="backlash-lugre"), "Bad: the law 'backlash-lugre' exists already"),
         (law_text(GOOD, head=""), "is no record of parameters; write @parameters above the class"),
         (law_text(GOOD.replace("smooth", "")).replace('"smooth"', '"rough"'), "kind: should be 'set-valued', 'kinked'"),
         (law_text(GOOD).replace('"smooth"', '"set-valued"'), "holding_limit: is missing, which every law defines"),
@@ -236,6 +239,17 @@ def test_a_file_is_run_once_and_again_after_a_change(folder):
     assert file_of(changed) != file_of(law)
 
 
+def test_a_part_of_a_file_goes_through_pickle_to_another_process(folder):
+    law, _ = load_parts("mylaws.py")
+    sent = pickle.dumps(vc.System(vc.PendulumCapsule(), law(knee=0.07), vc.Harmonic()))
+    assert pickle.loads(sent).friction == law(knee=0.07)
+    load_parts(shutil.copy("mylaws.py", "again.py"))  # the first class is no longer the registered one
+    assert pickle.dumps(law()) == pickle.dumps(law())
+    code = "import pickle, sys; print(pickle.load(sys.stdin.buffer).friction.knee)"
+    done = subprocess.run([sys.executable, "-c", code], input=sent, capture_output=True)
+    assert done.stdout.strip() == b"0.07", done.stderr.decode()
+
+
 # --- installed packages -----------------------------------------------------------------------------------------------
 def package(folder, name, module, text, value):
     """An installed package with an entry point."""
@@ -314,10 +328,10 @@ def test_workers_load_the_file_and_refuse_another(folder, monkeypatch):
     receive(sources)
     assert catalogue.law("long-tail") is law
     (folder / "mylaws.py").write_text("\n")
-    with pytest.raises(PartsError, match=r"a worker on .* lacks parts of the study: .*mylaws.py: has changed"):
+    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*mylaws.py: has changed"):
         receive(sources)
     (folder / "mylaws.py").unlink()
-    with pytest.raises(PartsError, match=r"a worker on .* lacks parts of the study: .*cannot be read"):
+    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*cannot be read"):
         receive(sources)
 
 

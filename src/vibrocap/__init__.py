@@ -7,6 +7,7 @@ import sys as _sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # read by type checkers, and by `_homes`
+    from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -19,6 +20,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.identification.fitting.spring_fit import spring_fit
     from vibrocap.identification.fitting.steady_fit import steady_fit
     from vibrocap.identification.result.fit_result import Fit
+    from vibrocap.io.labelled import to_pandas, to_xarray
     from vibrocap.io.study_file import write_study
     from vibrocap.laboratory.break_away import BreakAway, break_away
     from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
@@ -49,6 +51,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.simulate import simulate
+    from vibrocap.motion.start import Start
     from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
@@ -87,6 +90,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import (
         BiharmonicInSI,
@@ -98,6 +102,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
         SystemInSI,
     )
     from vibrocap.physics.system import System
+    from vibrocap.plotting.basins import draw_basins
+    from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
+    from vibrocap.plotting.fits import draw_forces, draw_intervals
+    from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
+    from vibrocap.plotting.maps import draw_study
+    from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_phase_plane
+    from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
@@ -164,6 +176,13 @@ __all__ = [
     "System",
     "Trajectory",
     "simulate",
+    "Start",
+    "plot",
+    "figure",
+    "style",
+    "thumbnail",
+    "to_xarray",
+    "to_pandas",
     "sweep",
     "Design",
     "open_study",
@@ -308,8 +327,23 @@ __all__ = [
     "experiment_design",
     "ExperimentDesign",
     "candidate_motions",
+    "draw_history",
+    "draw_phase_plane",
+    "draw_friction_loop",
+    "draw_study",
+    "draw_branch",
+    "draw_floquet_multipliers",
+    "draw_forces",
+    "draw_intervals",
+    "draw_basins",
+    "draw_steady_curve",
+    "draw_presliding",
     "register",
     "unregister",
     "load_parts",
+    "parameter",
+    "parameters",
+    "check_part",
+    "PartReport",
     "PartsError",
 ]

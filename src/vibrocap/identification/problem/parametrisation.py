@@ -126,8 +126,7 @@ def parametrisation(
     try:
         template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
     except ParameterError as error:  # values that are good each alone: a static level below the Coulomb level
-        reasons = "; ".join(f"{each.field} {each.text}" for each in error.complaints)
-        raise ValueError(f"fixed: {reasons}") from None
+        raise ValueError("fixed: " + "; ".join(f"{each.field} {each.text}" for each in error.complaints)) from None
     return Parametrisation(template, space, u, own_start)
 
 
