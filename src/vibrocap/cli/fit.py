@@ -41,6 +41,7 @@ def fit(
     hold_out: list[str] | None = None,
     offset: bool = False,
     mass: bool = False,
+    delay: bool = False,
     steady: bool = False,
     spring: str | None = None,
     least_speed: float = 0.0,
@@ -91,7 +92,9 @@ def fit(
     offset
         fit a constant error of the force sensor too
     mass
-        fit the mass between sensor and contact too
+        fit the inertia between sensor and contact too
+    delay
+        fit the time by which the force is late behind the motion too
     steady
         fit only the curve of force over velocity, without the memory of the contact
     spring
@@ -148,7 +151,7 @@ def fit(
         settings |= {"machine_stiffness": stiffness}
     else:
         settings |= {"weights": weights, "offset": offset}
-        settings |= {"least_speed": least_speed} if steady else {"mass": mass, "start": start}
+        settings |= {"least_speed": least_speed} if steady else {"mass": mass, "delay": delay, "start": start}
     try:
         if compare:
             return _compared(found, laws, settings, out, scales, plot, json)

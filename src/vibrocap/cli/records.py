@@ -15,6 +15,7 @@ from vibrocap.io.json_text import json_text
 
 if TYPE_CHECKING:
     from vibrocap.records.stick_slip import Spread, StickSlip
+    from vibrocap.records.stick_slip_periods import Drift
 
 ARRAYS = ("time", "force", "velocity")  # too long for a summary
 
@@ -150,6 +151,7 @@ def print_stick_slip(found: "StickSlip") -> None:
     rows: list[tuple[str, str | None]] = [
         ("slips", _slip_count(found)),
         ("period", _spread_text(found.period, " s")),
+        ("drift of period", _drift_text(found.drift)),
         ("spectrum", _spread_text(found.recurrence.spectral_period, " s")),
         ("correlation", _spread_text(found.recurrence.correlation_period, " s")),
         ("slip", _spread_text(found.slip, " um", scale=1e6)),
@@ -176,6 +178,12 @@ def _slip_count(found: "StickSlip") -> str | None:
         return str(main) if main else None
     period = (every[-1] - every[0]) / (len(every) - 1)
     return f"{main}, and {len(every) - main} minor; were these counted, the period would be {period:.4g} s"
+
+
+def _drift_text(drift: "Drift | None") -> str | None:
+    if drift is None:
+        return None
+    return f"{drift.last - drift.first:+.3g} s from the first third to the last, standard error {drift.error:.2g} s"
 
 
 def _spread_text(

@@ -1,6 +1,7 @@
 """Pictures of fits: measured and fitted force, loops, residuals, intervals; laws compared, and laws matched."""
 
 import math
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -127,7 +128,9 @@ def residual_figure(fit: Fit) -> Figure:
             ha="left",
             weight="bold",
         )
-        footnote(fig, "Lines on the right: normal distribution. " + _left_out(fit, shown))
+        told = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
+        text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}".replace("  ", " ")
+        footnote(fig, textwrap.fill(text, 190))
     return fig
 
 

@@ -15,6 +15,9 @@ STICK_SLIP, INERTIAL, STEADY, SLOW = "stick-slip", "inertial", "steady", "slow o
 HALF_STICK_X, HALF_STICK_RATIO = 2.0288, 1.29
 STICKS, RISES = 0.4, 0.6  # shares of the time, less than half to allow for noise; a sine rises for half of it
 STRAIGHT = 0.08  # bend of stick phases over the fall; measured: 0.03 at most where it sticks, 0.13 in coloured noise
+MISSED = 1.3  # times the period of the spectrum, from which on the falls that stand above the noise are not all
+BARELY = 2.0  # times the least significant fall: falls that are no larger on average may be missed
+AGREE = 0.2  # relative difference of two periods that are the same
 REGULAR = 0.3  # standard deviation of the intervals between tops over their mean, where there is a period
 
 
@@ -33,6 +36,7 @@ class Regime:
     inertial_period: 2 pi sqrt(m/k) [s];  period_ratio: typical_period over it; None where mass or stiffness is unknown
     stick_fraction: share of the time in stick phases;  rise_fraction: share in which the force rises
     stick_bend: how far from straight the force is in stick phases, over the mean fall
+    from_spectrum: typical_period is that of the spectrum, since only some falls stand above the noise
     """
 
     name: str
@@ -44,6 +48,7 @@ class Regime:
     stick_fraction: float | None
     rise_fraction: float | None
     stick_bend: float | None
+    from_spectrum: bool = False
 
 
 def regime(
@@ -53,8 +58,14 @@ def regime(
     recurrence: Recurrence,
     inertial_period: float | None,
     bend: float | None,
+    clearness: float = float("inf"),
 ) -> Regime:
-    """What kind of motion phases and turning points [s] show; see `Regime` for what decides."""
+    """What kind of motion phases and turning points [s] show; see `Regime` for what decides.
+
+    clearness: mean fall over the least that is significant. Where falls barely are, or the correlation repeats as the
+    spectrum does, and their intervals are far longer than the period of the spectrum, most falls were missed: then the
+    spectrum tells the period.
+    """
     if len(tops) < 3:
         seen = "no fall of the force stands" if not len(tops) else f"only {len(tops)} falls of the force stand"
         return Regime(STEADY, f"{seen} above the noise", None, None, inertial_period, None, None, None, None)
@@ -64,6 +75,17 @@ def regime(
     rises = float((tops[1:] - bottoms[:-1]).sum() / (bottoms[-1] - bottoms[0]))
     resting = sum(phase.duration for phase in phases if phase.kind == "stick")
     sticks = resting / (phases[-1].end - phases[0].start)
+    seen = float(intervals.mean())
+    if recurrence.spectral_period is not None and falls_missed(seen, recurrence, clearness):
+        period = recurrence.spectral_period
+        ratio = None if inertial_period is None else period / inertial_period
+        near = ratio is None or ratio < HALF_STICK_RATIO
+        told = (
+            f"the spectrum has a period of {period:.4g} s, and falls stand above the noise every {seen:.4g} s only"
+            + ("" if ratio is None else f"; it is {ratio:.3g} times 2 pi sqrt(m/k) = {inertial_period:.4g} s")
+        )
+        name, how = (INERTIAL, "swings on its spring") if near else (SLOW, "oscillates more slowly than by its inertia")
+        return Regime(name, f"{how}: {told}", period, irregularity, inertial_period, ratio, None, rises, bend, True)
     ratio = None if inertial_period is None else period / inertial_period
     repeats = recurrence.correlation_period is not None or irregularity <= REGULAR
     far = ratio is None or ratio >= HALF_STICK_RATIO
@@ -83,3 +105,11 @@ def regime(
     else:
         name, reason = INERTIAL, f"swings on its spring: {share}{compared}"
     return Regime(name, reason, period, irregularity, inertial_period, ratio, sticks, rises, bend)
+
+
+def falls_missed(period: float, recurrence: Recurrence, clearness: float) -> bool:
+    """Whether the mean period between tops is so much longer than the spectrum's that falls must have been missed."""
+    spectral, repeats = recurrence.spectral_period, recurrence.correlation_period
+    if spectral is None or period < MISSED * spectral:
+        return False
+    return clearness < BARELY or (repeats is not None and abs(repeats / spectral - 1.0) < AGREE)

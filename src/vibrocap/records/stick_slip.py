@@ -8,8 +8,8 @@ import numpy as np
 
 from vibrocap.records.pull import Pull, is_number, pull
 from vibrocap.records.record import Record
-from vibrocap.records.regimes import INERTIAL, STEADY, STICK_SLIP, Regime, regime
-from vibrocap.records.stick_slip_periods import Recurrence, recurrence
+from vibrocap.records.regimes import AGREE, INERTIAL, STEADY, STICK_SLIP, Regime, regime
+from vibrocap.records.stick_slip_periods import Drift, Recurrence, period_drift, recurrence, stretch_periods
 from vibrocap.records.stick_slip_phases import Phase, falls, phases, stick_bend, with_minor
 
 LOADING = (0.3, 3.0)  # stick phases that rise at another multiple of k V are taken for a slip in the units
@@ -27,6 +27,11 @@ class Spread:
     deviation: float | None
     number: int
 
+    @property
+    def error(self) -> float | None:
+        """Standard error of the mean, for values that are independent."""
+        return None if self.deviation is None else self.deviation / math.sqrt(self.number)
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class StickSlip:
@@ -35,8 +40,10 @@ class StickSlip:
     regime: what the motion is, with its reason and the numbers that decided it (see `Regime`)
     phases: slips and the stick phases between them, in order; a slip is `minor` if its fall is below a share (`minor`,
         half by default) of the mean fall; "main" slips are the others. None in the steady regime
-    period: from one main slip's start to the next [s], in the inertial regime from top to top;  recurrence: the period
-        without phases, from the spectrum and from the correlation
+    period: from one main slip's start to the next [s], in the inertial regime from top to top; where only some falls
+        stand above the noise (`regime.from_spectrum`), from the spectra of stretches of the record;  drift: of the
+        period, from the first to the last third of the record;  recurrence: the period without phases, from the
+        spectrum and from the correlation
     slip: distance that the slider travels in a main slip [m], dF/k + V dt: while it slips, the spring is pulled on
     release: how much shorter the spring gets in a main slip [m], dF/k
     stick_duration, slip_duration: of stick phases and main slips [s];  stick_fraction: share of the time at rest
@@ -58,6 +65,7 @@ class StickSlip:
     regime: Regime
     phases: tuple[Phase, ...]
     period: Spread | None
+    drift: Drift | None
     recurrence: Recurrence
     slip: Spread | None
     release: Spread | None
@@ -142,12 +150,19 @@ def stick_slip(
     repeats = recurrence(found.force, pulled.step, found.window)
     every = phases(pulled.time, found)
     turning = (pulled.time[found.tops], pulled.time[found.bottoms])
-    kind = regime(every, *turning, repeats, pulled.inertial_period, stick_bend(pulled.time, found, every))
+    heights = found.force[found.tops] - found.force[found.bottoms]
+    clearness = float(np.mean(heights)) / found.least if len(heights) and found.least > 0 else math.inf
+    bend = stick_bend(pulled.time, found, every)
+    kind = regime(every, *turning, repeats, pulled.inertial_period, bend, clearness)
     # What wanders has no phases; what swings has no partial slips.
     marked = () if kind.name == STEADY else with_minor(every, minor if kind.name == STICK_SLIP else 0.0)
     main = [phase for phase in marked if phase.kind == "slip" and not phase.minor]
     sticks = [phase for phase in marked if phase.kind == "stick"]
     extremes = (found.force[found.tops], found.force[found.bottoms])
+    if kind.from_spectrum and kind.typical_period is not None:
+        periods = stretch_periods(found.force, pulled.step, found.window, kind.typical_period)
+    else:
+        periods = np.diff(turning[0] if kind.name == INERTIAL else [slip.start for slip in main])
     level, how = _kinetic(main, sticks, kind, extremes)
     rests = main if kind.name == STICK_SLIP else []
     static = _spread([slip.start_force for slip in rests])
@@ -164,7 +179,8 @@ def stick_slip(
         force_unit="1" if coefficient else "N",
         regime=kind,
         phases=marked,
-        period=_spread(np.diff(turning[0] if kind.name == INERTIAL else [slip.start for slip in main])),
+        period=_spread(periods),
+        drift=period_drift(periods),
         recurrence=repeats,
         slip=None if give is None or speed is None else _spread([s.fall * give + speed * s.duration for s in main]),
         release=None if give is None else _spread([slip.fall * give for slip in main]),
@@ -188,7 +204,7 @@ def stick_slip(
         mass=mass,
         pulling_speed=pulling_speed,
         normal_force=pulled.normal_force,
-        notes=(*pulled.notes, *_notes(pulled, kind, loading, level, main)),
+        notes=(*pulled.notes, *_notes(pulled, kind, loading, level, main), *_doubts(periods, repeats, kind, marked)),
     )
 
 
@@ -284,4 +300,26 @@ def _notes(pulled: Pull, kind: Regime, loading: float | None, level: float | Non
                 f"mass, stiffness: slips take {share:.2g} of 2 pi sqrt(m/k), where inertia alone needs half of it; "
                 "it looks as if one of them were wrong"
             )
+    return notes
+
+
+def _doubts(periods: np.ndarray, repeats: Recurrence, kind: Regime, phases: tuple[Phase, ...]) -> list[str]:
+    """Where slips, spectrum and correlation tell different periods, and where the period drifts."""
+    if not len(periods):
+        return []
+    notes, mean = [], float(np.mean(periods))
+    told = {"by the spectrum": repeats.spectral_period, "by the correlation": repeats.correlation_period}
+    slips = [phase.start for phase in phases if phase.kind == "slip"]
+    minor = any(phase.minor for phase in phases)
+    told |= {"with the minor slips": float(np.mean(np.diff(slips)))} if minor and len(slips) > 1 else {}
+    other = {how: value for how, value in told.items() if value is not None and abs(value / mean - 1.0) > AGREE / 2}
+    if other and not kind.from_spectrum and kind.name != STEADY:
+        apart = ", ".join(f"{value:.3g} s {how}" for how, value in other.items())
+        notes.append(f"period: {mean:.3g} s between slips, but {apart}: an irregular record, or unseen slips")
+    drift = period_drift(periods)
+    if drift is not None and drift.significant:
+        notes.append(
+            f"period: goes from {drift.first:.3g} s in the first third of the record to {drift.last:.3g} s in the last "
+            f"(+- {drift.error:.2g} s): its mean depends on the stretch"
+        )
     return notes

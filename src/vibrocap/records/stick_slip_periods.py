@@ -9,6 +9,8 @@ WIDTH = 4  # bands: standard deviation of the weights that smooth the spectrum; 
 FEWEST = 3  # periods in a record
 REPEATS = 0.3  # correlation at a period that is one; noise of 1000 samples, whatever its colour, seldom reaches it
 BEST_TERM = 0.5  # the first peak of the correlation counts that stands out at least this share of the most outstanding
+STRETCHES, LEAST_PERIODS = 8, 8  # of a record, whose periods are compared, and periods that each has at least
+MATTERS = 0.05  # change of the period, over the period
 OUTSTANDING = 0.1  # a peak of the correlation stands out at least so much
 
 
@@ -43,6 +45,43 @@ def recurrence(force: np.ndarray, step: float, window: int = 1) -> Recurrence:
         return Recurrence(None, None, None)
     period, correlation = _correlation_period(smooth, step)
     return Recurrence(_spectral_period(smooth, step, window), period, correlation)
+
+
+@dataclasses.dataclass(frozen=True)
+class Drift:
+    """How a period changes in the course of a record: its mean in the first and in the last third [s].
+
+    error: standard error of their difference [s];  significant: whether they differ by more than twice that, and by
+        more than a twentieth
+    """
+
+    first: float
+    last: float
+    error: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether the period changes by more than chance."""
+        return abs(self.last - self.first) > max(2.0 * self.error, MATTERS * self.first)
+
+
+def period_drift(periods: np.ndarray) -> Drift | None:
+    """The drift of periods in their order [n]; None for fewer than nine."""
+    third = len(periods) // 3
+    if third < 3:
+        return None
+    first, last = periods[:third], periods[-third:]
+    error = float(np.sqrt(first.var(ddof=1) / third + last.var(ddof=1) / third))
+    return Drift(float(first.mean()), float(last.mean()), error)
+
+
+def stretch_periods(force: np.ndarray, step: float, window: int, period: float) -> np.ndarray:
+    """Spectral periods of stretches of a record [n], where each holds enough of them."""
+    count = min(STRETCHES, int(len(force) * step / (LEAST_PERIODS * period)))
+    if count < 2:
+        return np.array([period])
+    found = [recurrence(part, step, window).spectral_period for part in np.array_split(force, count)]
+    return np.array([each for each in found if each is not None])
 
 
 def _spectral_period(force: np.ndarray, step: float, window: int) -> float | None:

@@ -36,6 +36,7 @@ def fit(
     weights: str = "power",
     offset: bool = False,
     mass: bool = False,
+    delay: bool = False,
     start: str = "fitted",
     intervals: str = "profile",
     held_out: Any = (),
@@ -63,7 +64,8 @@ def fit(
         over the record's unit (by default one and a half robust deviations of a linear draft's errors).
     weights: "power": the unit of a record is the standard deviation of its force, so that each record counts the same
         per sample; "equal": one unit for all, right where the noise has the same size in newtons.
-    offset, mass: search a constant force (N) and an inertia (kg) that the force sensor also carries.
+    offset, mass, delay: search a constant force (N), an inertia (kg) that the force sensor also carries, and the time
+        (s) by which the force is late behind the motion, one for all records.
     start: the contact's states at the first sample of each record: "fitted" (nobody measured them) or "relaxed" (zero).
     intervals: "profile" (likelihood profiles) or "covariance" (quicker; symmetric in the logarithm).
     load: normal force (N) of records without their own; without both, coefficients are forces in N.
@@ -84,7 +86,9 @@ def fit(
     own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
 
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> Prediction:
-        extra = nuisances(choice.template, fitted, offset=offset, mass=mass, start=start, level=scales.level)
+        extra = nuisances(
+            choice.template, fitted, offset=offset, mass=mass, start=start, level=scales.level, delay=delay
+        )
         return Prediction(choice.template, choice.space.with_more(extra), of, own_units, threads)
 
     def simpler(loss: Loss) -> list[np.ndarray]:
@@ -97,6 +101,7 @@ def fit(
         "weights": weights,
         "offset": offset,
         "mass": mass,
+        "delay": delay,
         "start": start,
         "load": load,
         "fixed": dict(fixed or {}),

@@ -1,7 +1,8 @@
 """Limits that a search reached: of the law, of the search itself, or given; and the intervals that they hold closed.
 
 Where a parameter stands at a limit with the data pulling beyond it, an interval within the limits says more of the
-limits than of the data. So its end on that side is open, and so are those of the parameters that would follow.
+limits than of the data. So its end on that side is open, and so are those of the parameters that would follow. A limit
+of the law (zero, or the order of its levels) is known beforehand and holds nothing else.
 """
 
 import dataclasses
@@ -25,7 +26,8 @@ class ReachedLimit:
 
     side: "low" or "high" end of the parameter's range; value: of the parameter there
     whose: "law" (zero, or the order of its levels), "search" (the package's own range) or "given" (`bounds`)
-    holds: parameters whose intervals are open because the data pull beyond it
+    holds: parameters whose intervals are open because the data pull beyond it; a limit of the law holds none
+    pressed: whether the data pull beyond it by more than chance; at one of the law, law or data are wrong then
     """
 
     parameter: str
@@ -34,6 +36,7 @@ class ReachedLimit:
     whose: str
     text: str
     holds: tuple[str, ...] = ()
+    pressed: bool = False
 
     def __str__(self) -> str:
         more = f"; the data pull beyond it, so that it holds {', '.join(self.holds)}" if self.holds else ""
@@ -60,14 +63,17 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
         alone = np.zeros(len(best.u))
         alone[j] = gradient[j] if gradient[j] * at < 0 else 0.0
         moved = to_parameters @ -(information @ alone)
+        # twice the cost of keeping the limit
+        cost = float(alone[j] ** 2 * information[j, j])
+        pressed = cost > spread.unit * spread.threshold[j] ** 2
         held = [
             name
             for i, name in enumerate(space.names)
-            if name in names and (abs(moved[i]) > HELD * half[i] or (i == j and each.whose_limit(at) != "law"))
+            if name in names and each.whose_limit(at) != "law" and (abs(moved[i]) > HELD * half[i] or i == j)
         ]
         side = "low" if (at < 0) != (each.form == "below") else "high"
         text = _text(each, at, side, float(values[j]))
-        found.append(ReachedLimit(each.name, side, float(values[j]), each.whose_limit(at), text, tuple(held)))
+        found.append(ReachedLimit(each.name, side, float(values[j]), each.whose_limit(at), text, tuple(held), pressed))
     return tuple(found)
 
 

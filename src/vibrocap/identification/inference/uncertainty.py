@@ -23,10 +23,13 @@ class Uncertainty:
     pushes no parameter does not count; records that want different values of a parameter do.) Where few samples
     determine a parameter, their own errors are fitted away; so tau is also taken as for stationary errors,
     1 + 2 sum_k rho_k(e) c_k, with the correlations c of the parameter's leverage J (J^T J)^-1, and the larger counts.
+    Errors that are larger in some samples than in others, at high speed for instance, count where they have leverage
+    (the covariance is the sandwich of White 1980): both factors together are the inflation.
 
     unit: s^2 = sum psi^2/(n - p) / mean psi', the cost by which -2 log(likelihood) changes by 2 for independent errors
         (psi: derivative of the loss; for squares s^2 = sum e^2/(n - p)).
-    inflation [p]: tau of each parameter, at least 1; n/tau samples count as independent for it.
+    inflation [p]: variance of each parameter over that for independent errors of one size, tau times the unevenness of
+        the errors; n over it is the number of samples that count for it.
     threshold [p]: t such that the interval of a parameter (95 %) ends where 2 (cost - least cost) = s^2 t^2; the
         quantile of Student's t for n/tau - p degrees of freedom, times sqrt(tau).
     covariance [p, p]: of the parameters, with the inflation; huge along what the data do not determine.
@@ -62,7 +65,7 @@ def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters:
             max(_inflation([part[:, j] for part in parts]), _inflation(errors, [part[:, j] for part in leverage]))
             for j in range(p)
         ]
-    )
+    ) * _unevenness(influence, np.concatenate(leverage), unit)
     spare = np.maximum(n / inflation - p, FEWEST)
     root = np.sqrt(inflation)
     covariance = unit / bend * (to_parameters @ base @ to_parameters.T) * np.outer(root, root)
@@ -70,6 +73,23 @@ def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters:
     tau = tuple(correlation_time(each) for each in errors)
     effective = sum(len(each) / t for each, t in zip(errors, tau, strict=True))
     return Uncertainty(unit, inflation, threshold, covariance, tau, effective)
+
+
+def _unevenness(influence: np.ndarray, leverage: np.ndarray, unit: float) -> np.ndarray:
+    """Variance of each estimate [p] over that for errors of one size: above 1 where they are large where they matter.
+
+        sum (J (J^T J)^-1 e)_i^2 / (s^2 sum (J (J^T J)^-1)_i^2)            White 1980
+
+    The ratio is itself uncertain, by sqrt(2/m) where m samples have the leverage; below 1 it counts only as far as it
+    is sure to two of these.
+    """
+    squares = np.sum(leverage**2, axis=0)
+    known = squares > 0
+    ratio = np.ones(len(squares))
+    ratio[known] = np.sum(influence**2, axis=0)[known] / (unit * squares[known])
+    number = np.full(len(squares), np.inf)
+    number[known] = squares[known] ** 2 / np.sum(leverage**4, axis=0)[known]
+    return np.where(ratio > 1.0, ratio, np.minimum(ratio * np.exp(2.0 * np.sqrt(2.0 / number)), 1.0))
 
 
 def correlation_time(errors: np.ndarray) -> float:

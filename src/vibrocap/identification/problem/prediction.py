@@ -21,11 +21,12 @@ class Prediction:
     """The law of a fit, driven through its records, as a function of coordinates.
 
     Error of a sample: (predicted - measured) / (weight's unit of the record), where
-    predicted = R(law) + offset + mass * acceleration.
+    predicted = R(law; v(t - delay)) + offset + mass * acceleration.
 
     template: the law that carries what is not searched; space: coordinates of the law's parameters, then of the
-    nuisances "offset" (N), "mass" (kg) and "start[<record>].<state>": the internal state at the first sample over its
-    natural size (`internal_scales`). units [records] N: error that counts as 1, of a record or of each of its samples.
+    nuisances "offset" (N), "mass" (kg), "delay" (s) and "start[<record>].<state>": the internal state at the first
+    sample over its natural size (`internal_scales`). units [records] N: error that counts as 1, of a record or of each
+    of its samples.
     """
 
     template: Law
@@ -66,17 +67,21 @@ class Prediction:
             return np.full((len(values), len(record)), np.nan)
         found = np.full((len(values), len(record)), np.nan)
         start = self._start(values, law_values, record)
-        found[lawful] = driven_forces(
-            self.template,
-            law_values[lawful],
-            law_names,
-            record.time,
-            record.velocity,
-            load=record.load,
-            internal=None if start is None else start[lawful],
-            tolerance=self.tolerance,
-            threads=1 if lawful.sum() * len(record) < SMALL else self.threads,
-        ).force
+        delays = values[:, names.index(DELAY)] if DELAY in names else np.zeros(len(values))
+        for delay in np.unique(delays[lawful]):
+            rows = lawful & (delays == delay)
+            late = np.interp(record.time - delay, record.time, record.velocity) if delay else record.velocity
+            found[rows] = driven_forces(
+                self.template,
+                law_values[rows],
+                law_names,
+                record.time,
+                late,
+                load=record.load,
+                internal=None if start is None else start[rows],
+                tolerance=self.tolerance,
+                threads=1 if rows.sum() * len(record) < SMALL else self.threads,
+            ).force
         for name, column in (("offset", 1.0), ("mass", record.acceleration)):
             if name in names:
                 found = found + values[:, [names.index(name)]] * column
@@ -163,6 +168,8 @@ class Prediction:
 
 
 ALL_STATES = "all"
+LATE_STEP = 0.01  # of a sampling interval
+DELAY, LATEST = "delay", 20.0  # and how many samples a force may be late or early
 GAP = "gap_position"  # the state of a joint with play
 
 
@@ -185,7 +192,7 @@ def unchecked(law: Law, values: Mapping[str, Any]) -> Law:
 
 def is_nuisance(name: str) -> bool:
     """Whether a name is that of a parameter of the measurement and not of the law."""
-    return name in ("offset", "mass", "machine_stiffness", "drift") or name.startswith(START + "[")
+    return name in ("offset", "mass", DELAY, "machine_stiffness", "drift") or name.startswith(START + "[")
 
 
 def concerns(name: str, record: str) -> bool:
@@ -193,8 +200,22 @@ def concerns(name: str, record: str) -> bool:
     return not name.startswith(START + "[") or name.startswith(f"{START}[{record}].")
 
 
+def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
+    """The time by which the force is late behind the motion."""
+    interval = float(np.median(np.concatenate([np.diff(each.time) for each in records])))
+    step = LATE_STEP  # a coarse one: samples are joined by straight lines
+    return Coordinate(DELAY, "linear", -LATEST * interval, LATEST * interval, scale=interval, spread=0.0, step=step)
+
+
 def nuisances(
-    law: Law, records: Sequence[Samples], *, offset: bool, mass: bool, start: str, level: float
+    law: Law,
+    records: Sequence[Samples],
+    *,
+    offset: bool,
+    mass: bool,
+    start: str,
+    level: float,
+    delay: bool = False,
 ) -> tuple[Coordinate, ...]:
     """Coordinates of the nuisance parameters, which all start at zero.
 
@@ -208,6 +229,8 @@ def nuisances(
         largest = max(float(np.max(np.abs(each.acceleration))) for each in records)
         scale = level / max(largest, 1e-300)
         found.append(Coordinate("mass", "linear", -100 * scale, 100 * scale, scale=scale, spread=0.0))
+    if delay:
+        found.append(delay_coordinate(records))
     signs = law.internal_symmetry or (-1,) * len(law.internal)
     states = [(s, sign) for s, sign in zip(law.internal, signs, strict=True) if s not in law.switched]
     if GAP in law.internal:  # behind a joint that starts open the contact is at rest

@@ -10,6 +10,7 @@ import numpy as np
 from vibrocap.identification.inference.identifiability import WIDE, Identifiability, Verdict, identifiability
 from vibrocap.identification.inference.limits import opened, reached_limits
 from vibrocap.identification.inference.profile import Interval
+from vibrocap.identification.inference.residuals import residual_report
 from vibrocap.identification.inference.uncertainty import correlation_time
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.parameter_roles import unit_of
@@ -113,6 +114,7 @@ def finished_fit(
         options={**options, "known_load": known_load, "rotary": units is TURNING, "guessed_units": guessed},
         problem=problem,
         limits=limits,
+        residuals=residual_report(prediction, problem.draft, problem.best, spread, problem.loss, limits),
     )
 
 
@@ -226,6 +228,7 @@ def _nuisance(
     text, unit = {
         "offset": ("constant force of the sensor", "N"),
         "mass": ("inertia that the sensor carries", "kg"),
+        "delay": ("time by which the force is late behind the motion", "s"),
         "machine_stiffness": ("stiffness of what pulls the contact", "N/m"),
         "drift": ("change of the force with the load point's displacement", "N/m"),
     }.get(name, ("state of the contact at the first sample, over its natural size", "1"))

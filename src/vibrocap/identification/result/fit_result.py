@@ -12,6 +12,7 @@ import numpy as np
 from vibrocap.files import made_folder, write_text
 from vibrocap.identification.inference.identifiability import Identifiability, Verdict
 from vibrocap.identification.inference.limits import ReachedLimit
+from vibrocap.identification.inference.residuals import ResidualReport
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
@@ -86,6 +87,7 @@ class Fit(Result):
     cost, unit: least cost and its unit s^2 (see `uncertainty`)
     starts: where the search began and ended; seconds: time it took; options: how the fit was asked for
     limits: at which parameters stand, those of the search included; they open intervals that they would hold closed
+    residuals: what the errors tell: whether they are noise, and if not, what is wrong with the data or the law
     problem: what was minimised, for profiles, bootstraps and designs that start from here
 
     Two fits are equal if all of this is but the time they took and `problem`, which the other fields follow from.
@@ -110,6 +112,7 @@ class Fit(Result):
     options: Mapping[str, Any]
     problem: "Problem | None" = dataclasses.field(default=None, compare=False)
     limits: tuple[ReachedLimit, ...] = ()
+    residuals: ResidualReport | None = None
 
     @property
     def heading(self) -> str:
@@ -167,6 +170,8 @@ class Fit(Result):
         report = self.identifiability
         if report is not None and report.sentences:
             lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+        if self.residuals is not None:
+            lines += ["", "The errors:", *(f"- {sentence}" for sentence in self.residuals.sentences())]
         if self.limits:
             lines += ["", "Limits that were reached:", *(f"- {limit}." for limit in self.limits)]
         if self.options.get("not_shown"):
@@ -269,11 +274,19 @@ def as_data(fit: Fit) -> dict[str, Any]:
                 {"exponents": dict(each.exponents), "deviation": _number(each.deviation)} for each in report.directions
             ],
         },
+        "residuals": None if fit.residuals is None else _residuals(fit.residuals),
         "limits": [dataclasses.asdict(limit) for limit in fit.limits],
         "starts": [_number(each.cost) for each in fit.starts],
         "options": {name: _plain(value) for name, value in fit.options.items()},
         "seconds": round(fit.seconds, 3),
         "provenance": _provenance(),
+    }
+
+
+def _residuals(report: ResidualReport) -> dict[str, Any]:
+    return {
+        name: _number(value) if isinstance(value, float) else value
+        for name, value in dataclasses.asdict(report).items()
     }
 
 
