@@ -158,6 +158,7 @@ def test_complaint_names_the_field_and_what_would_be_right(section, line, expect
 @pytest.mark.parametrize(
     ("given", "wanted", "expected"),
     [
+        ('law = "exponential"', f"law = '{5000 * 'x'}'", "friction.law: no law is called 'xxxx"),
         ('law = "exponential"', 'law = "lugree"', "friction.law: no law is called 'lugree'; did you mean 'lugre'?"),
         ('law = "exponential"', 'law = "backlash-coulomb"', "friction.law: no law is called 'backlash-coulomb'"),
         ('law = "exponential"', 'law = "viscous"', "no law is called 'viscous'; there is bouc-wen, coulomb, dahl"),
