@@ -174,6 +174,12 @@ def test_unknown_and_missing_parts(given, wanted, expected):
     assert expected in found[0]
 
 
+def test_an_exponent_beyond_all_bounds_is_refused():
+    """Twice that stood in the text of the kernel as inf."""
+    text = with_line("friction", "stribeck_exponent = 1e308", PLAIN.replace("exponential", "lugre"))
+    assert complaints(text) == ("friction.stribeck_exponent: should be at most 1e+06, got 1e+308",)
+
+
 def test_lugre_needs_a_load():
     text = with_line("machine", "normal_load = 0", PLAIN.replace("exponential", "lugre"))
     assert complaints(text) == ("machine.normal_load: should be > 0 with the lugre law, got 0",)
