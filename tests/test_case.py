@@ -158,6 +158,7 @@ def test_complaint_names_the_field_and_what_would_be_right(section, line, expect
 @pytest.mark.parametrize(
     ("given", "wanted", "expected"),
     [
+        ('law = "exponential"', f"law = '{5000 * 'x'}'", "friction.law: no law is called 'xxxx"),
         ('law = "exponential"', 'law = "lugree"', "friction.law: no law is called 'lugree'; did you mean 'lugre'?"),
         ('law = "exponential"', 'law = "backlash-coulomb"', "friction.law: no law is called 'backlash-coulomb'"),
         ('law = "exponential"', 'law = "viscous"', "no law is called 'viscous'; there is bouc-wen, coulomb, dahl"),
@@ -171,6 +172,12 @@ def test_unknown_and_missing_parts(given, wanted, expected):
     found = complaints(PLAIN.replace(given, wanted))
     assert len(found) == 1
     assert expected in found[0]
+
+
+def test_an_exponent_beyond_all_bounds_is_refused():
+    """Twice that stood in the text of the kernel as inf."""
+    text = with_line("friction", "stribeck_exponent = 1e308", PLAIN.replace("exponential", "lugre"))
+    assert complaints(text) == ("friction.stribeck_exponent: should be at most 1e+06, got 1e+308",)
 
 
 def test_lugre_needs_a_load():

@@ -69,6 +69,17 @@ def with_sum(data_set: DataSet, digest: str) -> DataSet:
     return dataclasses.replace(data_set, originals=(dataclasses.replace(data_set.originals[0], sha256=digest),))
 
 
+def test_without_a_home_folder_data_sets_are_looked_for_here(monkeypatch, capsys):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("VIBROCAP_DATA", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr("pathlib.Path.home", homeless)
+    assert main(["datasets", "list"]) == OK
+    assert "emps" in capsys.readouterr().out
+
+
 def test_a_known_checksum_is_checked(basalt, tmp_path):
     came = fetch(with_sum(basalt, hashlib.sha256(TEXT.encode()).hexdigest()), tmp_path)
     assert (came.known, came.recorded, came.first) == (1, 0, 0)

@@ -73,6 +73,16 @@ def test_an_error_of_the_file_system_names_the_file_and_the_reason(tmp_path, mon
     assert names(tmp_path) == []
 
 
+def test_a_file_in_its_place_is_no_failure_though_its_name_cannot_be_forced(tmp_path, monkeypatch):
+    def full_from_the_second_on(handle, calls=[]):  # noqa: B006
+        calls.append(handle)
+        if len(calls) > 1:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(files.os, "fsync", full_from_the_second_on)
+    assert write_text(tmp_path / "run.csv", "new").read_text() == "new"
+
+
 def test_the_content_is_on_the_disk_before_the_name(tmp_path, monkeypatch):
     calls = []
     for name in ("fsync", "replace"):

@@ -13,6 +13,7 @@ from scipy.io import savemat
 
 from vibrocap.case.case import CaseError, case_from_text, read_case
 from vibrocap.cli.main import main
+from vibrocap.cli.sweep import picture_path
 from vibrocap.cli.terminal import Page, table, visible
 from vibrocap.records import arrays, text
 from vibrocap.records.checks import RecordError
@@ -100,6 +101,10 @@ def test_a_case_without_end_is_refused(tmp_path):
     path.symlink_to("/dev/zero")
     with pytest.raises(CaseError, match="should be a case file of at most 16 MB"):
         read_case(path)
+
+
+def test_the_picture_of_a_measure_lies_beside_its_study_whatever_the_measure_is_called(tmp_path):
+    assert picture_path(tmp_path / "map", "../m[/x]") == tmp_path / "map-.._m__x_.png"
 
 
 NAME = "m[/x] [red]\x1b[31m\x07\u202e:smile:"

@@ -67,9 +67,8 @@ def main() -> int:
                 answer = pickle.loads((folder / "outcome").read_bytes())
             found[name] = answer
             print(line(name, answer), flush=True)
-    for name, outcome in found.items():
-        for fault in outcome.faults[:20]:
-            print(f"\n{name}: {fault}", file=sys.stderr)
+            for fault in answer.faults[:20]:
+                print(f"  {name}: {fault}", file=sys.stderr, flush=True)
     return 1 if any(outcome.faults for outcome in found.values()) else 0
 
 

@@ -112,7 +112,7 @@ def command_line(chance: random.Random) -> tuple[list[str], set[int]]:
         codes = {2}
     if chance.random() < 0.15 and len(words) > 1:
         words[1] = chance.choice(FILES)
-        codes |= {2}
+        codes = {0, 2, 3}
     used = set()
     for option in chance.sample(list(options), min(len(options), chance.randint(0, 4))):
         good, bad = options[option]

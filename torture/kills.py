@@ -57,6 +57,7 @@ def exports() -> dict[str, Callable[[Path], object]]:
     """What writes a file, by a name with its ending."""
     grid = study("grid", None)
     motion = vc.simulate(SYSTEM, periods=2)
+    assert motion.certificate.ok  # made here: its threads do not come along to the children
     case = vibrocap.io.motion_file.Case(SYSTEM, periods=2)
     over = {"machine.mass_ratio": "1:3:5", "initial.angle": "0:1:5"}
 

@@ -1,6 +1,5 @@
 """`vibrocap new` and `vibrocap examples`: cases to begin with."""
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import CHOICES, RUN_DEFAULTS
 from vibrocap.cli.options import Refusal, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
+from vibrocap.files import made_folder, write_text
 
 HEAD = """\
 # A case: a machine on a contact, moved by a drive. Run it with
@@ -66,7 +66,7 @@ def new(
     if out is None:
         print(text, end="")
         return OK
-    out.write_text(text, encoding="utf-8")
+    write_text(out, text)
     Page().say(f"Written: {out}\nNext: vibrocap simulate {out}")
     return OK
 
@@ -129,7 +129,7 @@ def examples(*names: str, to: Path | None = None) -> int:
         page.say("Next: vibrocap examples --to examples; vibrocap simulate examples/travels-by-stick-slip.toml")
         return OK
     folder = to or Path("examples")
-    folder.mkdir(parents=True, exist_ok=True)
+    made_folder(folder)
     for name in names or known:
         source = known[name.removesuffix(".toml")]
         target = folder / source.name
@@ -137,7 +137,7 @@ def examples(*names: str, to: Path | None = None) -> int:
             same = target.read_bytes() == source.read_bytes()
             page.say(f"{target} is there already" + ("" if same else ", and another; it is left as it is"))
             continue
-        shutil.copyfile(source, target)
+        write_text(target, source.read_text(encoding="utf-8"))
         page.say(f"Written: {target}")
     return OK
 

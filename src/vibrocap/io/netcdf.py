@@ -18,11 +18,13 @@ def write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
-    with replacing(path) as temporary:
-        with _Disk(temporary) as disk, h5netcdf.File(disk, "w") as file:
-            dataset.dump_to_store(H5NetCDFStore(file), writer=_InOrder())
-        if disk.error is not None:
-            raise disk.error
+    with replacing(path) as temporary, _Disk(temporary) as disk:
+        try:
+            with h5netcdf.File(disk, "w") as file:
+                dataset.dump_to_store(H5NetCDFStore(file), writer=_InOrder())
+        finally:
+            if disk.error is not None:  # the reason of all that HDF5 may find wrong after it
+                raise disk.error
 
 
 class _InOrder:

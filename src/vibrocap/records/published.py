@@ -41,10 +41,13 @@ EMPS = (
 
 
 def data_root() -> Path:
-    """Where data sets are kept: VIBROCAP_DATA, else a folder in the user's cache."""
+    """Where data sets are kept: VIBROCAP_DATA, else a folder in the user's cache, or here for a user without a home."""
     if os.environ.get("VIBROCAP_DATA"):
         return Path(os.environ["VIBROCAP_DATA"])
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vibrocap" / "data"
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vibrocap" / "data"
+    except RuntimeError:
+        return Path("vibrocap-data")
 
 
 def data_folder(name: str, folder: str | Path | None = None) -> Path:

@@ -37,10 +37,13 @@ def foreign(status: os.stat_result) -> str | None:
 
 def _problem(folder: pathlib.Path) -> str | None:
     """Why a folder, made where there is none, is not to be trusted; raises OSError where it cannot be had at all."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with contextlib.suppress(FileExistsError):
-        folder.mkdir(mode=0o700)
-    status = os.lstat(folder)
+    try:
+        status = os.lstat(folder)
+    except FileNotFoundError:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileExistsError):
+            folder.mkdir(mode=0o700)
+        status = os.lstat(folder)
     if stat.S_ISLNK(status.st_mode):
         return "is a symbolic link"
     if not stat.S_ISDIR(status.st_mode):

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 from vibrocap.physics.elementary import sin
 from vibrocap.physics.friction.law import (
+    Exponent,
     Law,
     NonNegative,
     Positive,
@@ -48,7 +49,7 @@ class ElastoPlastic(Law):
     stribeck_velocity: Positive = parameter(
         0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
     )
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     elastic_share: Share = parameter(
         0.7, "z_ba", "elastic range, as a share of the deflection of Coulomb level", "fraction"
     )

@@ -19,6 +19,7 @@ from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter
 
 __all__ = [
     "AtLeastOne",
+    "Exponent",
     "Law",
     "NonNegative",
     "Number",
@@ -37,7 +38,9 @@ __all__ = [
     "wrapped_class",
 ]
 
-AtLeastOne = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1)]
+LARGEST_EXPONENT = 1e6  # beyond, a power is a step for all that doubles can tell
+AtLeastOne = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=LARGEST_EXPONENT)]
+Exponent = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST_EXPONENT)]
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]
 
 

@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 from vibrocap.physics.friction.law import (
+    Exponent,
     Law,
     NonNegative,
     Positive,
@@ -46,7 +47,7 @@ class LuGre(Law):
     stribeck_velocity: Positive = parameter(
         0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
     )
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     damping_velocity: Positive | None = parameter(
         None, "v_d", "speed over which the damping of the bristles fades; none: it stays", "fading velocity"
     )

@@ -5,6 +5,7 @@ from typing import ClassVar
 from pydantic import model_validator
 
 from vibrocap.physics.friction.law import (
+    Exponent,
     Law,
     NonNegative,
     Positive,
@@ -59,7 +60,7 @@ class MaxwellSlip(Law):
     stribeck_velocity: Positive = parameter(
         0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
     )
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     attraction_rate: NonNegative = parameter(
         5.0, "C", "rate at which slipping elements follow the level, over N", "attraction rate"
     )

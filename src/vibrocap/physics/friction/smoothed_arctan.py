@@ -5,6 +5,7 @@ from typing import ClassVar
 
 from vibrocap.physics.elementary import atan
 from vibrocap.physics.friction.law import (
+    Exponent,
     Law,
     NonNegative,
     Positive,
@@ -38,7 +39,7 @@ class SmoothedArctan(Law):
     stribeck_velocity: Positive = parameter(
         0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
     )
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     smoothing_velocity: Positive = parameter(
         1e-3, "epsilon", "speed over which friction changes its sign", "smoothing velocity"
     )

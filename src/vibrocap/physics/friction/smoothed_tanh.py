@@ -4,6 +4,7 @@ from typing import ClassVar
 
 from vibrocap.physics.elementary import tanh
 from vibrocap.physics.friction.law import (
+    Exponent,
     Law,
     NonNegative,
     Positive,
@@ -36,7 +37,7 @@ class SmoothedTanh(Law):
     stribeck_velocity: Positive = parameter(
         0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
     )
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     smoothing_velocity: Positive = parameter(
         1e-3, "epsilon", "speed over which friction changes its sign", "smoothing velocity"
     )

@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 from vibrocap.physics.friction.law import (
+    Exponent,
     Law,
     NonNegative,
     Positive,
@@ -30,7 +31,7 @@ class Stribeck(Law):
     stribeck_velocity: Positive = parameter(
         0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
     )
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "stribeck"

@@ -1,0 +1,34 @@
+"""A short form of `make torture`: every attack, with few trials. What each of them tests stands in docs/trust.md."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ATTACKS = ("kills", "damage", "full disk", "fuzzed cases", "fuzzed commands", "pairs")
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+
+
+@pytest.mark.slow
+def test_no_attack_breaks_a_promise():
+    command = [sys.executable, "-m", "torture", "--share", "0.02", "--seed", "5"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert sorted(re.findall(r"^([a-z ]+?) +[\d,]+ trials    0 faults", done.stdout, re.MULTILINE)) == sorted(ATTACKS)
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_the_page_of_promises_keeps_the_figures_of_every_attack(attack):
+    rows = re.findall(r"^\| ([a-z ]+) \| ([\d,]+) \| ", (ROOT / "docs/trust.md").read_text("utf-8"), re.MULTILINE)
+    wanted = {
+        name.replace("_", " "): trials for name, trials in re.findall(r'"([a-z ]+)": \("\w+", ([\d_]+)\)', text())
+    }
+    assert dict(rows)[attack].replace(",", "") == wanted[attack].replace("_", "")
+
+
+def text():
+    return (ROOT / "torture/__main__.py").read_text(encoding="utf-8")
