@@ -38,6 +38,7 @@ def sweep(
     measure: list[str] | None = None,
     out: Path | None = None,
     resume: bool = False,
+    mixed: bool = False,
     export: Path | None = None,
     cases: Path | None = None,
     design: str | None = None,
@@ -78,7 +79,9 @@ def sweep(
     out
         folder for the results, stored as they come
     resume
-        go on with the study that --out holds; begin where it holds none
+        go on with the study that --out holds, and mend it if it is damaged; begin where it holds none
+    mixed
+        with --resume, go on though the study was begun by another version or processor; new tiles are marked
     export
         write the results to FILE.nc (NetCDF) or FILE.csv, at the end
     cases
@@ -102,7 +105,7 @@ def sweep(
     threads
         of this process [default: all cores]
     workers
-        so many processes on this machine, by Dask
+        so many processes on this machine, each of one thread
     scheduler
         the address of a Dask cluster whose workers see the folder --out
     device
@@ -169,6 +172,7 @@ def _run(study: "Study", request: "SweepRequest") -> Any:
                 study,
                 out=request.out,
                 resume=request.resume,
+                mixed=request.mixed,
                 yes=True,
                 threads=request.threads,
                 workers=request.workers,

@@ -1,5 +1,6 @@
 """sweep(system, over=...) -> Dataset: many runs, measured on the way, stored as they go, resumed after anything."""
 
+import contextlib
 import dataclasses
 import math
 import warnings
@@ -13,13 +14,12 @@ from vibrocap.case.case import CaseError
 from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
-from vibrocap.studies.code_version import code_version
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.planning import planned_study
 from vibrocap.studies.store.store import Store, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
-from vibrocap.studies.study import Study
+from vibrocap.studies.study import Study, code_of
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import variables
 
@@ -57,6 +57,7 @@ def sweep(
     max_steps: int = 50_000_000,
     out: str | Path | None = None,
     resume: bool = False,
+    mixed: bool = False,
     max_runs: int = MAX_RUNS,
     yes: bool = False,
     tile_runs: int | None = None,
@@ -77,17 +78,21 @@ def sweep(
     initial: where all runs start; what is not named starts at zero
     periods, window, settle, tolerance, max_events_per_period, max_steps: how each run is made, see `ensemble`
     out: a folder for the results, stored tile by tile; without it they stay in memory
-    resume: go on with what `out` holds; begin where it holds nothing
+    resume: go on with what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
+        and what is damaged is computed again, with a DamageWarning that names it
+    mixed: resume a study that was begun with another version, processor or library, which is refused otherwise; what is
+        computed now is marked, and the two parts may differ in the last digits or, of chaotic motions, altogether
     max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
     tile_runs: runs that are computed and stored together (about); threads: of this process, all cores by default
     device: "cpu", or "cuda": a graphics card (extra `gpu`), whose results agree with the processor's to rounding
-    workers: so many processes of a local Dask cluster (in a script, below `if __name__ == "__main__":`); scheduler: the
-        address of another cluster, whose workers see the folder too; both need `out`
+    workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`); scheduler: the address
+        of a Dask cluster, whose workers see the folder too; both need `out`
     progress: called now and then with the share done
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
     of every run: a run that failed is NaN and its status says why. The results depend on nothing but the study itself:
-    not on tiles, threads or machines, nor on interruptions, after which a store has the same bytes.
+    not on tiles or threads, nor on interruptions, after which a store has the same bytes. It is part of a study with
+    what it is computed: version, processor, LLVM, NumPy; see `studies.code_version`.
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
     Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept.
@@ -103,6 +108,7 @@ def sweep(
     execution: dict[str, Any] = {
         "out": out,
         "resume": resume,
+        "mixed": mixed,
         "max_runs": max_runs,
         "yes": yes,
         "tile_runs": tile_runs,
@@ -123,6 +129,7 @@ def run_study(
     *,
     out: str | Path | None = None,
     resume: bool = False,
+    mixed: bool = False,
     max_runs: int = MAX_RUNS,
     yes: bool = False,
     tile_runs: int | None = None,
@@ -133,14 +140,14 @@ def run_study(
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
-    study = dataclasses.replace(study, code=code_version(), device=device)
+    study = dataclasses.replace(study, code=code_of(study.plan), device=device)
     if study.plan.count > max_runs and not yes:
         raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
     tile = tile_shape(study.plan.shape, tile_runs or (CARD_CHUNK if device == "cuda" else None))
     progress = progress and _rising(progress)
     if out is None:
         return _in_memory(study, tile, threads, progress)
-    return _stored(study, tile, Path(out), resume, threads, workers, scheduler, progress)
+    return _stored(study, tile, Path(out), resume, mixed, threads, workers, scheduler, progress)
 
 
 def size_in_words(study: Study, threads: int | None = None) -> str:
@@ -188,37 +195,45 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
     return labelled(study, results)
 
 
-def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Progress) -> "xarray.Dataset":
+def _stored(study, tile, out, resume, mixed, threads, workers, scheduler, progress: Progress) -> "xarray.Dataset":
     """All tiles that are not stored yet, into a store."""
-    opened = opened_for_writing(out, study, tile, resume=resume)
-    store = opened.store
-    if opened.damage:
-        words = "; ".join(opened.damage)
-        warnings.warn(f"{out}: is damaged, and mended: {words}", DamageWarning, stacklevel=4)
-    total = math.prod(tile_counts(study.plan.shape, store.tile))
-    try:
-        pending = store.pending()
-        report = progress and (lambda x: progress((total - len(pending) + x) / total))
-        if report:
-            report(0.0)
-        if workers or scheduler:
-            from vibrocap.studies.cluster import run_on_cluster
+    with contextlib.ExitStack() as stack:
+        cluster = None
+        if scheduler:
+            from vibrocap.studies.cluster import connected
 
-            run_on_cluster(store, pending, workers=workers, scheduler=scheduler, progress=report)
-        else:
-            _run_here(store, pending, threads, report)
-        if report:
-            report(float(len(pending)))
-        store.check_whole()
-        store.clean()
-    except KeyboardInterrupt:
-        left = len(store.pending())
-        store.clean()
-        raise Stopped(
-            f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
-        ) from None
-    finally:
-        opened.lock.release()
+            cluster = stack.enter_context(connected(scheduler))
+            study = dataclasses.replace(study, code=cluster.code_of(study.plan))  # which may be another machine's
+        opened = opened_for_writing(out, study, tile, resume=resume, mixed=mixed)
+        stack.callback(opened.lock.release)
+        store = opened.store
+        if opened.damage:
+            words = "; ".join(opened.damage)
+            warnings.warn(f"{out}: is damaged, and mended: {words}", DamageWarning, stacklevel=4)
+        total = math.prod(tile_counts(study.plan.shape, store.tile))
+        try:
+            pending = store.pending()
+            report = progress and (lambda x: progress((total - len(pending) + x) / total))
+            if report:
+                report(0.0)
+            if cluster is not None:
+                cluster.run(store, pending, mixed, report)
+            elif workers:
+                from vibrocap.studies.processes import run_on_processes
+
+                run_on_processes(store, pending, workers, report)
+            else:
+                _run_here(store, pending, threads, report)
+            if report:
+                report(float(len(pending)))
+            store.check_whole()
+            store.clean()
+        except KeyboardInterrupt:
+            left = len(store.pending())
+            store.clean()
+            raise Stopped(
+                f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
+            ) from None
     return open_study(out)
 
 
@@ -242,11 +257,17 @@ def _execution_complaints(given: Mapping[str, Any]) -> list[str]:
     for name in ("max_runs", "tile_runs", "threads", "workers"):
         with found.collected():
             check_whole(name, 1 if given[name] is None else given[name], 1)
+    if given["mixed"] and not given["resume"]:
+        found.add("mixed", "goes on with a stored study; it needs resume=True")
     for name in ("resume", *CLUSTER):
         if given[name] and given["out"] is None:
             found.add(name, "needs a folder for the results, out")
     if given["device"] not in DEVICES:
         found.add("device", f"should be one of {', '.join(DEVICES)}, got {given['device']!r}")
     if given["workers"] and given["scheduler"]:
-        found.add("workers", "are of a local cluster; with a scheduler leave them out")
+        found.add("workers", "are processes of this machine; with a scheduler leave them out")
+    if given["scheduler"] is not None:
+        from vibrocap.studies.cluster import address_complaints
+
+        found += address_complaints(given["scheduler"])
     return found
