@@ -350,5 +350,5 @@ def test_no_file_tells_the_time_or_the_machine(tmp_path):
     assert set(record["made_with"]) == {"python", "zarr", "numcodecs"}
     text = json.loads((tmp_path / "a" / "study.json").read_text())
     assert text == record | {"checksum": text["checksum"]}
-    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.OWN - {stores.UNFINISHED, stores.BEGINNING}
+    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.OWN - {stores.UNFINISHED, stores.BEGINNING, stores.MIXED}
     assert Path(tmp_path / "a" / "lock").read_bytes() == b""

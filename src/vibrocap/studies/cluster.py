@@ -59,7 +59,7 @@ class Cluster:
         """
         self._wait_for_workers()
         # First by means that every worker has: one without the package would break off over a task made of its parts.
-        versions = self._client.run(eval, "__import__('vibrocap').__version__", on_error="return")
+        versions: Any = self._client.run(eval, "__import__('vibrocap').__version__", on_error="return")
         lacking = sorted(worker for worker, found in versions.items() if isinstance(found, Exception))
         if lacking:
             raise CaseError([f"no vibrocap on {_few(lacking)}; install it there, or leave them out"], "the cluster")
@@ -146,7 +146,8 @@ class Cluster:
         while True:
             with _gone():
                 with self._client.as_current(), suppress(TimeoutError):  # `wait` asks for the client of its thread
-                    return list(wait(futures, timeout=LOOK, return_when="FIRST_COMPLETED").done)
+                    finished: Any = wait(futures, timeout=LOOK, return_when="FIRST_COMPLETED")
+                    return list(finished.done)
                 if self._client.status != "running":
                     raise _Gone
             if self._threads():
@@ -182,7 +183,7 @@ def _gone() -> Iterator[None]:
     from concurrent.futures import CancelledError
 
     from distributed import CancelledError as Cancelled
-    from distributed.comm import CommClosedError
+    from distributed.comm.core import CommClosedError
 
     try:
         yield
