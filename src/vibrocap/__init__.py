@@ -7,6 +7,7 @@ import sys as _sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # read by type checkers, and by `_homes`
+    from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -47,8 +48,9 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.measures.settling import Settling, settling
     from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+    from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.simulate import simulate
-    from vibrocap.motion.trajectory import Certificate, Event, Phase, Status, Trajectory
+    from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
@@ -63,6 +65,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
@@ -85,6 +88,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.physics.parameters import parameter, parameters
+    from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import (
         BiharmonicInSI,
         ExponentialInSI,
@@ -305,4 +310,12 @@ __all__ = [
     "experiment_design",
     "ExperimentDesign",
     "candidate_motions",
+    "register",
+    "unregister",
+    "load_parts",
+    "parameter",
+    "parameters",
+    "check_part",
+    "PartReport",
+    "PartsError",
 ]

@@ -20,7 +20,7 @@ from vibrocap.cli.terminal import (
     progress,
     table,
 )
-from vibrocap.files import WriteError, made_folder
+from vibrocap.files import WriteError
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     device: str = "cpu",
+    tile_runs: int | None = None,
     yes: bool = False,
 ) -> int:
     """Many runs of a case with other values: a map, a list of cases or a design, measured during the run.
@@ -97,7 +98,7 @@ def sweep(
     periods
         drive periods of a run at most, a whole number, instead of the case's
     window
-        drive periods at the end over which a run is measured that does not settle [default: 10]
+        drive periods at the end over which a run is measured that does not settle [default: 10, or all]
     settle
         how near to a steady motion a run ends, as a share of each state's size; 0: never [default: 1e-6]
     tolerance
@@ -110,6 +111,8 @@ def sweep(
         the address of a Dask cluster whose workers see the folder --out
     device
         cpu or cuda
+    tile_runs
+        runs that are computed and stored together; what Ctrl-C loses [default: some five seconds of work]
     yes
         run a study that is larger than ten million runs
     """
@@ -129,7 +132,6 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            made_folder(export.parent)
             write_study(dataset if out is None else out, export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
@@ -173,11 +175,12 @@ def _run(study: "Study", request: "SweepRequest") -> Any:
                 out=request.out,
                 resume=request.resume,
                 mixed=request.mixed,
-                yes=True,
+                yes=request.yes,
                 threads=request.threads,
                 workers=request.workers,
                 scheduler=request.scheduler,
                 device=request.device,
+                tile_runs=request.tile_runs,
                 progress=lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip()),
             )
     except CaseError as error:
@@ -306,8 +309,7 @@ def plot(
     dead_band
         travel up to this size is none [default: 10 times the threshold to which the runs settled, or 1e-6]
     """
-    needs("plot", "sweep", "xarray", "zarr")
-    needs("plot", "plot", "matplotlib")
+    needs("plot", "xarray", "zarr", "matplotlib")
     from vibrocap.plotting.study_view import first_measure, study_view
 
     complaints = Complaints()
@@ -329,7 +331,6 @@ def plot(
         if not complaints:
             from vibrocap.plotting.maps import plot_view
 
-            made_folder(path.parent)
             plot_view(view, path, border)
     if complaints:
         raise Refusal(*dict.fromkeys(complaints))
@@ -340,4 +341,5 @@ def plot(
 def picture_path(source: Path, measure: str) -> Path:
     """Where the picture of a study goes that is given no place: beside it."""
     place = source if source.name not in ("", "..") else source.resolve()
-    return place.with_name(f"{place.stem if place.is_file() else place.name}-{measure}.png")
+    word = "".join(c if c.isalnum() or c in "_.-" else "_" for c in measure)
+    return place.with_name(f"{place.stem if place.is_file() else place.name}-{word}.png")

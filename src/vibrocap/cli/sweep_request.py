@@ -13,7 +13,6 @@ from vibrocap.io.motion_file import read_source
 if TYPE_CHECKING:
     from vibrocap.studies.study import Study
 
-WINDOW = 10
 DEVICES = ("cpu", "cuda")
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
 
@@ -42,6 +41,7 @@ class SweepRequest:
     workers: int | None
     scheduler: str | None
     device: str
+    tile_runs: int | None
     yes: bool
 
     @property
@@ -54,7 +54,7 @@ class SweepRequest:
         from vibrocap.studies.designs import Design
         from vibrocap.studies.planning import planned_study
 
-        needs("sweep", "sweep", "xarray", "zarr")
+        needs("sweep", "xarray", "zarr")
         complaints = Complaints([*self._destination_complaints(), *self._execution_complaints()])
         over = pairs("over", self.over, complaints, "PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
         if not self.over and self.cases is None:
@@ -105,16 +105,16 @@ class SweepRequest:
                 if (self.out / "study.json").exists() and not self.resume:
                     found.add("--out", f"{self.out} holds a study already; go on with --resume, or name another folder")
         with found.collected():
-            writable_table("--export", self.export, "h5netcdf")
+            writable_table("--export", self.export)
         return found
 
     def _execution_complaints(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
         given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
         found = Complaints()
-        for name in ("cases", "design", "resume", "mixed", "workers", "scheduler"):
+        for name in ("cases", "design", "resume", "mixed", "workers", "scheduler", "tile_runs"):
             if self.adaptive and name in given:
-                found.add(f"--{name}", "does not go with --adaptive; leave one of them out")
+                found.add(f"--{name.replace('_', '-')}", "does not go with --adaptive; leave one of them out")
         for name in ("over", "design"):
             if self.cases is not None and name in given:
                 found.add(f"--{name}", "does not go with --cases; leave one out")
@@ -125,18 +125,18 @@ class SweepRequest:
             found.add("--mixed", "goes on with a stored study; give --resume with it")
         if self.design is not None and self.runs is None:
             found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
-        for name in ("threads", "workers"):
+        for name in ("threads", "workers", "tile_runs"):
             with found.collected():
-                check_whole(f"--{name}", 1 if getattr(self, name) is None else getattr(self, name), 1)
+                check_whole(f"--{name.replace('_', '-')}", 1 if getattr(self, name) is None else getattr(self, name), 1)
         if self.workers is not None and self.scheduler is not None:
             found.add("--workers", "are processes of this machine; with --scheduler leave them out")
         if self.scheduler is not None:
             from vibrocap.studies.cluster import address_complaints
 
             found += [complaint.about("--scheduler") for complaint in address_complaints(self.scheduler)]
-        for name in ("resume", "workers", "scheduler"):
+        for name in ("resume", "workers", "scheduler", "tile_runs"):
             if name in given and self.out is None and not self.adaptive:
-                found.add(f"--{name}", "needs a folder for the results, --out DIR")
+                found.add(f"--{name.replace('_', '-')}", "needs a folder for the results, --out DIR")
         return found + self._device_complaints()
 
     def _device_complaints(self) -> list[str]:
@@ -161,8 +161,6 @@ class SweepRequest:
         if 1 <= periods < 1e9 and periods == int(periods):
             settings["periods"] = int(periods)
         settings["window"] = self.window
-        if self.window is None:
-            settings["window"] = int(min(WINDOW, max(1, periods))) if periods == periods else WINDOW
         settings["settle"] = self.settle or None
         if self.settle is None:
             tolerance = settings["tolerance"]

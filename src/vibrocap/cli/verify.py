@@ -22,7 +22,7 @@ def verify(study: Path, /) -> int:
     study
         the folder of a study (`vibrocap sweep --out`)
     """
-    needs("verify", "sweep", "xarray", "zarr")
+    needs("verify", "xarray", "zarr")
     from vibrocap.studies.store.verification import verify_study
 
     found = verify_study(study)

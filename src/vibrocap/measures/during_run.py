@@ -14,11 +14,37 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
 from vibrocap.measures.standard import TRAVEL, standard_measures
 from vibrocap.measures.travel import travelling
-from vibrocap.measures.windows import whole_periods
+from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import ASK_INTEGRALS, ASK_PEAK, replayed
 from vibrocap.physics.system import System
+
+# what a measure is called elsewhere: its name here
+SYNONYMS = {
+    "speed": "mean_velocity",
+    "velocity": "mean_velocity",
+    "average_speed": "mean_velocity",
+    "average_velocity": "mean_velocity",
+    "distance": "displacement",
+    "travel": "displacement",
+    "progress": "drift",
+    "step": "drift",
+    "efficiency": "cost_of_transport",
+    "cot": "cost_of_transport",
+    "energy": "drive_work",
+    "work": "drive_work",
+    "power": "drive_work",
+    "friction": "peak_friction",
+    "force": "peak_friction",
+    "dissipation": "contact_sliding_work",
+    "hysteresis": "displacement_loop_area",
+    "period": "response_period",
+    "settling_time": "time_to_settle",
+    "symmetry": "symmetric",
+    "sticking": "stick_fraction",
+    "stick": "stick_fraction",
+}
 
 
 def measure_table(system: System | None = None) -> dict[str, Measure]:
@@ -30,13 +56,13 @@ def measured(
     motion: Trajectory,
     measures: str | Measure | Iterable[str | Measure],
     *,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
 ) -> dict[str, Any]:
     """Measures of a stored motion, taken by the very code that takes them during a run.
 
     measures: names of `measure_table()`, or measures of one's own
-    window: the last so many whole drive periods are measured where nothing settles
+    window: the last so many whole drive periods are measured where nothing settles; 10, or all where there are fewer
     settle: None, or the threshold of `settling`: then one response period is measured from the mark on at which the
         motion has settled, as in an ensemble that stops there
 
@@ -47,6 +73,7 @@ def measured(
     done = whole_periods(motion)
     if not motion.status.ok:
         raise ValueError(f"the motion did not go to its end: {motion.status.text}")
+    window = usual_window(done) if window is None else window
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)
     recording = equations(motion.system)
@@ -63,6 +90,12 @@ def measured(
     runs = Gathered(motion.system, layout, result[None], np.array([motion.period]), mirrored, float(settle or 0.0))
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
+
+
+def near_measure(name: object, table: Iterable[str]) -> str:
+    """What to say of the name of a measure that is none: the one that goes by it elsewhere, or that is spelled so."""
+    named = SYNONYMS.get(str(name).lower().replace("-", "_").replace(" ", "_"))
+    return suggestion(named if named in (known := list(table)) else name, known, cutoff=0.0)
 
 
 def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[Measure, ...], tuple[Measure, ...]]:
@@ -84,7 +117,7 @@ def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[M
     def need(name: Any, path: tuple[str, ...]) -> Measure:
         if not isinstance(name, str) or name not in table:
             by = f" (of which {path[-1]!r} is derived)" if path else ""
-            near = suggestion(name, table, cutoff=0.0)
+            near = near_measure(name, table)
             raise ArgumentError("measures", f"there is no measure {name!r}{by}; {near}")
         if name in path:
             raise ArgumentError("measures", f"{name!r} is derived from itself, by {' -> '.join((*path, name))}")

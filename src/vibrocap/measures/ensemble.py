@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
+from vibrocap.measures.windows import usual_window
+from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.trajectory import Status
@@ -19,6 +20,7 @@ from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import PARTS, System
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
@@ -32,6 +34,7 @@ STATUS_CODES = np.zeros(max(STATUSES) + 1, dtype=np.int8)
 for _number, _status in STATUSES.items():
     STATUS_CODES[_number] = list(Status).index(_status)
 FINISHED = list(Status).index(Status.FINISHED)
+NOT_CERTIFIED = list(Status).index(Status.NOT_CERTIFIED)
 
 
 def ensemble(
@@ -41,7 +44,7 @@ def ensemble(
     measures: Sequence[str | Measure] = ("mean_velocity",),
     initial: Mapping[str, float] | None = None,
     periods: int = 60,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
@@ -56,7 +59,8 @@ def ensemble(
     measures: names of `measure_table()`, or measures of one's own
     initial: start of all runs by state; what is not named starts at zero
     periods: whole drive periods, the budget of a run
-    window: whole drive periods at the end of the budget over which is measured where nothing settles
+    window: whole drive periods at the end of the budget over which is measured where nothing settles; 10, or all where
+        there are fewer
     settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
         as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
         period (one or more drive periods) more
@@ -67,7 +71,8 @@ def ensemble(
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
     0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
-    measures, NaN (for "word" an empty text) where the run failed.
+    measures, NaN (for "word" an empty text) where the run failed. Where works are measured, a run whose works do not
+    add up to the energy that it stores is "not certified"; its measures are there, its works not to be trusted.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
     those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
@@ -78,6 +83,7 @@ def ensemble(
     columns = _columns(system, over)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     check_whole("periods", periods, 1, MOST_PERIODS)
+    window = usual_window(periods) if window is None else window
     check_whole("window", window, 1, int(periods))
     check_whole("threads", 1 if threads is None else threads, 1, 2**16)
     if device not in DEVICES:
@@ -154,6 +160,9 @@ def _measured(
     )
     everything = Gathered(one, layout, results, period, np.zeros(runs, bool), budget.threshold)
     begun = everything.head("window_start") >= 0
+    if budget.asked & numerics.ASK_INTEGRALS:
+        unbalanced = ~balanced(recording, gathered, parameters[finished], budget.tolerance)
+        status[np.flatnonzero(finished)[unbalanced]] = NOT_CERTIFIED
     found = {
         "status": status,
         "settled": everything.settled,
@@ -233,13 +242,8 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     for run in runs:
         try:
             _system_of_run(system, columns, run)
-        except ValidationError as error:
-            problem = error.errors()[0]
-            part = next((part for part in PARTS if type(getattr(system, part)).__name__ == error.title), error.title)
-            wanted = problem["msg"].removeprefix("Value error, ").replace("Input should", "should")
-            if problem["loc"]:  # else the part itself compared two fields, and named both
-                wanted = f"{problem['loc'][0]}: {wanted}, got {problem['input']!r}"
-            raise ValueError(f"{part}.{wanted} for run {run}") from None
+        except ParameterError as error:
+            raise ValueError(f"{error.complaints[0]} for run {run}") from None
         except ValueError as error:
             raise ValueError(f"{error} for run {run}") from None
 

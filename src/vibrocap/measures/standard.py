@@ -17,6 +17,7 @@ from vibrocap.numerics.api import (
     ASK_WORD,
 )
 from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.system import System
 
 
@@ -39,6 +40,7 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         COST_OF_TRANSPORT,
         *FRICTION,
         *(_extreme(bound, state) for state in states for bound in ("largest", "least")),
+        *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
     return {measure.name: measure for measure in found}
 
@@ -147,6 +149,19 @@ FRICTION = (
         "displacement_loop_area",
         "work against friction per drive period, the area of the loop of friction against displacement",
         Standard(lambda runs: _area(runs, 1), ASK_INTEGRALS),
+    ),
+)
+
+
+REACTION = (
+    Measure.mean("mean_reaction", "mean normal reaction of the ground over the window", lambda now: now.reaction),
+    Measure.least(
+        "least_reaction",
+        "least normal reaction of the ground in the window; below 0 the machine would have lifted off",
+        lambda now: now.reaction,
+    ),
+    Measure.largest(
+        "largest_reaction", "largest normal reaction of the ground in the window", lambda now: now.reaction
     ),
 )
 

@@ -137,12 +137,16 @@ MOTION_UNITS = {
     "contact_energy": "J",
     "momentum": "N s",
     "outer_force": "N",
+    "reaction": "N",
+    "holding_limit": "N",
+    "holding_middle": "N",
     "impulse": "N s",
     "drive_work": "J",
     "damper_work": "J",
     "belt_work": "J",
     "contact_sliding_work": "J",
     "bristle_loss_work": "J",
+    "contact_storage_work": "J",
 }
 _SCALE_OF_UNIT = {
     "s": "time_s",

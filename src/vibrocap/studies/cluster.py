@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.arguments import Complaint, shown
 from vibrocap.case.case import CaseError
 from vibrocap.studies.runs import Runs
+from vibrocap.studies.sent_study import SentStudy, sent
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.study import Study, code_of
@@ -86,7 +87,7 @@ class Cluster:
 
         waiting, path, own = iter(pending), str(store.path.resolve()), secrets.token_hex(8)
         # A task, not scattered data: those would be lost with the last worker that holds them, a task is done again.
-        study = self._client.submit(_itself, store.study, key=f"study-{own}")
+        study = self._client.submit(_itself, sent(store.study), key=f"study-{own}")
 
         def submitted(index: Index) -> Any:
             return self._client.submit(run_and_store, study, path, index, mixed=mixed, key=f"tile-{own}-{index}")
@@ -213,7 +214,7 @@ def _few(names: list[str]) -> str:
     return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
 
-def _itself(study: Study) -> Study:
+def _itself(study: Study | SentStudy) -> Study | SentStudy:
     return study
 
 

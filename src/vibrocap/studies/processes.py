@@ -13,6 +13,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
+from vibrocap.studies.sent_study import SentStudy, sent
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.study import Study
@@ -42,7 +43,7 @@ def run_on_processes(
             workers,
             multiprocessing.get_context("spawn"),
             _begin,
-            (store.study, str(store.path.resolve()), store.made_by is not None),
+            (sent(store.study), str(store.path.resolve()), store.made_by is not None),
         )
         try:
             while waiting or in_work:
@@ -94,7 +95,7 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(study: Study, path: str, mixed: bool) -> None:
+def _begin(study: Study | SentStudy, path: str, mixed: bool) -> None:
     """In a helping process: what it works on. It ends when the process that began it does, and leaves Ctrl-C to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _given[:] = study, path, mixed

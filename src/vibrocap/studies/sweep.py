@@ -9,11 +9,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import Complaints, check_whole
+from vibrocap.arguments import Complaints, check_whole, require
 from vibrocap.case.case import CaseError
 from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
+from vibrocap.resources import available_memory, free_disk, in_words
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.planning import planned_study
@@ -21,12 +22,14 @@ from vibrocap.studies.store.store import Store, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.study import Study, code_of
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.tile_size import tile_runs_by_time
 from vibrocap.studies.variables import variables
 
 if TYPE_CHECKING:
     import xarray
 
 MAX_RUNS = 10_000_000
+STORED = 0.2  # bytes on a disk over bytes in memory, at least, of results that are not all the same
 CLUSTER = ("workers", "scheduler")
 SECONDS = {
     "set-valued": 2e-6,
@@ -50,7 +53,7 @@ def sweep(
     design: Design | None = None,
     initial: Mapping[str, float] | None = None,
     periods: int = 60,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
@@ -83,7 +86,9 @@ def sweep(
     mixed: resume a study that was begun with another version, processor or library, which is refused otherwise; what is
         computed now is marked, and the two parts may differ in the last digits or, of chaotic motions, altogether
     max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
-    tile_runs: runs that are computed and stored together (about); threads: of this process, all cores by default
+    tile_runs: runs that are computed and stored together (about), which is what an interruption loses; by default some
+        five seconds of work, 4096 runs at most
+    threads: of this process, all cores by default
     device: "cpu", or "cuda": a graphics card (extra `gpu`), whose results agree with the processor's to rounding
     workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`); scheduler: the address
         of a Dask cluster, whose workers see the folder too; both need `out`
@@ -95,8 +100,10 @@ def sweep(
     what it is computed: version, processor, LLVM, NumPy; see `studies.code_version`.
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
-    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept.
+    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
+    where xarray (for `out` zarr, for a cluster Dask) is not installed.
     """
+    _require_packages(out, scheduler)
     settings = {
         "window": window,
         "settle": settle,
@@ -140,14 +147,52 @@ def run_study(
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
+    _require_packages(out, scheduler)
     study = dataclasses.replace(study, code=code_of(study.plan), device=device)
     if study.plan.count > max_runs and not yes:
         raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
-    tile = tile_shape(study.plan.shape, tile_runs or (CARD_CHUNK if device == "cuda" else None))
+    _check_room(study, None if out is None else Path(out), yes)
+    if tile_runs is None and device == "cuda":
+        tile_runs = CARD_CHUNK
+    elif tile_runs is None and out is not None and not (workers or scheduler):
+        tile_runs = tile_runs_by_time(study, Path(out), threads)
+    tile = tile_shape(study.plan.shape, tile_runs)
     progress = progress and _rising(progress)
     if out is None:
         return _in_memory(study, tile, threads, progress)
     return _stored(study, tile, Path(out), resume, mixed, threads, workers, scheduler, progress)
+
+
+def _require_packages(out: Any, cluster: Any) -> None:
+    """ModuleNotFoundError for what a study needs beyond the core."""
+    stored = () if out is None else ("zarr",)
+    require("a sweep", "xarray", *stored, *(("dask", "distributed") if cluster else ()))
+
+
+def _check_room(study: Study, out: Path | None, yes: bool) -> None:
+    """CaseError where the results fit neither into memory nor, as far as can be told before, onto the disk."""
+    needed = float(study.plan.count) * sum(each.bytes_per_run for each in variables(study))
+    if out is None and needed > (free := available_memory()):
+        size = f"{in_words(needed)} of memory, {in_words(free)} are free"
+        raise CaseError([f"{study.plan.count:,} runs need {size}; give a folder for the results, out"], "the study")
+    if out is not None and not yes and STORED * needed > (free := free_disk(out)):
+        size = f"roughly {in_words(STORED * needed)}, {in_words(free)} are free there"
+        raise CaseError(
+            [f"{study.plan.count:,} runs take {size}; give another folder, or say --yes (yes=True) to try"], str(out)
+        )
+
+
+def spread(tiles: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """The same tiles in an order in which any number of the first ones is spread over all of them.
+
+    Costs change slowly over a study, so the time of the first tiles tells that of the others, which it would not in the
+    order of storage. The steps are of the golden ratio, made coprime.
+    """
+    count = len(tiles)
+    step = max(1, round(count * (math.sqrt(5.0) - 1.0) / 2.0))
+    while math.gcd(step, count) > 1:
+        step += 1
+    return [tiles[i * step % count] for i in range(count)]
 
 
 def size_in_words(study: Study, threads: int | None = None) -> str:
@@ -186,7 +231,7 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
     shape = study.plan.shape
     results = empty_results(study)
     total = math.prod(tile_counts(shape, tile))
-    for done, index in enumerate(tile_indices(shape, tile)):
+    for done, index in enumerate(spread(list(tile_indices(shape, tile)))):
         share = progress and (lambda x, done=done: progress((done + x) / total))
         for name, part in run_tile(study, tile, index, threads=threads, progress=share).items():
             results[name][tile_block(shape, tile, index)] = part
@@ -212,7 +257,7 @@ def _stored(study, tile, out, resume, mixed, threads, workers, scheduler, progre
             warnings.warn(f"{out}: is damaged, and mended: {words}", DamageWarning, stacklevel=4)
         total = math.prod(tile_counts(study.plan.shape, store.tile))
         try:
-            pending = store.pending()
+            pending = spread(store.pending())
             report = progress and (lambda x: progress((total - len(pending) + x) / total))
             if report:
                 report(0.0)

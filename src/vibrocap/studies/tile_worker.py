@@ -10,6 +10,7 @@ import numpy as np
 from vibrocap.case.case import CaseError
 from vibrocap.motion.trajectory import Status
 from vibrocap.studies.differences import code_differences
+from vibrocap.studies.sent_study import SentStudy
 from vibrocap.studies.store.record import STUDY, read_record
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
@@ -20,13 +21,14 @@ Index = tuple[int, ...]
 
 
 def run_and_store(
-    study: Study, path: str, index: Index, threads: int | None = 1, mixed: bool = False
+    study: Study | SentStudy, path: str, index: Index, threads: int | None = 1, mixed: bool = False
 ) -> dict[str, int]:
     """Compute one tile and store it; how many runs ended how, by the words of their status.
 
     A tile that is stored already is left as it is, and nothing is counted. mixed: with whatever there is here, which
     the tile then says; else StoreError where it is not with what the study was begun with.
     """
+    study = study.study() if isinstance(study, SentStudy) else study
     store = _store_of(study, Path(path), mixed)
     if store.is_done(index):
         return {}

@@ -134,7 +134,7 @@ def experiment_design(
         so_far = so_far + best[1]
     before, after = _deviations(names, known), _deviations(names, so_far)
     return ExperimentDesign(
-        names, criterion, tuple(chosen), tuple(rated), before, after, _sentences(names, chosen, before, after)
+        names, criterion, tuple(chosen), tuple(rated), before, after, _sentences(base, names, chosen, before, after)
     )
 
 
@@ -151,7 +151,7 @@ def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tu
             else [
                 name
                 for name in numbers
-                if role(name).fitted
+                if role(law, name).fitted
                 and not (name in law.shape_parameters and getattr(law, name) == int(getattr(law, name)))
             ]
         )
@@ -210,7 +210,11 @@ def _deviations(names: Sequence[str], information: np.ndarray) -> dict[str, floa
 
 
 def _sentences(
-    names: Sequence[str], chosen: Sequence[RatedMotion], before: Mapping[str, float], after: Mapping[str, float]
+    law: Law,
+    names: Sequence[str],
+    chosen: Sequence[RatedMotion],
+    before: Mapping[str, float],
+    after: Mapping[str, float],
 ) -> tuple[str, ...]:
     found = []
     for each in chosen:
@@ -220,7 +224,7 @@ def _sentences(
     if still:
         found.append(
             f"None of these motions determines {', '.join(still)}: "
-            + "; ".join(f"{role(name).experiment.rstrip(',')} would" for name in still)
+            + "; ".join(f"{role(law, name).experiment.rstrip(',')} would" for name in still)
             + "."
         )
     elif all(deviation < LOOSE for deviation in before.values()):

@@ -17,7 +17,7 @@ from vibrocap.identification.experiments.motions import (
     synthetic_record,
 )
 from vibrocap.identification.fitting.fit import fit
-from vibrocap.identification.problem.parameter_roles import role
+from vibrocap.identification.problem.parameter_roles import role, with_role
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
 
@@ -104,7 +104,7 @@ def conventions(law: Law) -> Mapping[str, float]:
     found = {}
     for info in parameter_table(law):
         value = getattr(law, info.name)
-        if isinstance(value, float) and (not role(info.name).fitted or info.name in law.shape_parameters):
+        if isinstance(value, float) and (not role(law, info.name).fitted or info.name in law.shape_parameters):
             found[info.name] = value
     return found
 
@@ -115,20 +115,18 @@ def telling_motion(law: Law, load: float = 1.0) -> Motion:
     Presliding loops with strokes from a third to ten times the breakaway distance, small fast oscillations, sweeps of
     speed across each of the law's own speeds, fast slides; for rate-and-state friction steps of the speed.
     """
-    get = {info.name: getattr(law, info.name) for info in parameter_table(law)}
-    if "critical_distance" in get:
-        slow = float(get["reference_velocity"])
-        speeds = [slow * factor for factor in (1.0, 10.0, 1.0, 30.0, 3.0, 10.0, 1.0)]
-        return steps(speeds, 8.0 * float(get["critical_distance"]), 1400)
-    speeds = [float(value) for name, value in get.items() if name.endswith("velocity") and value is not None]
-    speeds += [1.0 / float(value) for name, value in get.items() if name == "decay_rate" and value]
+    renewal, references = _values(law, "distance"), _values(law, "reference velocity")
+    if renewal and references:
+        speeds = [references[0] * factor for factor in (1.0, 10.0, 1.0, 30.0, 3.0, 10.0, 1.0)]
+        return steps(speeds, 8.0 * renewal[0], 1400)
+    speeds = _values(law, "Stribeck velocity", "fading velocity", "smoothing velocity", "cutoff velocity") + references
+    speeds += [1.0 / value for value in _values(law, "decay rate") if value]
     speeds = sorted(speeds) or [0.1]
-    stiffness = [float(value) for name, value in get.items() if role(name).name == "stiffness"]
+    stiffness, levels, gap = _values(law, "stiffness"), _values(law, "level"), sum(_values(law, "gap"))
     parts: list[Motion] = []
     far = 10.0 * speeds[-1]
-    if stiffness:
-        distance = load * float(get["coulomb_coefficient"]) / sum(stiffness)
-        gap = float(get.get("gap") or 0.0)
+    if stiffness and levels:
+        distance = load * levels[0] / sum(stiffness)
         slow = 0.2 * speeds[-1] / distance / (2 * math.pi)  # Hz: strokes of a few distances stay slow
         for stroke in (1.0, 3.0, 10.0):
             parts.append(sinusoid(0.5 * (stroke * distance + 2 * gap), slow / stroke, 2, 240))
@@ -144,8 +142,13 @@ def telling_motion(law: Law, load: float = 1.0) -> Motion:
 
 def _settling(law: Law, speed: float, load: float) -> float:
     """Time in which the contact settles at a speed, or a second where it has no memory."""
-    stiffness = [float(getattr(law, i.name)) for i in parameter_table(law) if role(i.name).name == "stiffness"]
-    if not stiffness:
+    stiffness, levels = _values(law, "stiffness"), _values(law, "level")
+    if not stiffness or not levels:
         return 0.1
-    distance = load * float(law.coulomb_coefficient) / min(stiffness)  # type: ignore[attr-defined]
-    return (distance + float(getattr(law, "gap", 0.0))) / speed
+    distance = load * levels[0] / min(stiffness)
+    return (distance + sum(_values(law, "gap"))) / speed
+
+
+def _values(law: Law, *roles: str) -> list[float]:
+    """Values of the parameters with these roles, without those that the law goes without."""
+    return [float(value) for name in with_role(law, *roles) if (value := getattr(law, name)) is not None]

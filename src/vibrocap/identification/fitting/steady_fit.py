@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.identification.fitting.fit import DRAFT, split_records, units
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation, partner_of
+from vibrocap.identification.problem.parametrisation import Parametrisation, leading_levels, parametrisation
 from vibrocap.identification.problem.prediction import nuisances
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.steady_prediction import SteadyPrediction
@@ -61,7 +61,8 @@ def steady_fit(
     if not shown:
         raise ValueError(f"law: no parameter of {chosen.template.name} changes the steady curve at these speeds")
     # a static level that is not shown must not be held below the Coulomb level that is searched: it goes along
-    searched = [name for name in chosen.space.names if name in shown or partner_of(name, shown)]
+    leaders = leading_levels(chosen.template)
+    searched = [name for name in chosen.space.names if name in shown or leaders.get(name) in shown]
     hidden = [name for name in chosen.space.names if name not in searched]
     if hidden:
         chosen = _reduced(law, scales, searched, fixed, bounds)

@@ -4,6 +4,7 @@ import dataclasses
 import enum
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Verdict(enum.StrEnum):
     WIDE = "loosely determined"
     UNDETERMINED = "not determined"
     NO_EFFECT = "not determined: without effect in these data"
+    TOO_FEW = "not determined: too few samples"
     HELD = "held"
 
 
@@ -77,6 +79,7 @@ class Identifiability:
 
 
 def identifiability(
+    law: Any,
     names: Sequence[str],
     values: Sequence[float],
     slopes: np.ndarray,
@@ -85,7 +88,7 @@ def identifiability(
     inflation: float,
     intervals: Mapping[str, Interval],
 ) -> Identifiability:
-    """The report for a law's parameters.
+    """The report for parameters of a law.
 
     slopes [n, p]: change of the errors per e-fold of each parameter (at a parameter of zero: per its smallest visible
     amount); nuisances [n, q]: change with the nuisance parameters, which take their share of the information first;
@@ -100,7 +103,7 @@ def identifiability(
     verdicts = {
         name: _verdict(effects[name], value, intervals.get(name)) for name, value in zip(names, values, strict=True)
     }
-    sentences = [_sentence(name, verdicts[name], intervals.get(name)) for name in names]
+    sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
     loose = [each for each in directions if not each.determined and _is_combination(each)]
     for each in loose:
         firm = _determined_partner(each, directions)
@@ -109,7 +112,7 @@ def identifiability(
             f"{_number(each.deviation)})" + (f"; what is determined is {firm}." if firm else ".")
         )
     open_ones = [name for name in names if verdicts[name] not in (Verdict.DETERMINED, Verdict.HELD)]
-    experiments = {name: f"{role(name).experiment.rstrip(',')} would determine {name}" for name in open_ones}
+    experiments = {name: f"{role(law, name).experiment.rstrip(',')} would determine {name}" for name in open_ones}
     return Identifiability(verdicts, directions, effects, tuple(s for s in sentences if s), experiments)
 
 
@@ -139,12 +142,14 @@ def _verdict(effect: float, value: float, interval: Interval | None) -> Verdict:
     return Verdict.DETERMINED
 
 
-def _sentence(name: str, verdict: Verdict, interval: Interval | None) -> str:
+def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | None) -> str:
     if verdict == Verdict.NO_EFFECT:
-        return f"{name} is not determined: it does not change the force here; {role(name).experiment} would show it."
+        return f"{name} is not determined: it does not change the force here; {telling} would show it."
     if interval is None or verdict in (Verdict.DETERMINED, Verdict.HELD):
         return ""
-    experiment = f"{role(name).experiment} would determine it."
+    experiment = f"{telling} would determine it."
+    if interval.limit and verdict in (Verdict.UNDETERMINED, Verdict.BOUNDED_ABOVE, Verdict.BOUNDED_BELOW):
+        return f"{name} is {verdict}{_by(interval)}: {interval.limit}, beyond which the data pull; {experiment}"
     if verdict == Verdict.UNDETERMINED:
         return f"{name} is not determined: the data agree with any value of the search's range; {experiment}"
     if verdict == Verdict.BOUNDED_BELOW:
@@ -152,6 +157,12 @@ def _sentence(name: str, verdict: Verdict, interval: Interval | None) -> str:
     if verdict == Verdict.BOUNDED_ABOVE:
         return f"{name} is only bounded above, by {_number(interval.high)}: any smaller value agrees; {experiment}"
     return f"{name} is loosely determined, {_number(interval.low)} to {_number(interval.high)}; {experiment}"
+
+
+def _by(interval: Interval) -> str:
+    if interval.low_open == interval.high_open:
+        return ""
+    return f", by {_number(interval.low if interval.high_open else interval.high)}"
 
 
 def _is_combination(direction: Direction) -> bool:

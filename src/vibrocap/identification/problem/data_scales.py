@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibrocap.identification.problem.samples import Samples
+from vibrocap.physics.roles import Dimension
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,10 +33,12 @@ class DataScales:
     noise: float
     drop_speed: float | None
 
-    def natural(self, dimension: tuple[float, float, float, float]) -> float:
-        """Product of the scales (coefficient, force, length, time) to these exponents."""
+    def natural(self, dimension: Dimension) -> float:
+        """Product of the scales of coefficient, force, length and time to the exponents of a dimension."""
         scales = (self.level / self.load, self.level, self.length, self.length / self.speed)
-        return float(np.prod([scale**exponent for scale, exponent in zip(scales, dimension, strict=True)]))
+        return float(
+            np.prod([scale**exponent for scale, exponent in zip(scales, dimension.exponents[:4], strict=True)])
+        )
 
 
 def data_scales(all_samples: Sequence[Samples]) -> DataScales:

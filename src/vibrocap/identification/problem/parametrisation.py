@@ -9,12 +9,13 @@ import numpy as np
 from pydantic import ValidationError
 
 from vibrocap.arguments import suggestion
-from vibrocap.identification.problem.coordinates import COARSE_STEP, Coordinate, Space
+from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
 from vibrocap.identification.problem.data_scales import DataScales
-from vibrocap.identification.problem.parameter_roles import Role, is_gap, role
+from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.roles import COEFFICIENT
 
 STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
 
@@ -75,35 +76,41 @@ def parametrisation(
     names = [info.name for info in parameter_table(cls) if _is_number(getattr(template, info.name))]
     chosen = _free_names(template, names, free, fixed, bounds)
     limits = {name: _limits(cls, name) for name in names}
+    kinds = {name: role(cls, name) for name in names}
+    leaders = {high: low for high, low in leading_levels(cls).items() if low in names and high in names}
+    partners = {low: high for high, low in leaders.items()}
     own = {name: float(getattr(template, name)) for name in names}
     if not given:  # a convention of a law without numbers of its own: a size that suits the data
-        sized = [name for name in names if role(name).name in ("reference", "cutoff")]
-        own |= {name: role(name).share * scales.natural(role(name).dimension) for name in sized}
+        sized = [name for name in with_role(cls, "reference velocity", "cutoff velocity") if name in names]
+        own |= {name: kinds[name].share * scales.natural(kinds[name].dimension) for name in sized}
     start = {**own, **{name: float(value) for name, value in fixed.items()}}
-    guessed = {name: _guess(role(name), name, own[name], scales, names) for name in chosen}
-    springs = [name for name in chosen if role(name).name == "stiffness"]
+    forward = bool(with_role(cls, "back ratio"))
+    guessed = {name: _guess(kinds[name], own[name], scales, forward) for name in chosen}
+    springs = [name for name in chosen if kinds[name].name == "stiffness"]
     for name in springs:  # springs in parallel share the stiffness in the proportions that the law has
         guessed[name] *= own[name] / sum(own[each] for each in springs)
     for name in chosen:  # a static level is guessed over its Coulomb level
-        partner = partner_of(name, names)
+        partner = leaders.get(name)
         if partner:
             guessed[name] = guessed.get(partner, start[partner]) * min(max(scales.peak, 1.05), 3.0)
     coordinates, constants = [], {}
-    for name in _partners_first(chosen, names):
-        partner = partner_of(name, names)
-        led = partner_led(name, names)
-        coordinate = _coordinate(name, limits[name], guessed[name], scales, bounds.get(name))
+    coarse = any(kind.name == "gap" for kind in kinds.values())
+    for name in sorted(chosen, key=lambda name: name in leaders):  # each partner before what depends on it
+        partner, led = leaders.get(name), partners.get(name)
+        coordinate = _coordinate(name, kinds[name], limits[name], guessed[name], scales, bounds.get(name))
         if name not in bounds:
             if partner:
-                coordinate = dataclasses.replace(coordinate, form="above", partner=partner, low=0.0, high=math.inf)
+                coordinate = dataclasses.replace(
+                    coordinate, form="above", partner=partner, low=0.0, high=math.inf, whose=RATIOS
+                )
                 constants[partner] = start[partner]
             elif led and led not in chosen:
-                coordinate = dataclasses.replace(coordinate, form="below", partner=led)
+                coordinate = dataclasses.replace(coordinate, form="below", partner=led, whose=RATIOS)
                 constants[led] = start[led]
-        if any(is_gap(each) for each in names):
-            coordinate = dataclasses.replace(coordinate, step=COARSE_STEP)
+        if coarse:
+            coordinate = dataclasses.replace(coordinate, step=COARSE_STEP, jumps=kinds[name].name == "gap")
         coordinates.append(coordinate)
-    shares = tuple(name for name in names if name.startswith("share_"))
+    shares = tuple(name for name in with_role(cls, "share") if name in names)
     constants |= {name: start[name] for name in shares}
     space = Space(tuple(coordinates), {k: v for k, v in constants.items() if k not in chosen}, shares)
     if given:
@@ -125,16 +132,10 @@ def parametrisation(
     return Parametrisation(template, space, u, own_start)
 
 
-def partner_of(name: str, names: Iterable[str]) -> str:
-    """The Coulomb level of a static level, or ''."""
-    other = name.replace("static", "coulomb")
-    return other if other != name and other in names else ""
-
-
-def partner_led(name: str, names: Iterable[str]) -> str:
-    """The static level of a Coulomb level, or ''."""
-    other = name.replace("coulomb", "static")
-    return other if other != name and other in names else ""
+def leading_levels(law: Any) -> dict[str, str]:
+    """The level below each static level of a law, by name, where there are as many of both."""
+    low, high = with_role(law, "level"), with_role(law, "static level")
+    return dict(zip(high, low, strict=True)) if len(low) == len(high) else {}
 
 
 def _is_number(value: Any) -> bool:
@@ -166,7 +167,7 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
             if name not in fixed
             and name not in shapes
             and isinstance(getattr(template, name), float)
-            and role(name).fitted
+            and role(template, name).fitted
         ]
     else:
         chosen = [name for name in names if name in set(free)]
@@ -176,12 +177,6 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
     if not chosen:
         raise ValueError(f"free: no parameter of {template.name} is free; there are {', '.join(names)}")
     return chosen
-
-
-def _partners_first(chosen: list[str], names: list[str]) -> list[str]:
-    return [name for name in chosen if not partner_of(name, names)] + [
-        name for name in chosen if partner_of(name, names)
-    ]
 
 
 def _limits(cls: Any, name: str) -> tuple[float, float, bool]:
@@ -198,10 +193,29 @@ def _limits(cls: Any, name: str) -> tuple[float, float, bool]:
 
 
 def _coordinate(
-    name: str, limits: tuple[float, float, bool], guess: float, scales: DataScales, own: tuple[float, float] | None
+    name: str,
+    kind: Role,
+    limits: tuple[float, float, bool],
+    guess: float,
+    scales: DataScales,
+    own: tuple[float, float] | None,
 ) -> Coordinate:
     """The form and the bounds of one parameter."""
-    kind = role(name)
+    found = _ranged(name, kind, limits, guess, scales, own)
+    if own:
+        return dataclasses.replace(found, whose=("given", "given"))
+    ends = [("law" if end == limit else "search") for end, limit in zip((found.low, found.high), limits, strict=False)]
+    return dataclasses.replace(found, whose=(ends[0], ends[1]))
+
+
+def _ranged(
+    name: str,
+    kind: Role,
+    limits: tuple[float, float, bool],
+    guess: float,
+    scales: DataScales,
+    own: tuple[float, float] | None,
+) -> Coordinate:
     natural = _natural(kind, guess, scales)
     low, high, inclusive = limits
     signed = low < 0
@@ -219,7 +233,7 @@ def _coordinate(
             name, "linear", *(own or (max(low, -reach), min(high, reach))), scale=max(abs(guess), 0.1 * natural)
         )
     spread = kind.decades * math.log(10)
-    if inclusive and low == 0 and kind.dimension != (1, 0, 0, 0):
+    if inclusive and low == 0 and kind.dimension != COEFFICIENT:
         foot = natural * (kind.low or 1e-4)
         return Coordinate(name, "foot", *(own or (0.0, upper)), scale=foot, spread=spread)
     lower = max(low, kind.low * natural, 1e-12 * guess)
@@ -229,25 +243,25 @@ def _coordinate(
 
 
 def _natural(kind: Role, guess: float, scales: DataScales) -> float:
-    if kind.name == "unknown":
+    if kind is UNKNOWN:
         return abs(guess) or 1.0
     return scales.natural(kind.dimension)
 
 
-def _guess(kind: Role, name: str, own: float, scales: DataScales, names: list[str]) -> float:
-    """Where the data suggest to start."""
+def _guess(kind: Role, own: float, scales: DataScales, forward: bool) -> float:
+    """Where the data suggest to start; forward: whether the law's levels are those of sliding forward."""
     natural = _natural(kind, own, scales)
-    if kind.name in ("unknown", "share", "convention", "softening"):
+    if kind.name in (UNKNOWN.name, "share", "fraction", "convention", "softening"):
         return own
-    if kind.name == "level":  # with ratios by direction, the level is that of sliding forward
-        return (scales.forward if "back_ratio" in names else scales.level) / scales.load
-    if kind.name == "ratio":
+    if kind.name == "level":
+        return (scales.forward if forward else scales.level) / scales.load
+    if kind.name == "back ratio":
         return scales.backward / scales.forward
     if kind.name == "stiffness" and scales.stiffness is not None:
         return scales.stiffness / 1.5  # between the slopes sigma_0 (from rest) and 2 sigma_0 (after a reversal)
     if kind.name == "Stribeck velocity" and scales.drop_speed is not None:
         return scales.drop_speed
-    if kind.name == "decay over speed" and scales.drop_speed is not None:
+    if kind.name == "decay rate" and scales.drop_speed is not None:
         return 0.7 / scales.drop_speed
     if kind.name == "bristle damping" and scales.stiffness is not None:
         return scales.stiffness * math.sqrt(scales.interval * scales.length / scales.speed) / 3

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.identification.problem.parameter_roles import with_role
 from vibrocap.identification.problem.prediction import Prediction, unchecked
 from vibrocap.physics.friction.law import Law
 
@@ -49,7 +50,7 @@ def steady_force(law: Law, velocity: Any, load: Any = 1.0, values: Mapping[str, 
         if law.kind == "smooth":
             found, _ = changed.force(velocity.view(Column), (), 1.0, load)
             return np.asarray(found) + 0.0 * velocity
-        if hasattr(law, "back_ratio"):
+        if with_role(law, "back ratio"):
             found = changed.steady_force(speed, load, side)  # type: ignore[call-arg]
         else:
             found = changed.steady_force(speed, load)

@@ -3,7 +3,6 @@
 import json
 from typing import Any
 
-from vibrocap.identification.problem.parameter_roles import role
 from vibrocap.identification.problem.parametrisation import with_values
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.parameters import parameter_table
@@ -13,6 +12,9 @@ IN_SI = """\
 # In the units of the records, which are SI: N, m, s. A case counts forces in the weight m g of the pendulum, lengths in
 # its length l and time in sqrt(l/g): give mass and length (`--pendulum`, or `fit.save(folder, scales=...)`) for these.
 """
+TURNING_IN_SI = """\
+# In the units of the records, which are SI for a contact that turns: N m, rad, s. No case has such a contact.
+"""
 
 
 def dimensionless(law: Law, scales: Scales, known_load: bool) -> Law:
@@ -21,14 +23,19 @@ def dimensionless(law: Law, scales: Scales, known_load: bool) -> Law:
         stiffness l/(m g)     damping l/(m g sqrt(l/g))     velocity sqrt(g l)     length l     coefficients as they are
 
     known_load: whether coefficients are over the normal force; without it they are forces in N, from which no
-    coefficient follows: raises ValueError.
+    coefficient follows: raises ValueError, as for a parameter that declares neither a role nor a unit.
     """
     values = {}
     for info in parameter_table(law):
         value = getattr(law, info.name)
         if not isinstance(value, float):
             continue
-        coefficient, force, length, time = role(info.name).dimension
+        if info.dimension is None:
+            raise ValueError(
+                f"{info.name}: has no known dimension, so that it cannot be converted; declare its role or its unit, "
+                f'as in parameter(..., unit="N s/m"), in {type(law).__name__}'
+            )
+        coefficient, force, length, time, _ = info.dimension.exponents
         if coefficient and not known_load:
             raise ValueError(
                 f"normal_force: is not known, so that {info.name} is a force in N; "
@@ -38,8 +45,10 @@ def dimensionless(law: Law, scales: Scales, known_load: bool) -> Law:
     return with_values(law, values)
 
 
-def heading(scales: Scales | None) -> str:
+def heading(scales: Scales | None, rotary: bool = False) -> str:
     """Lines of comment that say in which units a section of a case file stands."""
+    if rotary:
+        return TURNING_IN_SI
     if scales is None:
         return IN_SI
     return (

@@ -22,7 +22,12 @@ def repeat_to(real, whole, lane, h) -> None:
     raise NotImplementedError
 
 
-# The branches of the law on each side of rest.
+# The branches of the law on each side of rest, and the bounds of the equations.
+
+
+def within_bounds(real, whole, tape, lane) -> bool:
+    """Whether the equations hold at the start of the step; if not, the run ends."""
+    raise NotImplementedError
 
 
 def branch_holds(real, whole, tape, lane) -> bool:
@@ -93,6 +98,11 @@ def on_event(real, whole, tape, lane, kind, s) -> None:
 
 def on_period(real, whole, tape, lane) -> None:
     """At the start of a run and at the end of each whole period."""
+    raise NotImplementedError
+
+
+def fitting_point(real, whole, lane, s, point) -> None:
+    """Move the state at real[point:point + STATES], that of the series at time s, to where the law is asked."""
     raise NotImplementedError
 
 

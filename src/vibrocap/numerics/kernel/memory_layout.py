@@ -19,6 +19,7 @@ NOT_FINITE = 4
 TOO_MANY_EVENTS = 5
 UNDECIDED = 6
 TOO_MANY_STEPS = 7
+BEYOND_BOUND = 8  # the first of the equations' bounds; the next ones have the next numbers
 
 # Kinds of event.
 STICK = 0
@@ -27,6 +28,7 @@ SLIP_BACK = 2
 REVERSAL = 3
 GRAZE = 4
 SWITCHED = 5  # the law goes over to another of its pieces
+BOUND_REACHED = 6  # the first of the equations' bounds; the next ones have the next numbers
 FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
 
 # Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).
@@ -190,16 +192,16 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search: 38 intervals at most."""
-        return max(40 * (self.order + 3), self.states + 5 * self.switches)
+        """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
+        gathering = self.states + 8 * (self.measured + 8)
+        return max(40 * (self.order + 3), self.states + 5 * self.switches, gathering)
 
     @property
     def work_size(self) -> int:
         """Work space of the event search, then that of the implicit step (Jacobian, matrix, stages)."""
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
-        gathering = self.states + 8 * (self.measured + 8)  # a point, then values at the nodes of a step
-        return max(self.event_work_size + implicit, gathering)
+        return self.event_work_size + implicit
 
     @property
     def piece_size(self) -> int:

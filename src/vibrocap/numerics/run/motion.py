@@ -13,10 +13,13 @@ from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
+from vibrocap.resources import check_memory
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
 EVENT_ROOM = 2_000
 PIECE_ROOM = 20_000
+
+FEWEST_PIECES = 4  # per period, with which a motion that cannot be kept is known before it begins
 
 Progress = Callable[[float], None]
 
@@ -49,7 +52,7 @@ def series_order(tolerance: float) -> int:
 def kernel(equations: Any, order: int, plain: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
     states = len(equations.rates)
-    switches = len(equations.switches)
+    switches = len(equations.guards)
     layout = Layout(1, states, states, order, len(equations.parameter_paths), switches=switches)
     text = linked_source(generated_source(equations, layout), motion_recipe(equations.hold is None, switches > 0))
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text)
@@ -87,6 +90,8 @@ def recorded_run(
     whole[place["EVENT_LIMIT"]] = max_events_per_period
     whole[place["STEP_LIMIT"]] = max_steps
     _start_contact(equations, real, whole, place, initial, parameters)
+    whole_tape = 8.0 * whole_periods * rows
+    check_memory(whole_tape + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
     event_start = (whole_periods + 1) * rows
     piece_start = event_start + EVENT_ROOM * layout.event_size
@@ -108,6 +113,10 @@ def recorded_run(
             whole[place["PIECES"]] = whole[place["RECORDED_EVENTS"]] = 0
         if full:
             whole[place["STATUS"]] = status = memory.RUNNING
+            share = (whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods
+            held = sum(part.nbytes for part in pieces) + sum(part.nbytes for part in events)
+            if pieces and share > 0.0:  # to be joined in the end, which takes the same again
+                check_memory(held * (2.0 / share - 1.0))
         if progress is not None:
             progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods)
     completed = int(whole[place["PERIOD_COUNT"]])

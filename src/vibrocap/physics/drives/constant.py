@@ -12,8 +12,8 @@ class Constant(Drive):
     Its period is no property of the motion but the unit of time in which periods are counted.
     """
 
-    force: Number = parameter(0.0, "F", "force or torque of the drive")
-    duration: Positive = parameter(1.0, "T", "length of what is counted as a period")
+    force: Number = parameter(0.0, "F", "force or torque of the drive", "effort")
+    duration: Positive = parameter(1.0, "T", "length of what is counted as a period", "duration")
 
     name: ClassVar[str] = "constant"
 

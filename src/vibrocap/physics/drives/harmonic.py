@@ -10,8 +10,8 @@ from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, paramete
 class Harmonic(Drive):
     """Harmonic drive: h cos(omega tau) (Liu et al. 2019, eq. 4). Odd under half a period."""
 
-    amplitude: Number = parameter(1.8, "h", "drive torque")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency")
+    amplitude: Number = parameter(1.8, "h", "drive torque", "effort")
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency", "frequency")
 
     name: ClassVar[str] = "harmonic"
 

@@ -14,10 +14,10 @@ class Loading(Drive):
     period, as that of `Ramp` does. Odd under half a period only without level and ramp.
     """
 
-    level: Number = parameter(0.3, "F", "mean force or torque, that at the start of the ramp")
-    rate: Number = parameter(0.0, "q", "rate of the ramp")
-    amplitude: Number = parameter(0.1, "h", "amplitude of the oscillation")
-    frequency: Positive = parameter(1.0, "omega", "frequency of the oscillation; a period is 2 pi over it")
+    level: Number = parameter(0.3, "F", "mean force or torque, that at the start of the ramp", "effort")
+    rate: Number = parameter(0.0, "q", "rate of the ramp", "effort rate")
+    amplitude: Number = parameter(0.1, "h", "amplitude of the oscillation", "effort")
+    frequency: Positive = parameter(1.0, "omega", "frequency of the oscillation; a period is 2 pi over it", "frequency")
 
     name: ClassVar[str] = "loading"
 

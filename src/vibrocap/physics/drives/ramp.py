@@ -12,9 +12,9 @@ class Ramp(Drive):
     It lasts for one period; in further periods it begins anew, as a saw-tooth.
     """
 
-    rate: Number = parameter(1.0, "q", "rate of the force")
-    start: Number = parameter(0.0, "F", "force at the start")
-    duration: Positive = parameter(1.0, "T", "length of the ramp, the period")
+    rate: Number = parameter(1.0, "q", "rate of the force", "effort rate")
+    start: Number = parameter(0.0, "F", "force at the start", "effort")
+    duration: Positive = parameter(1.0, "T", "length of the ramp, the period", "duration")
 
     name: ClassVar[str] = "ramp"
 

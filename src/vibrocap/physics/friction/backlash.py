@@ -46,11 +46,12 @@ def backlash(law: type[Law]) -> Any:
     kept = tuple(sign > 0 and name not in law.switched for sign, name in zip(signs, law.internal, strict=True))
 
     class Backlash(law):
-        gap: NonNegative = parameter(0.01, "g_b", "width of the gap, the play from face to face")
+        gap: NonNegative = parameter(0.01, "g_b", "width of the gap, the play from face to face", "gap")
 
         internal: ClassVar = (*law.internal, "gap_position", "engaged")
         switched: ClassVar = (*law.switched, "engaged")
         internal_symmetry: ClassVar = (*signs, -1, -1)
+        special_cases: ClassVar = {law.name: {"gap": 0.0}}
 
         def force(self, velocity, internal, side, load):
             """Friction force R and rates of the law while engaged; none, and the rates of its rest, while free."""

@@ -49,14 +49,20 @@ class BoucWen(Law):
     reloading over a short way does not close the loop (Thyagarajan and Iwan 1990).
     """
 
-    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the contact, for A = 1")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient of sliding, for A = beta + gamma")
-    amplitude: Positive = parameter(1.0, "A", "rate of the deflection over that of the displacement at no force")
-    dissipative_shape: NonNegative = parameter(
-        0.5, "beta", "yielding against the force in either direction: it dissipates"
+    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the contact, for A = 1", "stiffness")
+    coulomb_coefficient: Positive = parameter(
+        0.15, "eta_c", "friction coefficient of sliding, for A = beta + gamma", "level"
     )
-    elastic_shape: Number = parameter(0.5, "gamma", "softening (< 0: hardening) on the way in, undone on the way out")
-    knee_exponent: AtLeastOne = parameter(2.0, "n", "sharpness of the knee")
+    amplitude: Positive = parameter(
+        1.0, "A", "rate of the deflection over that of the displacement at no force", "convention"
+    )
+    dissipative_shape: NonNegative = parameter(
+        0.5, "beta", "yielding against the force in either direction: it dissipates", "convention"
+    )
+    elastic_shape: Number = parameter(
+        0.5, "gamma", "softening (< 0: hardening) on the way in, undone on the way out", "softening"
+    )
+    knee_exponent: AtLeastOne = parameter(2.0, "n", "sharpness of the knee", "exponent")
 
     name: ClassVar[str] = "bouc-wen"
     kind: ClassVar = "kinked"

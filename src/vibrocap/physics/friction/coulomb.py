@@ -18,8 +18,8 @@ class Coulomb(Law):
     goes to zero.
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient of sliding")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient of sliding", "level")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
 
     name: ClassVar[str] = "coulomb"
     kind: ClassVar = "set-valued"

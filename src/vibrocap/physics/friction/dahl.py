@@ -24,9 +24,9 @@ class Dahl(Law):
     not an odd whole number.
     """
 
-    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the contact at reversal")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient of sliding")
-    shape_exponent: AtLeastOne = parameter(1.0, "i", "shape of the approach to Coulomb level")
+    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the contact at reversal", "stiffness")
+    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient of sliding", "level")
+    shape_exponent: AtLeastOne = parameter(1.0, "i", "shape of the approach to Coulomb level", "exponent")
 
     name: ClassVar[str] = "dahl"
     kind: ClassVar = "kinked"

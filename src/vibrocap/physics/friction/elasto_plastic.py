@@ -40,14 +40,18 @@ class ElastoPlastic(Law):
     |xi| <= g(0) = N eta_s/delta0 is invariant. Like LuGre's law it is stiff for a large delta0 |v|.
     """
 
-    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles")
-    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed")
-    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest")
-    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
-    elastic_share: Share = parameter(0.7, "z_ba", "elastic range, as a share of the deflection of Coulomb level")
+    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles", "stiffness")
+    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles", "bristle damping")
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
+    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
+    stribeck_velocity: Positive = parameter(
+        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
+    )
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    elastic_share: Share = parameter(
+        0.7, "z_ba", "elastic range, as a share of the deflection of Coulomb level", "fraction"
+    )
 
     name: ClassVar[str] = "elasto-plastic"
     kind: ClassVar = "kinked"

@@ -17,9 +17,11 @@ class Exponential(Law):
     The paper calls the rate alpha in (8) and a in (9); it counts N a second time in (5) (errata 1 and 2).
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
-    decay_rate: NonNegative = parameter(10.0, "a", "rate of the drop from static to Coulomb level over speed")
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
+    decay_rate: NonNegative = parameter(
+        10.0, "a", "rate of the drop from static to Coulomb level over speed", "decay rate"
+    )
 
     name: ClassVar[str] = "exponential"
     kind: ClassVar = "set-valued"

@@ -16,10 +16,12 @@ class HyperbolicStribeck(Law):
     velocity alone: no lag, no presliding. The level eta_c is approached slowly: half of the drop is left at v_s.
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
-    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed at which half of the drop to Coulomb level is done")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
+    stribeck_velocity: Positive = parameter(
+        0.1, "v_s", "speed at which half of the drop to Coulomb level is done", "Stribeck velocity"
+    )
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "hyperbolic-stribeck"
     kind: ClassVar = "set-valued"

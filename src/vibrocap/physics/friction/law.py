@@ -9,7 +9,7 @@ side, and when, is the business of the integrator.
 """
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -53,6 +53,9 @@ class Law:
     internal_symmetry: sign of each internal state when the motion is mirrored; -1 for all unless given.
     shape_parameters: parameters that choose the formula when they are whole numbers (an exponent, for instance).
     source: where the law was published. creeps: whether it drifts under an oscillating force below breakaway.
+    special_cases: simpler laws that this one is for some values: by the simpler law's name the values of own parameters
+        that it has not, a number or the name of another own parameter whose value it takes. Parameters of the same name
+        are the same. A fit starts from the best of each, too.
     wrappers, wrapped: of the class of a wrapped law, the wrappers from the inside out, and the plain law in them.
     """
 
@@ -64,6 +67,7 @@ class Law:
     shape_parameters: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
     creeps: ClassVar[bool] = False
+    special_cases: ClassVar[Mapping[str, Mapping[str, float | str]]] = {}
     wrappers: ClassVar[tuple[Callable, ...]] = ()
     wrapped: ClassVar[Any] = None
 

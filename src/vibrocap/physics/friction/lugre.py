@@ -38,15 +38,17 @@ class LuGre(Law):
     An exponent that is not a whole number is rounded off within 1e-10 of rest (`vibrocap.physics.elementary.power`).
     """
 
-    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles")
-    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed")
-    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest")
-    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
+    bristle_stiffness: Positive = parameter(100.0, "delta0", "stiffness of the bristles", "stiffness")
+    bristle_damping: NonNegative = parameter(10.0, "delta1", "damping of the bristles", "bristle damping")
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
+    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
+    stribeck_velocity: Positive = parameter(
+        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
+    )
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
     damping_velocity: Positive | None = parameter(
-        None, "v_d", "speed over which the damping of the bristles fades; none: it stays"
+        None, "v_d", "speed over which the damping of the bristles fades; none: it stays", "fading velocity"
     )
 
     name: ClassVar[str] = "lugre"
@@ -59,6 +61,9 @@ class LuGre(Law):
         "Lund Institute of Technology 1996"
     )
     creeps: ClassVar[bool] = True
+    special_cases: ClassVar = {
+        "dahl": {"bristle_damping": 0.0, "viscous_damping": 0.0, "static_coefficient": "coulomb_coefficient"}
+    }
 
     _levels = levels_in_order
 

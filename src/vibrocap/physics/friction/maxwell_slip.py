@@ -47,19 +47,23 @@ class MaxwellSlip(Law):
     rises without displacement: except for equal levels the law can give energy.
     """
 
-    stiffness_1: Positive = parameter(40.0, "k_1", "stiffness of element 1")
-    stiffness_2: Positive = parameter(30.0, "k_2", "stiffness of element 2")
-    stiffness_3: Positive = parameter(20.0, "k_3", "stiffness of element 3")
-    stiffness_4: Positive = parameter(10.0, "k_4", "stiffness of element 4")
-    share_1: Positive = parameter(0.1, "nu_1", "share of element 1 in the level")
-    share_2: Positive = parameter(0.2, "nu_2", "share of element 2 in the level")
-    share_3: Positive = parameter(0.3, "nu_3", "share of element 3 in the level; element 4 has the rest")
-    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed")
-    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest")
-    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
-    attraction_rate: NonNegative = parameter(5.0, "C", "rate at which slipping elements follow the level, over N")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+    stiffness_1: Positive = parameter(40.0, "k_1", "stiffness of element 1", "stiffness")
+    stiffness_2: Positive = parameter(30.0, "k_2", "stiffness of element 2", "stiffness")
+    stiffness_3: Positive = parameter(20.0, "k_3", "stiffness of element 3", "stiffness")
+    stiffness_4: Positive = parameter(10.0, "k_4", "stiffness of element 4", "stiffness")
+    share_1: Positive = parameter(0.1, "nu_1", "share of element 1 in the level", "share")
+    share_2: Positive = parameter(0.2, "nu_2", "share of element 2 in the level", "share")
+    share_3: Positive = parameter(0.3, "nu_3", "share of element 3 in the level; element 4 has the rest", "share")
+    coulomb_coefficient: Positive = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: Positive = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
+    stribeck_velocity: Positive = parameter(
+        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
+    )
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    attraction_rate: NonNegative = parameter(
+        5.0, "C", "rate at which slipping elements follow the level, over N", "attraction rate"
+    )
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "maxwell-slip"
     kind: ClassVar = "kinked"

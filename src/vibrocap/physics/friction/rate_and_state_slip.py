@@ -34,12 +34,20 @@ class RateAndStateSlip(Law):
     imposed motion.
     """
 
-    reference_coefficient: Positive = parameter(0.3, "mu0", "steady friction coefficient at the reference velocity")
-    direct_effect: Positive = parameter(0.03, "a", "rise of friction at once, per factor e of speed")
-    evolution_effect: NonNegative = parameter(0.06, "b", "fall of friction afterwards, per factor e of speed")
-    critical_distance: Positive = parameter(0.01, "D_c", "sliding distance over which the contact is renewed")
-    reference_velocity: Positive = parameter(0.1, "v_0", "reference velocity")
-    cutoff_velocity: Positive = parameter(1e-4, "v_c", "velocity below which the state no longer follows the logarithm")
+    reference_coefficient: Positive = parameter(
+        0.3, "mu0", "steady friction coefficient at the reference velocity", "level"
+    )
+    direct_effect: Positive = parameter(0.03, "a", "rise of friction at once, per factor e of speed", "direct effect")
+    evolution_effect: NonNegative = parameter(
+        0.06, "b", "fall of friction afterwards, per factor e of speed", "evolution effect"
+    )
+    critical_distance: Positive = parameter(
+        0.01, "D_c", "sliding distance over which the contact is renewed", "distance"
+    )
+    reference_velocity: Positive = parameter(0.1, "v_0", "reference velocity", "reference velocity")
+    cutoff_velocity: Positive = parameter(
+        1e-4, "v_c", "velocity below which the state no longer follows the logarithm", "cutoff velocity"
+    )
 
     name: ClassVar[str] = "rate-and-state-slip"
     kind: ClassVar = "kinked"

@@ -25,10 +25,13 @@ def smoothed(law: type[Law]) -> type[Law]:
         raise ValueError(f"only a set-valued law can be smoothed, got the {law.name} law, which is {law.kind}")
 
     class Smoothed(law):
-        smoothing_velocity: Positive = parameter(1e-3, "epsilon", "speed over which friction changes its sign")
+        smoothing_velocity: Positive = parameter(
+            1e-3, "epsilon", "speed over which friction changes its sign", "smoothing velocity"
+        )
         shape: Literal["tanh", "arctan"] = parameter("tanh", "S", "function that takes the place of sgn")
 
         kind: ClassVar = "kinked"  # |v| in the steady curve
+        special_cases: ClassVar = {}
         creeps: ClassVar[bool] = True
 
         def _smoothed_sign(self, speed):

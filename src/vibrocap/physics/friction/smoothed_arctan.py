@@ -31,12 +31,18 @@ class SmoothedArctan(Law):
     its slope at rest, (2/pi) N eta_s/epsilon, makes it stiff.
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest, were it not smoothed")
-    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
-    smoothing_velocity: Positive = parameter(1e-3, "epsilon", "speed over which friction changes its sign")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: NonNegative = parameter(
+        0.45, "eta_s", "friction coefficient at rest, were it not smoothed", "static level"
+    )
+    stribeck_velocity: Positive = parameter(
+        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
+    )
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    smoothing_velocity: Positive = parameter(
+        1e-3, "epsilon", "speed over which friction changes its sign", "smoothing velocity"
+    )
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "smoothed-arctan"
     kind: ClassVar = "smooth"

@@ -25,11 +25,13 @@ class Stribeck(Law):
     (`vibrocap.physics.elementary.power`).
     """
 
-    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed")
-    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest")
-    stribeck_velocity: Positive = parameter(0.1, "v_s", "speed over which friction drops from static to Coulomb level")
-    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)")
-    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient")
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
+    stribeck_velocity: Positive = parameter(
+        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
+    )
+    stribeck_exponent: Positive = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "stribeck"
     kind: ClassVar = "set-valued"

@@ -3,7 +3,7 @@
 Mechanical states come first in the state vector, the internal states of the friction law after them.
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
@@ -18,6 +18,7 @@ class Machine:
     for a machine that is held to its place.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
     half-period symmetry. place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
+    effort: what the drive exerts, a force along the line of sliding or a torque.
     """
 
     name: ClassVar[str]
@@ -26,6 +27,7 @@ class Machine:
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
     channels: ClassVar[tuple[str, ...]]
+    effort: ClassVar[Literal["force", "torque"]] = "force"
     place: ClassVar[str | None] = None
     normal_load: Any  # a number, or a word that the machine knows
 
@@ -42,9 +44,28 @@ class Machine:
         """Speed at which the ground moves under the contact."""
         return 0.0
 
+    @property
+    def follows_load(self) -> bool:
+        """Whether the normal load of the contact is that of `reaction`, which the motion makes, and no constant."""
+        return False
+
     def load(self):
-        """Normal load of the contact."""
+        """Normal load of the contact, where it is constant."""
         raise NotImplementedError
+
+    def reaction(self, t, y, drive) -> Any:
+        """Normal reaction N of the ground, which may depend on the friction force R: (b, n, s) with b N = n + s R.
+
+        b: positive. None for a machine that does not say what its motion does to the ground.
+        """
+        return None
+
+    def vertical_momentum(self, t, y) -> Any:
+        """Momentum normal to the ground, whose rate is the reaction less its mean: N = load() + d/dt of it.
+
+        Given, it makes the load of a motion a short series. None: `reaction` alone is used.
+        """
+        return None
 
     def contact_velocity(self, t, y):
         """Sliding velocity of the contact."""

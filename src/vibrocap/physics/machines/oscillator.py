@@ -24,11 +24,13 @@ class Oscillator(Machine):
     used, SI as well as none. With a friction law whose coefficients are forces in N, the normal load is 1.
     """
 
-    mass: Positive = parameter(1.0, "m", "mass of the block")
-    stiffness: NonNegative = parameter(1.0, "k", "stiffness of the spring")
-    damping: NonNegative = parameter(0.0, "c", "viscous damper beside the spring")
-    belt_speed: Number = parameter(0.0, "v_b", "speed of the belt under the block")
-    normal_load: Positive = parameter(1.0, "N", "load on the contact; 1 where the coefficients of the law are forces")
+    mass: Positive = parameter(1.0, "m", "mass of the block", "mass")
+    stiffness: NonNegative = parameter(1.0, "k", "stiffness of the spring", "stiffness")
+    damping: NonNegative = parameter(0.0, "c", "viscous damper beside the spring", "viscous damping")
+    belt_speed: Number = parameter(0.0, "v_b", "speed of the belt under the block", "speed")
+    normal_load: Positive = parameter(
+        1.0, "N", "load on the contact; 1 where the coefficients of the law are forces", "load"
+    )
 
     name: ClassVar[str] = "oscillator"
     states: ClassVar = ("position", "sliding_velocity")
