@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import pickle
 import shutil
 import subprocess
 import sys
@@ -236,6 +237,17 @@ def test_a_file_is_run_once_and_again_after_a_change(folder):
     assert changed().high == 0.5
     assert catalogue.law("long-tail") is changed
     assert file_of(changed) != file_of(law)
+
+
+def test_a_part_of_a_file_goes_through_pickle_to_another_process(folder):
+    law, _ = load_parts("mylaws.py")
+    sent = pickle.dumps(vc.System(vc.PendulumCapsule(), law(knee=0.07), vc.Harmonic()))
+    assert pickle.loads(sent).friction == law(knee=0.07)
+    load_parts(shutil.copy("mylaws.py", "again.py"))  # the first class is no longer the registered one
+    assert pickle.dumps(law()) == pickle.dumps(law())
+    code = "import pickle, sys; print(pickle.load(sys.stdin.buffer).friction.knee)"
+    done = subprocess.run([sys.executable, "-c", code], input=sent, capture_output=True)
+    assert done.stdout.strip() == b"0.07", done.stderr.decode()
 
 
 # --- installed packages -----------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 Loading such a file runs it, so it is done only where someone names the file: a case alone never makes code run.
 """
 
+import copyreg
 import hashlib
 import importlib.util
 import sys
@@ -10,10 +11,15 @@ import traceback
 from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from vibrocap.physics.catalogue import parts_in, register, unregister
+from vibrocap.physics.parameters import parameter_table
 
 PREFIX = "vibrocap_parts_"  # of the names of modules: the name of the file and the beginning of its digest follow
+
+
+_files: dict[type, tuple[Path, str]] = {}  # that parts were loaded from, with their digests
 
 
 class PartsError(ValueError):
@@ -50,6 +56,8 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
             raise PartsError(f"{path}: defines no law, machine or drive: no class that extends Law, Machine or Drive")
         for part in parts:
             register(part)
+            _files[part] = path, found
+            part.__reduce__ = _reduced  # type: ignore[method-assign,assignment]
     except (TypeError, ValueError) as error:
         _drop(module)
         raise error if isinstance(error, PartsError) else PartsError(f"{path}: {error}") from None
@@ -58,10 +66,19 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
 
 def file_of(part: type) -> tuple[Path, str] | None:
     """The file that a part was loaded from, and its digest; None for a part from elsewhere."""
-    module = sys.modules.get(part.__module__)
-    if module is None or not part.__module__.startswith(PREFIX):
-        return None
-    return Path(str(module.__file__)), module.__dict__["__digest__"]
+    return _files.get(part)
+
+
+def _reduced(part: Any) -> tuple:
+    """How an instance is made again in another process, which loads the same file: its module has no home."""
+    if (place := file_of(type(part))) is None:  # a class elsewhere that extends one of a file
+        return copyreg.__newobj__, (type(part),), vars(part)  # type: ignore[attr-defined]
+    values = {info.name: getattr(part, info.name) for info in parameter_table(part)}
+    return _made_again, (str(place[0]), place[1], type(part).__qualname__, values)
+
+
+def _made_again(path: str, digest: str, name: str, values: dict[str, Any]) -> Any:
+    return next(part for part in load_parts(path, digest) if part.__qualname__ == name)(**values)
 
 
 def place_in_parts(error: BaseException) -> str | None:

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from vibrocap.arguments import suggestion
 from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
@@ -14,7 +13,7 @@ from vibrocap.identification.problem.data_scales import DataScales
 from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.roles import COEFFICIENT
 
 STIFFEST = 1000.0  # a bristle that yields a thousandth of the least displacement between samples is rigid for the data
@@ -126,9 +125,8 @@ def parametrisation(
     held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
     try:
         template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
-    except ValidationError as error:  # values that are good each alone: a static level below the Coulomb level
-        reasons = "; ".join(str(problem["msg"]).removeprefix("Value error, ") for problem in error.errors())
-        raise ValueError(f"fixed: {reasons}") from None
+    except ParameterError as error:  # values that are good each alone: a static level below the Coulomb level
+        raise ValueError("fixed: " + "; ".join(f"{each.field} {each.text}" for each in error.complaints)) from None
     return Parametrisation(template, space, u, own_start)
 
 
