@@ -9,7 +9,7 @@ from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, Sys
 from vibrocap.case.case import CaseError
 from vibrocap.studies.code_version import code_version, source_fingerprint
 from vibrocap.studies.designs import Design
-from vibrocap.studies.differences import differences
+from vibrocap.studies.differences import code_differences, differences
 from vibrocap.studies.planning import planned_study
 from vibrocap.studies.study import Study
 
@@ -106,7 +106,25 @@ def test_edited_code_is_another_study(tmp_path):
     mine = study()
     edited = dataclasses.replace(mine, code=code_version() | {"sources": "f" * 64})
     assert edited.identity != mine.identity
-    assert differences(mine.record(), edited.record())[0].startswith("code: stored vibrocap ")
+    assert code_differences(mine.code, edited.code)[0].startswith("code: stored vibrocap ")
+
+
+def test_what_decides_the_bits_is_part_of_a_study():
+    """The processor, LLVM, the system and NumPy; SciPy where it draws the runs, and only there."""
+    drawn = {
+        kind: study(over=RANGES, design=Design(kind, 8)) for kind in ("sobol", "halton", "latin-hypercube", "random")
+    }
+    mine, keys = study(), {"version", "sources", "processor", "features", "llvm", "system", "numpy"}
+    assert set(mine.code) == set(drawn.pop("random").code) == keys
+    assert all(set(each.code) == keys | {"scipy"} for each in drawn.values())
+    assert all(mine.code.values())
+    for name in keys:
+        other = dataclasses.replace(mine, code=dict(mine.code) | {name: "another"})
+        assert other.identity != mine.identity
+        (said,) = code_differences(mine.code, other.code)
+        assert said.startswith("code: " if name in ("version", "sources") else f"{name}: ")
+    fewer = dict(mine.code) | {"features": mine.code["features"].partition(" ")[2]}
+    assert code_differences(mine.code, fewer) == [f"features: stored {mine.code['features'].split()[0]}, here fewer"]
 
 
 @pytest.mark.parametrize(

@@ -264,3 +264,46 @@ def test_numbers_of_a_mark_are_those_of_the_arrays(whole):
     names = {path.name for path in (whole / "results.zarr").iterdir() if path.is_dir()}
     assert set(mark["chunks"]) == names - set(OVER)
     assert np.unique([*mark["chunks"].values()]).size == len(mark["chunks"])
+
+
+OTHER = {"version": "0.0.9", "sources": "f" * 64, "llvm": "15.0 of another"}
+
+
+def elsewhere(monkeypatch):
+    """From now on this process is another machine, with another version."""
+    true = importlib.import_module("vibrocap.studies.study").code_of
+    monkeypatch.setattr(importlib.import_module("vibrocap.studies.sweep"), "code_of", lambda plan: true(plan) | OTHER)
+
+
+def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monkeypatch, capsys):
+    before = files(whole)
+    for mark in ("1.0", "1.2"):
+        (whole / "done" / mark).unlink()
+    elsewhere(monkeypatch)
+    with pytest.raises(CaseError) as refusal:
+        stored(whole, resume=True)
+    said = "\n".join(refusal.value.complaints)
+    for part in ("sources ffffffffffff", "llvm: stored ", "here 15.0 of another", "--mixed (mixed=True)"):
+        assert part in said
+    assert len(list((whole / "done").iterdir())) == TILES - 2
+    found = stored(whole, resume=True, mixed=True)
+    assert "computed with something else" in found.attrs["mixed"]
+    assert verify_study(whole).mixed == ((1, 0), (1, 2))
+    assert verify_study(whole).finished
+    assert main(["verify", str(whole)]) == 0
+    assert "mixed      2 tiles" in capsys.readouterr().out
+    made_by = json.loads((whole / "done" / "1.0").read_text())["made_by"]
+    assert {name: made_by[name] for name in OTHER} == OTHER
+    marks = {name for name in before if name.startswith("done/1.")}
+    assert {name for name, data in files(whole).items() if data != before.get(name)} == {
+        "mixed",
+        "done/1.0",
+        "done/1.2",
+    }
+    assert len(marks) == TILES // 2
+
+
+def test_mixed_needs_resume(tmp_path, whole):
+    with pytest.raises(CaseError, match="mixed: goes on with a stored study"):
+        stored(tmp_path / "new", mixed=True)
+    assert "mixed" not in open_study(whole).attrs

@@ -126,7 +126,7 @@ app = App(
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
 # They know no part, or see to it themselves.
-WITHOUT_PARTS = (examples, completion, reproduce, plot, friction, stick_slip, datasets)
+WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
     friction, fit, check, stick_slip, datasets, completion,

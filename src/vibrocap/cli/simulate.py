@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
-from vibrocap.arguments import Complaints
+from vibrocap.arguments import ArgumentError, Complaints
 from vibrocap.case.case import CHOICES, CaseError
 from vibrocap.cli.options import (
     Refusal,
@@ -102,7 +102,10 @@ def simulate(
     if refused:
         raise Refusal(*refused)
     with progress("Simulating") as report:
-        motion = setup.simulate(report)
+        try:
+            motion = setup.simulate(report)
+        except ArgumentError as error:  # more than this machine can keep
+            raise Refusal(*by_option(error.complaints, {"periods": "--periods"})) from None
         record = motion_record(motion)
     if out is not None:
         write_motion(motion, setup, out)

@@ -38,6 +38,7 @@ def sweep(
     measure: list[str] | None = None,
     out: Path | None = None,
     resume: bool = False,
+    mixed: bool = False,
     export: Path | None = None,
     cases: Path | None = None,
     design: str | None = None,
@@ -76,7 +77,9 @@ def sweep(
     out
         folder for the results, stored as they come
     resume
-        go on with the study in --out, or begin one if there is none
+        go on with the study in --out, and mend it if it is damaged; begin one if there is none
+    mixed
+        with --resume, go on though the study was begun by another version or processor; new tiles are marked
     export
         write the results to FILE.nc (NetCDF) or FILE.csv too
     cases
@@ -100,7 +103,7 @@ def sweep(
     threads
         number of threads [default: one for each core]
     workers
-        use this number of processes on this machine, by Dask
+        number of processes on this machine, each of one thread
     scheduler
         address of a Dask scheduler, whose workers see the folder --out too
     device
@@ -166,7 +169,8 @@ def _run(study: "Study", request: "SweepRequest") -> Any:
                 study,
                 out=request.out,
                 resume=request.resume,
-                yes=True,
+                mixed=request.mixed,
+                yes=request.yes,
                 threads=request.threads,
                 workers=request.workers,
                 scheduler=request.scheduler,

@@ -27,6 +27,7 @@ class SweepRequest:
     out: Path | None
     export: Path | None
     resume: bool
+    mixed: bool
     cases: Path | None
     design: str | None
     runs: int | None
@@ -111,7 +112,7 @@ class SweepRequest:
         """Options that do not go together, and those on how the work is done."""
         given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
         found = Complaints()
-        for name in ("cases", "design", "resume", "workers", "scheduler", "tile_runs"):
+        for name in ("cases", "design", "resume", "mixed", "workers", "scheduler", "tile_runs"):
             if self.adaptive and name in given:
                 found.add(f"--{name.replace('_', '-')}", "does not go with --adaptive; leave one of them out")
         for name in ("over", "design"):
@@ -120,13 +121,19 @@ class SweepRequest:
         for name in ("runs", "seed"):
             if self.design is None and name in given:
                 found.add(f"--{name}", "belongs to --design, such as --design sobol")
+        if self.mixed and not self.resume:
+            found.add("--mixed", "goes on with a stored study; give --resume with it")
         if self.design is not None and self.runs is None:
             found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
         for name in ("threads", "workers", "tile_runs"):
             with found.collected():
                 check_whole(f"--{name.replace('_', '-')}", 1 if getattr(self, name) is None else getattr(self, name), 1)
         if self.workers is not None and self.scheduler is not None:
-            found.add("--workers", "are of a cluster on this machine; with --scheduler leave them out")
+            found.add("--workers", "are processes of this machine; with --scheduler leave them out")
+        if self.scheduler is not None:
+            from vibrocap.studies.cluster import address_complaints
+
+            found += [complaint.about("--scheduler") for complaint in address_complaints(self.scheduler)]
         for name in ("resume", "workers", "scheduler", "tile_runs"):
             if name in given and self.out is None and not self.adaptive:
                 found.add(f"--{name.replace('_', '-')}", "needs a folder for the results, --out DIR")

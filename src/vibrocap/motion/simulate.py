@@ -17,7 +17,9 @@ from vibrocap.motion.trajectory import Status, Trajectory
 from vibrocap.numerics.api import Recorded, memory, recorded_run
 from vibrocap.physics.system import BOUNDS, System
 from vibrocap.progress import Progress, reporting
+from vibrocap.resources import TooMuchMemory, in_words
 
+MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `memory_layout`.
@@ -67,6 +69,7 @@ def simulate(
     """
     state, time, phase = begun(system, start, initial)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
+    check_whole("samples", samples, 1, MOST_SAMPLES)
     limits = max_events_per_period, max_steps
     with reporting(progress, "Simulating") as report:
         recorded = _run(system, state, periods, tolerance, *limits, phase, progress=report)
@@ -110,19 +113,28 @@ def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_s
 def _run(
     system, start, periods, tolerance, max_events, max_steps, phase=0.0, progress=None, keep_pieces=True
 ) -> Recorded:
-    return recorded_run(
-        equations(system),
-        parameter_values(system),
-        list(start.values()),
-        system.drive.period,
-        periods,
-        tolerance,
-        max_events,
-        max_steps,
-        progress=progress,
-        keep_pieces=keep_pieces,
-        phase=phase,
-    )
+    try:
+        return recorded_run(
+            equations(system),
+            parameter_values(system),
+            list(start.values()),
+            system.drive.period,
+            periods,
+            tolerance,
+            max_events,
+            max_steps,
+            progress=progress,
+            keep_pieces=keep_pieces,
+            phase=phase,
+        )
+    except TooMuchMemory as error:
+        fitting = periods * error.available / error.needed
+        raise ArgumentError(
+            "periods",
+            f"{periods:g} drive periods of this motion take some {in_words(error.needed)} of memory, "
+            f"{in_words(error.available)} are free; ask for some {fitting:.1g} at most, or for its measures alone "
+            "(ensemble, sweep), which are taken as it runs",
+        ) from None
 
 
 def _trajectory(system, start, periods, tolerance, limits, time, phase, samples, recorded) -> Trajectory:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
     from vibrocap.numerics.codegen.resolution import sharpness
     from vibrocap.numerics.codegen.source import Integrands, ScalarWriter, integrands_source
+    from vibrocap.numerics.compiler.machine import code_made_for
     from vibrocap.numerics.kernel import memory_layout as memory
     from vibrocap.numerics.kernel.memory_layout import (
         ASK_EXTREMES,
@@ -57,6 +58,7 @@ __all__ = [
     "ScalarWriter",
     "Stroboscope",
     "available_threads",
+    "code_made_for",
     "cuda_ensemble_run",
     "cuda_problem",
     "driven_runs",
@@ -76,6 +78,7 @@ _HOMES = {
         "ScalarWriter",
         "integrands_source",
     ),
+    "compiler.machine": ("code_made_for",),
     "kernel.memory_layout": (
         "ASK_EXTREMES",
         "ASK_INTEGRALS",

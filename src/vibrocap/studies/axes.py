@@ -12,6 +12,7 @@ from vibrocap.arguments import Complaint, shown, suggestion
 from vibrocap.studies.runs import Block, Runs, values_array
 from vibrocap.studies.variation import KINDS
 
+MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
 FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"
 
 
@@ -88,6 +89,8 @@ def _listed_values(given: Any) -> tuple[list[Any], list[str]]:
     if isinstance(given, np.ndarray):
         if given.ndim > 1:
             return [], [f"should be a list of values, got an array of shape {given.shape}"]
+        if len(np.atleast_1d(given)) > MOST_VALUES:
+            return [], [_too_many(given.size)]
         given = given.tolist()
     if isinstance(given, (int, float, np.generic)):
         given = [given]
@@ -120,12 +123,18 @@ def _text_values(text: str) -> tuple[list[Any], list[str]]:
         if ends is None:
             return [], complaints
         low, high, logarithmic, count = ends
+        if count > MOST_VALUES:
+            return [], [_too_many(count)]
         spaced = np.geomspace if logarithmic else np.linspace
         return [_float(value) for value in spaced(low, high, count).tolist()], []
     words = [word.strip() for word in text.split(",")]
     if "" in words:
         return [], [f"should be {FORMS}, got {text!r}"]
     return [_number_or_word(word) for word in words], []
+
+
+def _too_many(count: int) -> str:
+    return f"has {count:,} values, {MOST_VALUES:,} at most can be listed; a design spreads more runs over a range"
 
 
 def _number_or_word(word: str) -> float | str:

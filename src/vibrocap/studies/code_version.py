@@ -1,4 +1,4 @@
-"""The version of the code that makes results: its number, and a fingerprint of every source that can change a digit."""
+"""What makes results: the code, by a fingerprint of every source that can change a digit, and what it runs with."""
 
 import ast
 import functools
@@ -52,12 +52,24 @@ def _imported(path: Path, package: Path) -> list[Path]:
 _version = functools.cache(importlib.metadata.version)
 
 
-def code_version() -> dict[str, str]:
-    """What identifies the code."""
-    return {"version": _version("vibrocap"), "sources": source_fingerprint()}
+def code_version(drawn: bool = False) -> dict[str, str]:
+    """What decides the bits of a study's results, beside the study itself, by name.
+
+    The package, the processor and its instructions, LLVM, the system's mathematical functions, NumPy; and SciPy where
+    it draws the runs. Of a graphics card the model and the driver count too, and are not recorded.
+    """
+    from vibrocap.numerics.api import code_made_for
+
+    found = {"version": _version("vibrocap"), "sources": source_fingerprint(), **code_made_for()}
+    found |= {"system": _system(), "numpy": _version("numpy")}
+    return found | ({"scipy": _version("scipy")} if drawn else {})
+
+
+@functools.cache
+def _system() -> str:
+    return " ".join(part for part in (platform.system(), *platform.libc_ver()) if part)
 
 
 def surroundings() -> dict[str, str]:
-    """With what the code ran: for information, it identifies nothing."""
-    packages = {name: _version(name) for name in ("numpy", "llvmlite", "scipy", "zarr")}
-    return {"python": platform.python_version(), "machine": platform.machine(), **packages}
+    """With what else the code ran: for information, no number depends on it."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in ("zarr", "numcodecs")}}

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.case.case import CaseError
 from vibrocap.measures.measure import Measure
-from vibrocap.studies.store.record import measure_names, read_record
+from vibrocap.studies.store.record import MIXED, measure_names, read_record
 from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.study import Study
 from vibrocap.studies.variables import ALWAYS, axis_values, coordinate_attributes, study_attributes, variables
@@ -38,6 +38,8 @@ def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
 
     store: Any = CheckedStore(path, record, results)
     found = xarray.open_zarr(store, consolidated=False, chunks=chunks, decode_times=False)
+    if (path / MIXED).exists():
+        found.attrs["mixed"] = "some tiles were computed with something else than the study was begun with"
     return found[list(dict.fromkeys((*ALWAYS, *measure_names(record))))]
 
 

@@ -1,4 +1,4 @@
-"""Differences of two studies, in words: why one cannot go on with the results of the other."""
+"""Differences of two studies, and of what made their results, in words: why one cannot go on with the other."""
 
 import tomllib
 from collections.abc import Mapping
@@ -30,8 +30,25 @@ def _described(record: Mapping[str, Any]) -> Said:
     found |= _plan(record["plan"])
     for what, digest in record.get("parts", {}).items():
         found[f"the code of {what}"] = (digest[:12], digest)
-    code = record["code"]
-    return found | {"code": (f"vibrocap {code['version']} with sources {code['sources'][:12]}", code)}
+    return found
+
+
+def code_differences(stored: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
+    """In what two codes, and what they run with, differ, one line each."""
+    keys = ("version", "sources")
+    found = []
+    if any(stored.get(key) != here.get(key) for key in keys):
+        texts = [f"vibrocap {code['version']} with sources {code['sources'][:12]}" for code in (stored, here)]
+        found.append(f"code: stored {texts[0]}, here {texts[1]}")
+    for key in dict.fromkeys((*stored, *here)):
+        then, now = stored.get(key, "unknown"), here.get(key, "unknown")
+        if key in keys or then == now:
+            continue
+        if key == "features":  # only those that one of them lacks
+            old, new = {*then.split()}, {*now.split()}
+            then, now = " ".join(sorted(old - new)), " ".join(sorted(new - old))
+        found.append(f"{key}: stored {then or 'fewer'}, here {now or 'fewer'}")
+    return found
 
 
 def _plan(plan: Mapping[str, Any]) -> Said:

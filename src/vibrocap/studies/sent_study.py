@@ -35,6 +35,11 @@ class SentStudy:
         return Study.from_record(self.record, self.measures)
 
 
+def sent(study: Study) -> Study | SentStudy:
+    """A study as workers are sent it."""
+    return SentStudy.of(study) if study.own_parts else study
+
+
 def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
     """Where workers find parts: (file, digest) or (module, name). CaseError for one that they cannot find."""
     found, complaints = [], []

@@ -29,7 +29,7 @@ class Study:
     plan: the runs
     measures: names of what is measured, or measures of one's own
     window, settle, device: how, as `ensemble` takes them; a graphics card gives other bits than a processor
-    code: what identifies the code, see `code_version`
+    code: with what the results are made, by name, see `code_version`; as it is here unless given
 
     How it is carried out (threads, workers, tiles, their order) is no part of it: results do not depend on that.
     """
@@ -39,8 +39,12 @@ class Study:
     measures: tuple[str | Measure, ...]
     window: int = 10
     settle: float | None = None
-    code: Mapping[str, str] = dataclasses.field(default_factory=code_version)
+    code: Mapping[str, str] = dataclasses.field(default_factory=dict)
     device: str = "cpu"
+
+    def __post_init__(self):
+        if not self.code:
+            object.__setattr__(self, "code", code_of(self.plan))
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -95,6 +99,11 @@ class Study:
         record |= {"measures": sorted(record["measures"], key=str), "format": FORMAT}
         text = json.dumps(record, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def code_of(plan: Runs) -> dict[str, str]:
+    """With what the results of a plan's runs would be made here."""
+    return code_version(drawn=isinstance(plan, Drawn) and plan.design.kind != "random")
 
 
 def _measure_record(measure: str | Measure) -> Any:

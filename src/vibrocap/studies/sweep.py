@@ -1,5 +1,6 @@
 """sweep(system, over=...) -> Dataset: many runs, measured on the way, stored as they go, resumed after anything."""
 
+import contextlib
 import dataclasses
 import math
 import warnings
@@ -14,13 +15,13 @@ from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
-from vibrocap.studies.code_version import code_version
+from vibrocap.resources import available_memory, free_disk, in_words
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.planning import planned_study
 from vibrocap.studies.store.store import Store, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
-from vibrocap.studies.study import Study
+from vibrocap.studies.study import Study, code_of
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.tile_size import tile_runs_by_time
 from vibrocap.studies.variables import variables
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     import xarray
 
 MAX_RUNS = 10_000_000
+STORED = 0.2  # bytes on a disk over bytes in memory, at least, of results that are not all the same
 CLUSTER = ("workers", "scheduler")
 SECONDS = {
     "set-valued": 2e-6,
@@ -59,6 +61,7 @@ def sweep(
     max_steps: int = 50_000_000,
     out: str | Path | None = None,
     resume: bool = False,
+    mixed: bool = False,
     max_runs: int = MAX_RUNS,
     yes: bool = False,
     tile_runs: int | None = None,
@@ -79,25 +82,29 @@ def sweep(
     initial: where all runs start; what is not named starts at zero
     periods, window, settle, tolerance, max_events_per_period, max_steps: how each run is made, see `ensemble`
     out: a folder for the results, stored tile by tile; without it they stay in memory
-    resume: go on with what `out` holds; begin where it holds nothing
+    resume: go on with what `out` holds; begin where it holds nothing. What is stored is compared with its checksums,
+        and what is damaged is computed again, with a DamageWarning that names it
+    mixed: resume a study that was begun with another version, processor or library, which is refused otherwise; what is
+        computed now is marked, and the two parts may differ in the last digits or, of chaotic motions, altogether
     max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
     tile_runs: runs that are computed and stored together (about), which is what an interruption loses; by default some
         five seconds of work, 4096 runs at most
     threads: of this process, all cores by default
     device: "cpu", or "cuda": a graphics card (extra `gpu`), whose results agree with the processor's to rounding
-    workers: so many processes of a local Dask cluster (in a script, below `if __name__ == "__main__":`); scheduler: the
-        address of another cluster, whose workers see the folder too; both need `out`
+    workers: so many processes of this machine (in a script, below `if __name__ == "__main__":`); scheduler: the address
+        of a Dask cluster, whose workers see the folder too; both need `out`
     progress: True for a bar, or a function that is called now and then with the share done
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
     of every run: a run that failed is NaN and its status says why. The results depend on nothing but the study itself:
-    not on tiles, threads or machines, nor on interruptions, after which a store has the same bytes.
+    not on tiles or threads, nor on interruptions, after which a store has the same bytes. It is part of a study with
+    what it is computed: version, processor, LLVM, NumPy; see `studies.code_version`.
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
     Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
     where xarray (for `out` zarr, for a cluster Dask) is not installed.
     """
-    _require_packages(out, workers or scheduler)
+    _require_packages(out, scheduler)
     settings = {
         "window": window,
         "settle": settle,
@@ -109,6 +116,7 @@ def sweep(
     execution: dict[str, Any] = {
         "out": out,
         "resume": resume,
+        "mixed": mixed,
         "max_runs": max_runs,
         "yes": yes,
         "tile_runs": tile_runs,
@@ -129,6 +137,7 @@ def run_study(
     *,
     out: str | Path | None = None,
     resume: bool = False,
+    mixed: bool = False,
     max_runs: int = MAX_RUNS,
     yes: bool = False,
     tile_runs: int | None = None,
@@ -139,10 +148,11 @@ def run_study(
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
-    _require_packages(out, workers or scheduler)
-    study = dataclasses.replace(study, code=code_version(), device=device)
+    _require_packages(out, scheduler)
+    study = dataclasses.replace(study, code=code_of(study.plan), device=device)
     if study.plan.count > max_runs and not yes:
         raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
+    _check_room(study, None if out is None else Path(out), yes)
     if tile_runs is None and device == "cuda":
         tile_runs = CARD_CHUNK
     elif tile_runs is None and out is not None and not (workers or scheduler):
@@ -152,13 +162,39 @@ def run_study(
         report = report and _rising(report)
         if out is None:
             return _in_memory(study, tile, threads, report)
-        return _stored(study, tile, Path(out), resume, threads, workers, scheduler, report)
+        return _stored(study, tile, Path(out), resume, mixed, threads, workers, scheduler, report)
 
 
 def _require_packages(out: Any, cluster: Any) -> None:
     """ModuleNotFoundError for what a study needs beyond the core."""
     stored = () if out is None else ("zarr",)
     require("a sweep", "xarray", *stored, *(("dask", "distributed") if cluster else ()))
+
+
+def _check_room(study: Study, out: Path | None, yes: bool) -> None:
+    """CaseError where the results fit neither into memory nor, as far as can be told before, onto the disk."""
+    needed = float(study.plan.count) * sum(each.bytes_per_run for each in variables(study))
+    if out is None and needed > (free := available_memory()):
+        size = f"{in_words(needed)} of memory, {in_words(free)} are free"
+        raise CaseError([f"{study.plan.count:,} runs need {size}; give a folder for the results, out"], "the study")
+    if out is not None and not yes and STORED * needed > (free := free_disk(out)):
+        size = f"roughly {in_words(STORED * needed)}, {in_words(free)} are free there"
+        raise CaseError(
+            [f"{study.plan.count:,} runs take {size}; give another folder, or say --yes (yes=True) to try"], str(out)
+        )
+
+
+def spread(tiles: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """The same tiles in an order in which any number of the first ones is spread over all of them.
+
+    Costs change slowly over a study, so the time of the first tiles tells that of the others, which it would not in the
+    order of storage. The steps are of the golden ratio, made coprime.
+    """
+    count = len(tiles)
+    step = max(1, round(count * (math.sqrt(5.0) - 1.0) / 2.0))
+    while math.gcd(step, count) > 1:
+        step += 1
+    return [tiles[i * step % count] for i in range(count)]
 
 
 def size_in_words(study: Study, threads: int | None = None) -> str:
@@ -197,7 +233,7 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
     shape = study.plan.shape
     results = empty_results(study)
     total = math.prod(tile_counts(shape, tile))
-    for done, index in enumerate(tile_indices(shape, tile)):
+    for done, index in enumerate(spread(list(tile_indices(shape, tile)))):
         share = progress and (lambda x, done=done: progress((done + x) / total))
         for name, part in run_tile(study, tile, index, threads=threads, progress=share).items():
             results[name][tile_block(shape, tile, index)] = part
@@ -206,37 +242,45 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
     return labelled(study, results)
 
 
-def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Report) -> "xarray.Dataset":
+def _stored(study, tile, out, resume, mixed, threads, workers, scheduler, progress: Report) -> "xarray.Dataset":
     """All tiles that are not stored yet, into a store."""
-    opened = opened_for_writing(out, study, tile, resume=resume)
-    store = opened.store
-    if opened.damage:
-        words = "; ".join(opened.damage)
-        warnings.warn(f"{out}: is damaged, and mended: {words}", DamageWarning, stacklevel=4)
-    total = math.prod(tile_counts(study.plan.shape, store.tile))
-    try:
-        pending = store.pending()
-        report = progress and (lambda x: progress((total - len(pending) + x) / total))
-        if report:
-            report(0.0)
-        if workers or scheduler:
-            from vibrocap.studies.cluster import run_on_cluster
+    with contextlib.ExitStack() as stack:
+        cluster = None
+        if scheduler:
+            from vibrocap.studies.cluster import connected
 
-            run_on_cluster(store, pending, workers=workers, scheduler=scheduler, progress=report)
-        else:
-            _run_here(store, pending, threads, report)
-        if report:
-            report(float(len(pending)))
-        store.check_whole()
-        store.clean()
-    except KeyboardInterrupt:
-        left = len(store.pending())
-        store.clean()
-        raise Stopped(
-            f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
-        ) from None
-    finally:
-        opened.lock.release()
+            cluster = stack.enter_context(connected(scheduler))
+            study = dataclasses.replace(study, code=cluster.code_of(study.plan))  # which may be another machine's
+        opened = opened_for_writing(out, study, tile, resume=resume, mixed=mixed)
+        stack.callback(opened.lock.release)
+        store = opened.store
+        if opened.damage:
+            words = "; ".join(opened.damage)
+            warnings.warn(f"{out}: is damaged, and mended: {words}", DamageWarning, stacklevel=4)
+        total = math.prod(tile_counts(study.plan.shape, store.tile))
+        try:
+            pending = spread(store.pending())
+            report = progress and (lambda x: progress((total - len(pending) + x) / total))
+            if report:
+                report(0.0)
+            if cluster is not None:
+                cluster.run(store, pending, mixed, report)
+            elif workers:
+                from vibrocap.studies.processes import run_on_processes
+
+                run_on_processes(store, pending, workers, report)
+            else:
+                _run_here(store, pending, threads, report)
+            if report:
+                report(float(len(pending)))
+            store.check_whole()
+            store.clean()
+        except KeyboardInterrupt:
+            left = len(store.pending())
+            store.clean()
+            raise Stopped(
+                f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
+            ) from None
     return open_study(out)
 
 
@@ -260,11 +304,17 @@ def _execution_complaints(given: Mapping[str, Any]) -> list[str]:
     for name in ("max_runs", "tile_runs", "threads", "workers"):
         with found.collected():
             check_whole(name, 1 if given[name] is None else given[name], 1)
+    if given["mixed"] and not given["resume"]:
+        found.add("mixed", "goes on with a stored study; it needs resume=True")
     for name in ("resume", *CLUSTER):
         if given[name] and given["out"] is None:
             found.add(name, "needs a folder for the results, out")
     if given["device"] not in DEVICES:
         found.add("device", f"should be one of {', '.join(DEVICES)}, got {given['device']!r}")
     if given["workers"] and given["scheduler"]:
-        found.add("workers", "are of a local cluster; with a scheduler leave them out")
+        found.add("workers", "are processes of this machine; with a scheduler leave them out")
+    if given["scheduler"] is not None:
+        from vibrocap.studies.cluster import address_complaints
+
+        found += address_complaints(given["scheduler"])
     return found

@@ -63,6 +63,18 @@ def host() -> Target:
     return Target(llvm.get_process_triple(), name or llvm.get_host_cpu_name(), features)
 
 
+def code_made_for() -> dict[str, str]:
+    """What decides, beside its text, which machine code a kernel becomes here: the processor and LLVM."""
+    target = host()
+    there = sorted(feature[1:] for feature in target.features.split(",") if feature.startswith("+"))
+    version = ".".join(str(part) for part in llvm.llvm_version_info)
+    return {
+        "processor": f"{target.processor} ({target.triple})",
+        "features": " ".join(there),
+        "llvm": f"{version} of llvmlite {_llvmlite_version()}",
+    }
+
+
 @functools.cache
 def _initialised(all_targets: bool) -> None:
     if all_targets:

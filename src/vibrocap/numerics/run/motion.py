@@ -14,10 +14,13 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
 from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
+from vibrocap.resources import check_memory
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
 EVENT_ROOM = 2_000
 PIECE_ROOM = 20_000
+
+FEWEST_PIECES = 4  # per period, with which a motion that cannot be kept is known before it begins
 
 Progress = Callable[[float], None]
 
@@ -95,6 +98,8 @@ def recorded_run(
     whole[place["EVENT_LIMIT"]] = max_events_per_period
     whole[place["STEP_LIMIT"]] = max_steps
     _start_contact(equations, real, whole, place, initial, parameters)
+    whole_tape = 8.0 * whole_periods * rows
+    check_memory(whole_tape + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
     event_start = (whole_periods + 1) * rows
     piece_start = event_start + EVENT_ROOM * layout.event_size
@@ -116,6 +121,10 @@ def recorded_run(
             whole[place["PIECES"]] = whole[place["RECORDED_EVENTS"]] = 0
         if full:
             whole[place["STATUS"]] = status = memory.RUNNING
+            share = (whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods
+            held = sum(part.nbytes for part in pieces) + sum(part.nbytes for part in events)
+            if pieces and share > 0.0:  # to be joined in the end, which takes the same again
+                check_memory(held * (2.0 / share - 1.0))
         if progress is not None:
             progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period - phase) / periods)
     completed = int(whole[place["PERIOD_COUNT"]])

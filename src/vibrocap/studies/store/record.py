@@ -15,14 +15,8 @@ from vibrocap.studies.store.plain_files import STRANGE, read_plain, why_strange
 from vibrocap.studies.study import FORMAT, PLANS
 from vibrocap.studies.tile import tile_counts
 
-STUDY, RESULTS, DONE, LOCK, UNFINISHED, BEGINNING = (
-    "study.json",
-    "results.zarr",
-    "done",
-    "lock",
-    "unfinished",
-    "beginning",
-)
+STUDY, RESULTS, DONE = "study.json", "results.zarr", "done"
+LOCK, UNFINISHED, BEGINNING, MIXED = "lock", "unfinished", "beginning", "mixed"
 FIRST_FORMAT = "vibrocap study, format 1"  # without checksums: it is read, and not gone on with
 LARGEST = 2**30  # bytes of study.json: of some ten million values
 MOST_RUNS_OF_A_TILE, MOST_TILES = 2**26, 2**24

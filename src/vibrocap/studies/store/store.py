@@ -7,6 +7,7 @@
     lock            held by the process that writes
     unfinished/     files on their way; gone when no one writes
     beginning       there until study.json is: what is beside it may be begun anew
+    mixed           there where some tiles were computed with something else than the study was begun with
 
 Each file is written elsewhere, forced to the disk and then renamed to its place, and a tile's mark comes after its
 chunks. So a tile either is marked and whole, or is computed again to the same bytes. Nothing in a store tells the time
@@ -24,13 +25,14 @@ import numpy as np
 
 from vibrocap.case.case import CaseError
 from vibrocap.studies.code_version import surroundings
-from vibrocap.studies.differences import differences
+from vibrocap.studies.differences import code_differences, differences
 from vibrocap.studies.store.checksums import checksum
 from vibrocap.studies.store.marks import Index, mark_text, tile_name
 from vibrocap.studies.store.record import (
     BEGINNING,
     DONE,
     LOCK,
+    MIXED,
     RESULTS,
     STUDY,
     UNFINISHED,
@@ -44,14 +46,24 @@ from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.study import FORMAT, Study
 from vibrocap.studies.tile import tile_indices
 
-OWN = {STUDY, RESULTS, DONE, LOCK, UNFINISHED, BEGINNING}
+OWN = {STUDY, RESULTS, DONE, LOCK, UNFINISHED, BEGINNING, MIXED}
 
 
 class Store:
-    """The folder of one study's results; `opened_for_writing` gives one to its one writer."""
+    """The folder of one study's results; `opened_for_writing` gives one to its one writer.
 
-    def __init__(self, path: Path, study: Study, tile: tuple[int, ...], lock: Lock | None = None):
-        self.path, self.study, self.tile = path, study, tile
+    study: as it was begun. made_by: with what tiles are computed now, where that is something else; each says so.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        study: Study,
+        tile: tuple[int, ...],
+        lock: Lock | None = None,
+        made_by: Mapping[str, str] | None = None,
+    ):
+        self.path, self.study, self.tile, self.made_by = path, study, tile, made_by
         self._lock = lock
 
     @functools.cached_property
@@ -82,7 +94,7 @@ class Store:
         """Store a tile; StoreError, with nothing lost that was stored before, where the folder does not take it."""
         self.check_place()
         chunks = self._files.chunks(index, arrays)
-        mark = mark_text(self.study.identity, index, chunks, None)
+        mark = mark_text(self.study.identity, index, chunks, self.made_by)
         with kept(self.path):
             write_files(self.path / RESULTS, chunks, self.path / UNFINISHED)
             write_files(self.path / DONE, {tile_name(index): mark}, self.path / UNFINISHED)
@@ -137,11 +149,12 @@ class Opened:
     damage: tuple[str, ...] = ()
 
 
-def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resume: bool) -> Opened:
+def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resume: bool, mixed: bool = False) -> Opened:
     """The store of a study, begun or resumed.
 
     A store that is resumed keeps its own tiles. What is stored is compared with its checksums: damaged tiles are let
-    go, and will be computed again. Raises CaseError where the folder is not for this study, StoreError where it cannot
+    go, and will be computed again. mixed: go on with another code, processor or library than the study was begun with;
+    the tiles to come say so. Raises CaseError where the folder is not for this study, StoreError where it cannot
     be written.
     """
     _refuse_foreign(path)
@@ -160,11 +173,25 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
                 [f"is of an earlier format ({record['format']!r}), which can be read but not gone on with: begin anew"],
                 str(path),
             )
-        if record["identity"] != study.identity:
+        begun = dataclasses.replace(study, code=record["study"]["code"])
+        if record["identity"] != begun.identity:
             found = differences(record["study"], study.record()) or ["its identity"]
             raise CaseError([f"holds another study: {text}" for text in found], str(path))
-        store = Store(path, study, tuple(record["tile"]), lock)
+        other = code_differences(begun.code, study.code)
+        if other and not mixed:
+            raise CaseError(
+                [
+                    *(f"was begun with something else: {text}" for text in other),
+                    "the rest would not have the bits that it had there; begin anew, or go on with --mixed "
+                    "(mixed=True), which marks what is computed now",
+                ],
+                str(path),
+            )
+        store = Store(path, begun, tuple(record["tile"]), lock, study.code if other else None)
         store.clean()
+        if other:
+            with kept(path):
+                (path / MIXED).touch()
         with kept(path):
             verification = verified(path, record)
         if not verification.ok:

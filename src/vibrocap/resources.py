@@ -1,0 +1,59 @@
+"""What this machine has to give, asked before work that would need more: memory, and room on a disk."""
+
+import math
+import os
+import shutil
+from pathlib import Path
+
+_GROUPS = (  # (limit, use) of the memory of a container, by version of control groups
+    ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+    ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
+)
+
+
+class TooMuchMemory(MemoryError):
+    """Work that would need more memory than there is; `needed` and `available` in bytes."""
+
+    def __init__(self, needed: float, available: float):
+        super().__init__(f"needs {in_words(needed)} of memory, {in_words(available)} are free")
+        self.needed, self.available = needed, available
+
+
+def available_memory() -> float:
+    """Bytes that this process may still take; infinite where the system does not say."""
+    found = [math.inf]
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            lines = dict(line.split(":", 1) for line in file)
+        found.append(1024.0 * int(lines["MemAvailable"].split()[0]))
+    except (OSError, ValueError, KeyError):
+        pass
+    for limit, use in _GROUPS:
+        try:
+            found.append(float(int(Path(limit).read_text()) - int(Path(use).read_text())))
+        except (OSError, ValueError):  # "max": there is no limit
+            continue
+    return max(0.0, min(found))
+
+
+def check_memory(needed: float) -> None:
+    """TooMuchMemory for more bytes than this process may still take."""
+    if needed > (available := available_memory()):
+        raise TooMuchMemory(needed, available)
+
+
+def free_disk(path: Path) -> float:
+    """Bytes free on the disk on which a path lies, or would; infinite where the system does not say."""
+    there = next((place for place in (path, *path.absolute().parents) if place.exists()), Path(os.curdir))
+    try:
+        return float(shutil.disk_usage(there).free)
+    except OSError:
+        return math.inf
+
+
+def in_words(size: float) -> str:
+    """Bytes in the unit that suits them."""
+    for unit, length in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if size >= length:
+            return f"{size / length:.3g} {unit}"
+    return f"{size / 1e3:.3g} kB"
