@@ -12,6 +12,7 @@ from vibrocap.motion.trajectory import Certificate, Status, Trajectory
 from vibrocap.numerics.api import Recorded, memory, recorded_run
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
+from vibrocap.physics.units import state_keys
 
 # By the numbers of `memory_layout`.
 EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
@@ -51,7 +52,7 @@ def simulate(
     events: no step crosses a change between sticking and sliding.
 
     periods: drive periods, a positive number, not necessarily whole
-    initial: initial states by name; what is not named starts at zero
+    initial: initial states by name, with a unit in it where they are in SI; what is not named starts at zero
     tolerance: error per step, relative to the natural size of each state (1e-14 to 1e-2)
     samples: points per period of the grid `motion.time`; the motion itself is known at every instant
     progress: called now and then with the share done
@@ -86,15 +87,22 @@ def period_marks(
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
-    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number."""
+    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number.
+
+    A name with a unit, "position_m", is a state of a system that knows its scales.
+    """
     start = dict.fromkeys(system.state_names, 0.0)
+    keys = {} if system.units is None else state_keys(system.si.states)
     for name, value in (initial or {}).items():
-        if name not in start:
-            near = suggestion(name, start, cutoff=0.0)
+        if name not in start and name not in keys:
+            near = suggestion(name, [*start, *keys], cutoff=0.0)
             raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")
         if isinstance(value, (bool, str)) or not math.isfinite(value):
             raise ArgumentError(f"initial.{name}", f"should be a finite number, got {value!r}")
-        start[name] = float(value)
+        if name in start:
+            start[name] = float(value)
+        else:
+            start[keys[name].name] = float(value) / system.si.per_key(keys[name])
     return start
 
 

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.motion.in_si import MotionInSI
+
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 20_000  # points at a time, when many are asked for
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
@@ -194,6 +196,12 @@ class Trajectory:
         """The final state by name."""
         values = self.states(np.array([self.end])) if len(self.piece_start) else self.sections[:1].T
         return {name: float(values[i, 0]) for i, name in enumerate(self.state_names)}
+
+    @property
+    def si(self) -> MotionInSI:
+        """The same motion in SI. ValueError where the system does not know its scales (`System.units`)."""
+        _ = self.system.si
+        return MotionInSI(self)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from vibrocap.identification.result.case_section import case_section, dimensionl
 from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.scales import Scales
+from vibrocap.physics.machines.pendulum_capsule import PendulumScales
 
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
 
@@ -151,7 +151,7 @@ class Fit:
         ]
         return "\n".join(lines)
 
-    def save(self, folder: str | Path, scales: Scales | None = None) -> tuple[Path, Path]:
+    def save(self, folder: str | Path, scales: PendulumScales | None = None) -> tuple[Path, Path]:
         """Write fit.json and friction.toml into a folder, which is made; their paths.
 
         scales: of the pendulum in whose units friction.toml is written, as a case wants it; None: in SI, as fitted.

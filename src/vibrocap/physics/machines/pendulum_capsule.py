@@ -1,16 +1,47 @@
 """The pendulum capsule: an inverted pendulum, driven by a torque, on a capsule that slides on a line."""
 
+import math
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, cos, parameter, parameters, sin
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, cos, parameter, parameters, sin
+
+STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 
 
 def _checked_load(given: Any) -> Any:
     if given == "weight" or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given < 1e300):
         return given
     raise ValueError('should be a finite number >= 0 (in units of m g) or "weight" (mass_ratio + 1)')
+
+
+@parameters
+class PendulumScales(Scales):
+    """Scales of a pendulum of mass m and length l under gravity g_0 (Liu et al. 2019, before eq. 4).
+
+    Mass is counted in m, length in l and time in 1/omega_n = sqrt(l/g_0), so that forces are counted in the weight of
+    the pendulum, m g_0.
+    """
+
+    pendulum_mass_kg: Positive = parameter(..., "m", "mass of the pendulum", unit="kg")
+    pendulum_length_m: Positive = parameter(..., "l", "length of the pendulum", unit="m")
+    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def mass_kg(self) -> float:
+        """m."""
+        return self.pendulum_mass_kg
+
+    @property
+    def length_m(self) -> float:
+        """l."""
+        return self.pendulum_length_m
+
+    @property
+    def time_s(self) -> float:
+        """1/omega_n = sqrt(l/g_0)."""
+        return math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
 
 
 @parameters
@@ -23,9 +54,10 @@ class PendulumCapsule(Machine):
         theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
         X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
 
-    Time is in units of sqrt(l/g), length in l, mass in m: `Scales` converts to and from SI. N = 1 is the weight of the
-    pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1). The load does
-    not follow the pendulum's vertical motion.
+    Time is in units of sqrt(l/g), length in l, mass in m: `PendulumScales`. N = 1, the default without units, is the
+    weight of the pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1).
+    In SI there is no default: which of the two is meant has to be said. The load does not follow the pendulum's
+    vertical motion.
     """
 
     mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
@@ -42,6 +74,12 @@ class PendulumCapsule(Machine):
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     effort: ClassVar = "torque"
+    si_scales: ClassVar = PendulumScales
+    si_names: ClassVar = {"mass_ratio": "capsule_mass"}
+    si_load: ClassVar = (
+        '"weight" for that of capsule and pendulum, (M + m) g; there is no default, because the one without units, 1, '
+        "is the weight of the pendulum alone"
+    )
 
     def load(self):
         """N."""
