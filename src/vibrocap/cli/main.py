@@ -17,6 +17,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case.case import CaseError
 from vibrocap.cli.branch import basins, branch
+from vibrocap.cli.convert import convert
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
 from vibrocap.cli.options import Refusal, needs, writable_folder
@@ -98,8 +99,8 @@ app = App(
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
 for command in (
-    reproduce, simulate, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit, stick_slip,
-    datasets,
+    reproduce, simulate, convert, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit,
+    stick_slip, datasets,
 ):  # fmt: skip
     app.command(command)
 

@@ -4,9 +4,10 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.arguments import Complaints, is_number, listed, suggestion
+from vibrocap.arguments import ArgumentError, Complaints, is_number, listed, suggestion
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.units import Key, Units, one_way, parameter_keys, same_without_units, state_keys
+from vibrocap.physics.scales import Scales
+from vibrocap.physics.units import Key, Units, one_way, parameter_keys, same_without_units, state_keys, state_units
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,6 +39,55 @@ def part_without_units(part: Any, given: Mapping[str, Any], units: Units, *, bar
 def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
     """Initial states by name whose values are given in SI."""
     return _without_units(set(units.states), state_keys(units.states), given, units, bare)
+
+
+INITIAL = "initial."
+
+
+def path_in_si(path: str, machine: Any, friction: Any, drive: Any) -> tuple[str, Key] | None:
+    """(path without unit, key) of a path such as "drive.frequency_Hz"; None for one that is none in SI.
+
+    machine, friction, drive: parts or their classes
+    """
+    section, _, name = path.partition(".")
+    if path.startswith(INITIAL):
+        keys: Mapping[str, Key] = state_keys(state_units(machine, friction))
+    else:
+        part = {"machine": machine, "friction": friction, "drive": drive}.get(section)
+        if part is None:
+            return None
+        keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
+    key = keys.get(name)
+    return (f"{section}.{key.name}", key) if key is not None and key.has_unit else None
+
+
+def paths_in_si(machine: Any, friction: Any, drive: Any) -> tuple[str, ...]:
+    """Every path of these parts and their initial states that carries its unit."""
+    parts = {"machine": machine, "friction": friction, "drive": drive}
+    found: list[str] = []
+    for section, part in parts.items():
+        keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
+        found += [f"{section}.{key}" for key, each in keys.items() if each.has_unit]
+    states = state_keys(state_units(machine, friction))
+    return (*found, *(INITIAL + key for key, each in states.items() if each.has_unit))
+
+
+def values_without_units(values: Mapping[str, Any], scales: Scales | None, *parts: Any) -> dict[str, Any]:
+    """Values by path, numbers or arrays, without units; what is not in SI, and all where no scales are known, stays.
+
+    parts: machine, friction law and drive. Raises ArgumentError for a quantity that is given in two ways.
+    """
+    found: dict[str, Any] = {}
+    for path, value in values.items():
+        place = path_in_si(path, *parts) if scales is not None else None
+        plain = path if place is None else place[0]
+        if plain in found:
+            raise ArgumentError(path, "is given in two ways; give one of them")
+        if place is None or scales is None or isinstance(value, str):
+            found[plain] = value
+        else:
+            found[plain] = value / place[1].scale(scales, parts[0].effort)
+    return found
 
 
 def _without_units(
