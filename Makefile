@@ -45,10 +45,16 @@ $(READY): requirements.lock pyproject.toml .ci/environment
 	@PYTHON='$(PYTHON)' sh .ci/environment
 	@touch $@
 
+# names, versions and hashes of what is asked for, for all Pythons and systems
+LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
+	--no-sources --custom-compile-command 'make lock'
+
 lock: ## resolve the dependencies anew (needs uv)
-	@uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --fork-strategy fewest \
-		--extra dev --extra ref --generate-hashes --no-emit-index-url --no-annotate --no-sources \
-		--custom-compile-command 'make lock' --output-file requirements.lock
+	@$(LOCK) pyproject.toml --fork-strategy fewest --extra dev --extra ref --output-file requirements.lock
+	@printf '%s\n' 'cuda-bindings>=12.9.1,<13' 'nvidia-cuda-nvcc-cu12==12.9.86' | \
+		$(LOCK) - --output-file .ci/gpu-requirements.txt
+	@for version in 0.45 0.50; do echo "llvmlite==$$version.*" | \
+		$(LOCK) - --no-deps --output-file .ci/llvmlite-$$version-requirements.txt; done
 
 clean: ## remove results and caches (.venv stays)
 	@rm -rf out dist build .pytest_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks

@@ -21,8 +21,8 @@ from pathlib import Path
 import cheap_ensemble
 import vibrocap as vc
 import vibrocap.studies.code_version
+import vibrocap.studies.store.zarr_files
 import vibrocap.studies.sweep
-import vibrocap.studies.zarr_files
 
 importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
 vibrocap.studies.code_version.source_fingerprint()  # once: someone may be editing the sources

@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+LOCKS = [ROOT / "requirements.lock", *sorted((ROOT / ".ci").glob("*.txt"))]
 
 LONGEST_MODULE = 400
 VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "misc"}
@@ -42,16 +43,25 @@ def test_newest_release_in_the_changelog_is_this_version():
     assert releases[:1] == [PROJECT["version"]]
 
 
-def test_lock_holds_names_versions_and_hashes_only():
+@pytest.mark.parametrize("path", LOCKS, ids=lambda path: path.name)
+def test_lock_holds_names_versions_and_hashes_only(path):
     requirement = re.compile(r"[a-z0-9][a-z0-9.-]*==[0-9][\w.+!]*( ; [^/\\]+)? \\")
     digest = re.compile(r"    --hash=sha256:[0-9a-f]{64}( \\)?")
     comment = re.compile(r" *#[^/\\:]*:?")
     strange = [
         line
-        for line in LOCK.splitlines()
+        for line in path.read_text(encoding="utf-8").splitlines()
         if line and not (requirement.fullmatch(line) or digest.fullmatch(line) or comment.fullmatch(line))
     ]
     assert strange == []
+
+
+def test_what_the_checks_install_is_checked_by_hash():
+    for script in (".ci/run", ".ci/environment"):
+        lines = (ROOT / script).read_text(encoding="utf-8").replace("\\\n", " ").splitlines()
+        installs = [line for line in lines if re.search(r"(pip|quietly)\b.* install -", line)]
+        assert installs
+        assert all("--require-hashes -r" in line for line in installs), script
 
 
 def test_lock_covers_every_declared_dependency():

@@ -137,6 +137,7 @@ def test_simulate_is_simulate_with_the_same_arguments():
         ("run", "periods = 0", "run.periods: should be a positive number, got 0"),
         ("run", "periods = -2.5", "run.periods: should be a positive number, got -2.5"),
         ("run", "periods = nan", "run.periods: should be a positive number, got nan"),
+        ("run", "periods = 1e-300", "run.periods: should be a positive number, at least 1e-09, got 1e-300"),
         ("run", "tolerance = 1", "run.tolerance: should be a number from 1e-14 to 0.01, got 1"),
         ("run", "max_steps = 1.5", "run.max_steps: should be a whole number >= 1, got 1.5"),
         ("run", "max_events_per_period = 0", "run.max_events_per_period: should be a whole number >= 1, got 0"),

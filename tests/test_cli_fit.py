@@ -116,6 +116,33 @@ def test_files_of_a_fit(folder, capsys):
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
 
 
+def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
+    """The same numbers as those of a sliding contact, under the names and units of a turning one."""
+    write_record(folder / "turn.csv", header="time [s],omega [rad/s],torque [kN m]", scale=1e-3, seed=1)
+    assert command("wide.csv", *STEADY, "--json") == OK
+    slid = json.loads(capsys.readouterr().out)
+    assert slid["options"]["guessed_units"] == {"time": "s", "velocity": "m/s", "force": "N"}
+    assert command("turn.csv", *STEADY, "--json", "--out", "turned") == OK
+    turned = json.loads(capsys.readouterr().out)
+    assert turned["options"]["guessed_units"] == {}
+    for name, value in slid["values"].items():
+        assert turned["values"][name] == pytest.approx(value, rel=1e-6)
+    assert {p["name"]: p["unit"] for p in turned["parameters"]} == {
+        "coulomb_coefficient": "N m", "static_coefficient": "N m", "decay_rate": "s/rad",
+    }  # fmt: skip
+    assert turned["rmse_Nm"] == pytest.approx(slid["rmse_N"], rel=1e-6)
+    assert turned["measured"] == {
+        "force_name": "torque", "force": "N m", "displacement": "rad", "velocity": "rad/s",
+    }  # fmt: skip
+    assert "N m, rad, s" in (folder / "turned/friction.toml").read_text()
+    assert "velocity_rad_per_s" in (folder / "turned/residuals.csv").read_text()
+    assert command("wide.csv", *STEADY) == OK
+    assert "taken as SI: time in s, velocity in m/s, force in N" in capsys.readouterr().out
+    pendulum = ("--pendulum", "mass=1,length=1", "--out", "x", "--load", "2")
+    assert "one that turns" in refused(capsys, "turn.csv", *STEADY, *pendulum)
+    assert "of one contact" in refused(capsys, "turn.csv", "wide.csv", *STEADY)
+
+
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
     from vibrocap.identification.problem.spring_prediction import _pulled
     from vibrocap.identification.problem.velocity_step import Step
@@ -290,6 +317,11 @@ def test_every_complaint_comes_at_once(folder, capsys):
         ((*STEADY, "--starts", "0"), "--starts: should be a whole number"),
         ((*STEADY, "--hold-out", "w*"), "--hold-out: leaves no record to fit"),
         ((*STEADY, "--free", "decay_rate", "--fixed", "decay_rate=1"), "--free: decay_rate is also in fixed"),
+        ((*STEADY, "--fixed", "coulomb_coefficient=-1"), "--fixed: coulomb_coefficient should be at least 0, got -1.0"),
+        (
+            (*STEADY, "--fixed", "static_coefficient=1,coulomb_coefficient=2"),
+            "--fixed: static_coefficient should be at",
+        ),
         ((*STEADY, "--columns", "force=f2"), "f2"),
         ((*STEADY, "--cutoff", "1e6"), "cutoff: should be"),
         ((*STEADY, "--least-speed", "1"), "samples faster than 1 m/s"),

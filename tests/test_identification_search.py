@@ -6,17 +6,19 @@ import math
 import numpy as np
 import pytest
 
-from vibrocap.identification.experiments.motions import joined, multisine, ramp, sinusoid, synthetic_record
+from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.solution import away_from_jumps
+from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import parametrisation
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.problem.samples import samples
+from vibrocap.identification.result.fit_result import as_data
 from vibrocap.identification.search.descent import LONGEST, descent, step, warm_descent
 from vibrocap.identification.search.loss import Loss, SearchStatus
 from vibrocap.laboratory.driven import driven_force
-from vibrocap.physics.catalogue import law as law_of
+from vibrocap.physics import catalogue
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
 
@@ -116,7 +118,7 @@ def test_fits_from_the_data_alone_end_at_the_noise():
 
 @pytest.mark.slow
 def test_samples_beside_jumps_count_in_the_search_and_not_in_the_intervals():
-    law = law_of("backlash-lugre")(viscous_damping=0.05, bristle_damping=0.2)
+    law = catalogue.law("backlash-lugre")(viscous_damping=0.05, bristle_damping=0.2)
     motion = joined([sinusoid(0.012, 0.4, 2, 400), ramp(1.0, 4.0, 400)], "loops")
     record = synthetic_record(law, motion, noise=0.02, seed=1)
     one = fit(record, "backlash-lugre", start="relaxed", fixed={"stribeck_exponent": 2.0}, intervals="covariance")
@@ -131,3 +133,97 @@ def test_samples_beside_jumps_count_in_the_search_and_not_in_the_intervals():
     assert law.gap in one["gap"]
     plain = prediction_of(LuGre(), motion)[0]
     assert away_from_jumps(plain, prediction_of(LuGre(), motion)[1]) is plain
+
+
+# --- simpler fits, and limits -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def carriage():
+    """A positioning axis: a carriage that goes to and fro with rests; its contact is a LuGre one without play."""
+    contact = LuGre(
+        bristle_stiffness=2e4, bristle_damping=10.0, viscous_damping=20.0, coulomb_coefficient=2.0,
+        static_coefficient=2.6, stribeck_velocity=0.01,
+    )  # fmt: skip
+    time = np.linspace(0.0, 10.0, 1200)
+    place = np.array([0.0, 0.05, 0.1, 0.35, 0.45, 0.55, 0.6, 0.85, 0.95, 1.0])
+    level = np.array([0.0, 0.0, 0.5, 1.0, 0.0, 0.0, -1.0, -1.0, 0.0, 0.0])
+    velocity = 0.15 * np.interp(time / 5.0 % 1.0, place, level)
+    return synthetic_record(contact, Motion("carriage", time, velocity), noise=0.04)
+
+
+@pytest.mark.slow
+def test_play_that_is_not_there_is_not_found(carriage):
+    """A gap of millimetres was reported as converged and determined, with two to four times the error of LuGre."""
+    plain = fit(carriage, "lugre", starts=2, intervals="covariance")
+    play = fit(carriage, "backlash-lugre", starts=2, intervals="covariance")
+    assert play.relative_rmse < plain.relative_rmse + 1e-3
+    assert play["gap"].high < 1e-3
+    assert not play["gap"].determined
+
+
+def test_bounds_of_ones_own_do_not_end_in_a_worse_minimum(carriage):
+    wide = {
+        "coulomb_coefficient": (0.5, 4.0), "static_coefficient": (0.5, 6.0), "stribeck_velocity": (1e-4, 1.0),
+        "bristle_stiffness": (1e2, 1e6), "bristle_damping": (1e-4, 1e3), "viscous_damping": (0.0, 1e2),
+    }  # fmt: skip
+    free = fit(carriage, "lugre", starts=1, intervals="covariance")
+    bounded = fit(carriage, "lugre", starts=1, bounds=wide, intervals="covariance")
+    assert bounded.relative_rmse < free.relative_rmse + 1e-3
+
+
+@pytest.mark.parametrize("name", [*catalogue.laws(), "anisotropic-lugre", "backlash-dahl", "anisotropic-stribeck"])
+def test_a_law_is_what_its_special_cases_say(name):
+    """Driven with noise, a law with the values of a special case has the force of that case's law."""
+    law = catalogue.law(name)()
+    motion = multisine(0.05, [1.0, 2.7], 300)
+    for simpler, values in type(law).special_cases.items():
+        own = {k: getattr(law, v) if isinstance(v, str) else v for k, v in values.items()}
+        case = dataclasses.replace(law, **own)
+        inner = catalogue.law(simpler)
+        plain = inner(**{f.name: getattr(case, f.name) for f in dataclasses.fields(inner) if hasattr(case, f.name)})
+        found, expected = (driven_force(each, motion.time, motion.velocity).force for each in (case, plain))
+        assert np.allclose(found, expected, atol=1e-3 * np.abs(expected).max()), simpler
+    if name in ("lugre", "anisotropic-lugre", "backlash-dahl"):
+        assert type(law).special_cases
+
+
+@pytest.mark.parametrize("intervals", [pytest.param("profile", marks=pytest.mark.slow), "covariance"])
+def test_a_limit_of_the_search_that_is_reached_is_named_and_opens_intervals(intervals):
+    """Static friction 40 times the Coulomb level, of which the search allows 20: it was called determined."""
+    contact = LuGre(viscous_damping=0.05, bristle_damping=1.0, static_coefficient=6.0, stribeck_velocity=0.02)
+    motion = joined([sinusoid(0.004, 2.0, 2, 120), ramp(0.4, 6.0, 200), multisine(0.06, [1.0, 3.1], 200)], "slides")
+    one = fit(synthetic_record(contact, motion, noise=0.02), "lugre", starts=2, start="relaxed", intervals=intervals)
+    (limit,) = one.limits
+    assert (limit.parameter, limit.side, limit.whose) == ("static_coefficient", "high", "search")
+    assert set(limit.holds) >= {"static_coefficient", "stribeck_velocity"}
+    for name in limit.holds:
+        assert not one[name].determined, name
+        assert math.isinf(one[name].high) or one[name].low == 0.0, name
+    assert one["static_coefficient"].high == math.inf
+    assert "static_coefficient is at 20 times coulomb_coefficient" in one.summary()
+    assert as_data(one)["limits"][0]["text"] == limit.text
+    given = fit(one.problem.prediction.records[0], LuGre(coulomb_coefficient=0.18), starts=1, start="relaxed",
+                bounds={"coulomb_coefficient": (0.17, 0.5)}, intervals=intervals)  # fmt: skip
+    assert ("coulomb_coefficient", "low", "given") in [(e.parameter, e.side, e.whose) for e in given.limits]
+    assert given["coulomb_coefficient"].low == 0.0
+
+
+def test_a_limit_that_nothing_pulls_beyond_opens_nothing_else():
+    """A contact without a drop: friction at rest stands at the Coulomb level, which is of the law."""
+    contact = LuGre(viscous_damping=0.0, bristle_damping=1.0, static_coefficient=0.15)
+    motion = joined([sinusoid(0.004, 2.0, 2, 120), ramp(0.4, 6.0, 200)], "slides")
+    one = fit(synthetic_record(contact, motion, noise=0.02), contact, starts=1, start="relaxed")
+    assert one["coulomb_coefficient"].determined
+    assert one["bristle_stiffness"].determined
+    assert all(limit.whose == "law" for limit in one.limits)
+
+
+def test_few_samples_carry_no_intervals():
+    """20 samples for seven parameters gave closed intervals and the verdict "determined"."""
+    time = np.linspace(0.0, 6.0, 20)
+    few = synthetic_record(LuGre(), Motion("few", time, 0.2 * np.sin(2 * time)), noise=0.02)
+    one = fit(few, "lugre", starts=1, intervals="covariance")
+    assert {one[name].verdict for name in one.free} == {Verdict.TOO_FEW}
+    assert all((one[name].low, one[name].high) == (0.0, math.inf) for name in one.free)
+    assert "20 samples cannot carry 7 parameters" in one.summary()

@@ -12,7 +12,7 @@ from scipy.io import savemat
 from vibrocap.records.checks import RecordError, RecordWarning
 from vibrocap.records.columns import quantity_of
 from vibrocap.records.readers import read_records
-from vibrocap.records.units import QUANTITIES, UNITS, dimension, factor, si_unit, unit_named
+from vibrocap.records.units import DIMENSIONS, QUANTITIES, si_unit, unit_named
 
 N = 12
 TIME = np.linspace(0.0, 1.1, N)
@@ -170,10 +170,15 @@ def test_what_is_written_is_read_back_to_the_last_bit(tmp_path_factory, steps, d
         ("F_N", ("force", "N")),
         ("temperature", None),
         ("v_N", None),
+        ("v_c", None),  # not the speed of light
+        ("Torque [N.m]", ("torque", "N m")),
+        ("angle_deg", ("angle", "deg")),
+        ("speed [RPM]", ("velocity", "rpm")),
     ],
 )
 def test_usual_names(heading, meant):
-    assert (quantity_of(heading) or (None,))[:2] == (meant if meant is not None else (None,))
+    quantity, unit, _ = quantity_of(heading) or (None, None, 0)
+    assert (quantity, unit and unit.name) == (meant or (None, None))
 
 
 def test_what_was_guessed_is_said(written):
@@ -181,7 +186,7 @@ def test_what_was_guessed_is_said(written):
     assert made.notes == (
         "force: column 'Load [kN]' in kN",
         "time: column 'Time (s)' in s (guessed from its name)",
-        "velocity: column 'vel' in m/s (guessed from its name)",
+        "velocity: column 'vel' in m/s (guessed from its name); its unit is nowhere said, taken as SI",
     )
     np.testing.assert_allclose(made.force, 1e3 * FORCE, rtol=1e-15)
 
@@ -237,13 +242,101 @@ def test_time_from_a_rate(written):
 
 
 def test_units_table_is_consistent():
-    assert {dimension(unit) for unit in UNITS} == {each for dims in QUANTITIES.values() for each in dims}
-    for unit in UNITS:
-        assert unit_named(unit) == unit
+    assert set(DIMENSIONS) == {each for dims in QUANTITIES.values() for each in dims}
+    for dimension, units in DIMENSIONS.items():
+        for unit in units:
+            found = unit_named(unit)
+            assert found is not None
+            assert (found.name, found.dimension) == (unit, dimension)
+            assert (found.factor == 1.0) == (unit == units[0])  # the SI unit stands first
     for quantity in QUANTITIES:
-        assert factor(si_unit(quantity)) == 1.0
-        assert dimension(si_unit(quantity)) == QUANTITIES[quantity][0]
-    assert [unit_named(text) for text in ("mN", "MN", "KN", "furlong", "")] == ["mN", "MN", "kN", None, None]
+        assert si_unit(quantity).dimension == QUANTITIES[quantity][0]
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        *((text, text) for text in ("mN", "MN", "nm")),
+        *(("KN", "kN"), ("Kips", "kip"), ("Newtons", "N"), ("°", "deg"), ("°/s", "deg/s"), ("rev/min", "rpm")),
+        *((text, "N m") for text in ("Nm", "N-m", "N.m", "N·m", "N m", "N*m")),
+        *(("kNm", "kN m"), ("mNm", "mN m"), ("Nmm", "N mm"), ("lb-ft", "lbf ft"), ("ft-lb", "lbf ft")),
+        *(("rad s⁻²", "rad/s^2"), ("m s-1", "m/s"), ("mm/sec", "mm/s"), ("N/mm2", "MPa")),
+        *((text, None) for text in ("NM", "", "filtered", "N" * 41, "9" * 9, "m**9**9**9", "__import__('os')")),
+    ],
+)
+def test_spellings_of_units(text, meant):
+    found = unit_named(text)
+    assert (found and found.name) == meant
+
+
+@pytest.mark.parametrize(
+    ("heading", "field", "factor"),
+    [
+        ("force [lbf]", "force", 4.4482216152605),  # 0.45359237 kg times 9.80665 m/s^2
+        ("force [kip]", "force", 4448.2216152605),
+        ("displacement [in]", "displacement", 0.0254),
+        ("velocity [km/h]", "velocity", 1 / 3.6),
+        ("time [h]", "time", 3600.0),
+        ("time_min", "time", 60.0),
+        ("angle [deg]", "displacement", np.pi / 180),
+        ("velocity [rpm]", "velocity", np.pi / 30),
+        ("torque [Nmm]", "force", 1e-3),
+        ("torque [lbf in]", "force", 4.4482216152605 * 0.0254),
+    ],
+)
+def test_units_of_the_heading_are_converted(written, heading, field, factor):
+    """None of these was known before: they were read as SI without a word."""
+    columns = {"time": "t", "force": "F", "velocity": "v", "displacement": "x"} | {field: heading}
+    values = {"time": TIME, "force": FORCE, "velocity": VELOCITY, "displacement": DISPLACEMENT}
+    given = {name: values[field] for field, name in columns.items()}
+    given.pop("v" if field == "displacement" else columns["displacement"])
+    (made,) = written(csv(given))
+    np.testing.assert_allclose(getattr(made, field), factor * values[field], rtol=1e-14)
+    turning = any(word in heading for word in ("deg", "rpm", "torque"))
+    assert made.rotary == turning
+    assert field not in made.guessed_units
+    others = {"force": "N m" if turning else "N", "time": "s"}
+    assert {k: v for k, v in made.guessed_units.items() if k in others} == {
+        k: v for k, v in others.items() if k != field
+    }
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"t": TIME, "force [foo]": FORCE, "v": VELOCITY}, "force: 'foo' is no unit that is known here"),
+        ({"t": TIME, "force [kg]": FORCE, "v": VELOCITY}, "force: 'kg' is a unit of mass; should be N, kN"),
+        ({"t": TIME, "F": FORCE, "velocity [mm]": VELOCITY}, "velocity: 'mm' is a unit of length; should be m/s"),
+        ({"t": TIME, "F [kN]": FORCE, "angle [deg]": VELOCITY}, "should be a force over a straight motion"),
+        ({"t": TIME, "mu": FORCE, "omega": VELOCITY}, "should be a force over a straight motion"),
+        ({"t": TIME, "torque": FORCE, "x [mm]": VELOCITY}, "force (column 'torque') is in N m"),
+    ],
+)
+def test_units_that_cannot_be_used_are_refused_by_name(written, columns, said):
+    assert said in refused(written, csv(columns))
+
+
+def test_a_unit_that_is_given_is_not_mistaken_for_one_that_looks_alike(written):
+    """ "Nm" was read as a nanometre."""
+    (made,) = written(csv({"t": TIME, "F": FORCE, "v": VELOCITY}), units={"force": "Nm"})
+    np.testing.assert_array_equal(made.force, FORCE)
+    assert made.rotary
+    columns = {"torque": "F", "angular_velocity": "v", "angle": "x"}
+    units = {"torque": "kNm", "angle": "deg"}
+    (made,) = written(csv({**GOOD, "x": np.degrees(DISPLACEMENT)}), columns=columns, units=units)
+    np.testing.assert_allclose(made.force, 1e3 * FORCE, rtol=1e-15)
+    np.testing.assert_allclose(made.displacement, DISPLACEMENT, rtol=1e-14, atol=1e-300)
+    assert made.rotary
+    assert made.guessed_units == {"velocity": "rad/s", "time": "s"}
+    assert "units: torque: 'kN' is a unit of force; should be N m" in refused(
+        written, csv(GOOD), columns=columns, units={"torque": "kN"}
+    )
+
+
+def test_a_line_of_units_with_gaps_counts(written):
+    (made,) = written(csv({**GOOD, "F": FORCE / 1e3, "note": TIME}, units=["s", "kN", "", "m", ""]))
+    np.testing.assert_allclose(made.force, FORCE, rtol=1e-15)
+    assert made.guessed_units == {"velocity": "m/s"}
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------
@@ -260,8 +353,8 @@ def test_every_wrong_setting_is_named_at_once(written):
     )
     assert "columns: 'forse' is no quantity of a record; did you mean 'force'?" in said
     assert "units: 'displacment' is no quantity of a record; did you mean 'displacement'?" in said
-    assert "units: force: 'kg' is no unit that is known here; " in said
-    assert "units: velocity: 'mm' is a unit of length; should be m/s, cm/s, mm/s, um/s or nm/s" in said
+    assert "units: force: 'kg' is a unit of mass; " in said
+    assert "units: velocity: 'mm' is a unit of length; should be m/s, cm/s, mm/s, um/s, nm/s, km/h, " in said
     assert "area: should be a number greater than 0, got 0" in said
     assert "normal_force: should be a number greater than 0, got nan" in said
 

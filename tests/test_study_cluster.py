@@ -12,8 +12,8 @@ from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case.case import CaseError
 from vibrocap.studies import cluster
 from vibrocap.studies.dataset import stored_study
+from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import sweep
-from vibrocap.studies.writing import StoreError
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"machine.mass_ratio": "1:4:31", "machine.stiffness": "1:2:5"}

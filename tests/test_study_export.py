@@ -11,10 +11,16 @@ import xarray as xr
 import cheap_ensemble
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case.case import case_from_text
+from vibrocap.files import WriteError
 from vibrocap.io import study_file as export
 from vibrocap.io.study_file import write_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.sweep import sweep
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"machine.mass_ratio": "1:3:7", "friction.law": "exponential,lugre", "machine.normal_load": "weight,1"}
@@ -76,6 +82,40 @@ def test_netcdf_holds_the_same(found, tmp_path, whole):
         assert read["status"].attrs["flag_values"].dtype == read["status"].dtype
         assert list(read["status"].attrs["flag_values"]) == found["status"].attrs["flag_values"]
         assert read["mean_velocity"].attrs == found["mean_velocity"].attrs
+
+
+@pytest.mark.parametrize("found", ["grid", "cases"], indirect=True)
+@pytest.mark.parametrize("ending", [".csv", ".nc"])
+def test_exports_have_the_same_bytes_in_whatever_order_a_store_gives_its_variables(found, tmp_path, ending):
+    """Zarr lists arrays as its threads find them."""
+    shuffled = xr.Dataset(
+        {name: found[name].variable for name in found.data_vars},
+        {name: found[name].variable for name in reversed(list(found.coords))},
+        found.attrs,
+    )
+    assert list(shuffled.coords) != list(found.coords) or len(found.coords) == 1
+    first = write_study(found, tmp_path / f"first{ending}").read_bytes()
+    assert write_study(shuffled, tmp_path / f"second{ending}").read_bytes() == first
+    assert write_study(tmp_path / "study", tmp_path / f"third{ending}").read_bytes() == first
+
+
+@pytest.mark.skipif(resource is None, reason="this system limits no sizes of files")
+@pytest.mark.parametrize("found", ["grid"], indirect=True)
+@pytest.mark.parametrize("ending", [".csv", ".nc"])
+def test_a_full_disk_leaves_the_old_export(found, tmp_path, ending):
+    """At whatever byte: HDF5 would take the process down with it."""
+    path = write_study(found, tmp_path / f"study{ending}")
+    whole = path.read_bytes()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for size in (0, 1, 512, len(whole) // 3, len(whole) // 2, len(whole) - 1):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            with pytest.raises(WriteError, match=f"study{ending}: cannot be written: File too large"):
+                write_study(tmp_path / "study", path)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        assert path.read_bytes() == whole
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["study", path.name]
 
 
 def test_other_kinds_of_file_are_refused(found, tmp_path):

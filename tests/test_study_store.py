@@ -19,13 +19,14 @@ import cheap_ensemble
 import interrupts
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case.case import CaseError
-from vibrocap.studies import store as stores
 from vibrocap.studies.cluster import run_and_store
 from vibrocap.studies.dataset import open_study, stored_study
-from vibrocap.studies.store import opened_for_writing, read_record
+from vibrocap.studies.store import store as stores
+from vibrocap.studies.store.record import read_record
+from vibrocap.studies.store.store import opened_for_writing
+from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import Stopped, run_study, sweep
 from vibrocap.studies.tile import tile_block, tile_counts, tile_indices, tile_shape
-from vibrocap.studies.writing import StoreError
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:7", "machine.normal_load": "weight,1,2"}
@@ -100,7 +101,8 @@ def test_tiles_make_no_difference(tmp_path, tile_runs):
 def test_the_order_of_tiles_makes_no_difference(tmp_path):
     stored(tmp_path / "a")
     study = stored_study(tmp_path / "a")
-    begun, lock = opened_for_writing(tmp_path / "b", study, tile_shape(study.plan.shape, 9), resume=False)
+    opened = opened_for_writing(tmp_path / "b", study, tile_shape(study.plan.shape, 9), resume=False)
+    begun, lock = opened.store, opened.lock
     indices = begun.pending()
     random.Random(1).shuffle(indices)
     for index in indices:
@@ -218,6 +220,7 @@ def test_an_unfinished_beginning_is_begun_anew(tmp_path):
     stored(tmp_path / "a")
     shutil.copytree(tmp_path / "a", tmp_path / "b")
     (tmp_path / "b" / "study.json").unlink()
+    (tmp_path / "b" / "beginning").touch()
     (tmp_path / "b" / "results.zarr" / "strange").mkdir()
     stored(tmp_path / "b")
     (tmp_path / "empty").mkdir()
@@ -229,7 +232,7 @@ def test_an_unfinished_beginning_is_begun_anew(tmp_path):
 def test_one_writer_at_a_time(tmp_path):
     stored(tmp_path / "a")
     study = stored_study(tmp_path / "a")
-    _, lock = opened_for_writing(tmp_path / "a", study, (1, 1, 1), resume=True)
+    lock = opened_for_writing(tmp_path / "a", study, (1, 1, 1), resume=True).lock
     with pytest.raises(CaseError, match="another process is writing there"):
         stored(tmp_path / "a", resume=True)
     assert len(open_study(tmp_path / "a")) == 7  # reading is free
@@ -258,8 +261,8 @@ def test_a_full_disk_loses_nothing(tmp_path, monkeypatch, start, tiles):
     """Full while the store is begun, or while tiles are written."""
     stored(tmp_path / "a")
     whole = files(tmp_path / "a")
-    chunks = re.compile(r"results.zarr/\w+/c\.\d.*")  # coordinates have a dot in their names
-    of_tiles = sum(len(data) for name, data in whole.items() if chunks.fullmatch(name))
+    of_a_tile = re.compile(r"results.zarr/\w+/c\.\d.*|done/.*")  # coordinates have a dot in their names
+    of_tiles = sum(len(data) for name, data in whole.items() if of_a_tile.fullmatch(name))
     with monkeypatch.context() as context:
         FullDisk(context, int(start * (sum(map(len, whole.values())) - of_tiles) + tiles * of_tiles))
         with pytest.raises(StoreError, match=r"b: cannot be written: No space left on device.*--resume"):
@@ -343,8 +346,9 @@ def test_no_file_tells_the_time_or_the_machine(tmp_path):
     text = b"".join(files(tmp_path / "a").values())
     assert str(tmp_path).encode() not in text
     record = read_record(tmp_path / "a")
-    assert set(record) == {"format", "identity", "study", "tile", "made_with"}
+    assert set(record) == {"format", "identity", "study", "tile", "files", "made_with"}
     assert set(record["made_with"]) == {"python", "machine", "numpy", "llvmlite", "scipy", "zarr"}
-    assert json.loads((tmp_path / "a" / "study.json").read_text()) == record
-    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.OWN - {stores.UNFINISHED}
+    text = json.loads((tmp_path / "a" / "study.json").read_text())
+    assert text == record | {"checksum": text["checksum"]}
+    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.OWN - {stores.UNFINISHED, stores.BEGINNING}
     assert Path(tmp_path / "a" / "lock").read_bytes() == b""

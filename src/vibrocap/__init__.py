@@ -64,6 +64,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
@@ -86,6 +87,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.system import System
     from vibrocap.records.checks import RecordError, RecordWarning
@@ -100,6 +102,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.studies.dataset import open_study
     from vibrocap.studies.designs import Design
     from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.store.verification import Verification, verify_study
     from vibrocap.studies.sweep import sweep
 
 
@@ -156,6 +159,8 @@ __all__ = [
     "sweep",
     "Design",
     "open_study",
+    "verify_study",
+    "Verification",
     "write_study",
     "adaptive_map",
     "border",
@@ -296,4 +301,8 @@ __all__ = [
     "experiment_design",
     "ExperimentDesign",
     "candidate_motions",
+    "register",
+    "unregister",
+    "load_parts",
+    "PartsError",
 ]

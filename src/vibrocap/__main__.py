@@ -1,7 +1,36 @@
-"""`python -m vibrocap` is the command line."""
+"""`vibrocap` and `python -m vibrocap` are the command line; here it hears interrupts, from the first import on."""
 
+import os
+import signal
 import sys
+from typing import Any
 
-from vibrocap.cli.main import main
+INTERRUPTED = 130  # as a shell says it
 
-sys.exit(main())
+
+def run() -> int:
+    """Run the command line; returns its exit code.
+
+    The first interrupt (Ctrl-C) ends what is being done in good order, and the command says what is kept. One during
+    the imports, when there is nothing to put in order, or a second one, ends the process at once.
+    """
+    orderly = False
+
+    def interrupted(number: int, frame: Any) -> None:
+        nonlocal orderly
+        if orderly:
+            orderly = False
+            raise KeyboardInterrupt
+        os.write(2, b"Interrupted.\n")
+        os._exit(INTERRUPTED)
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # and not ignored, as in the background
+        signal.signal(signal.SIGINT, interrupted)
+    from vibrocap.cli.main import main
+
+    orderly = True
+    return main()
+
+
+if __name__ == "__main__":
+    sys.exit(run())

@@ -79,7 +79,10 @@ def listed(names: Iterable[object], last: str = ", ") -> str:
 
 def shown(value: object) -> str:
     """A value as it stands in a complaint, not longer than a line can hold."""
-    text = repr(value)
+    try:
+        text = repr(value)
+    except RecursionError:  # sections in sections in sections
+        return f"{type(value).__name__} nested too deeply to be shown"
     return text if len(text) <= 60 else f"{text[:40]}...{text[-15:]}"
 
 

@@ -22,6 +22,7 @@ from vibrocap.physics.system import System
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 SECTIONS = (*CHOICES, "scales", "initial", "run")
+LARGEST = 2**24  # bytes of a case file
 
 
 class CaseError(ValueError):
@@ -86,7 +87,9 @@ def read_case(path: str | Path, **run: Any) -> Case:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:
+            raw = file.read(LARGEST + 1)
+        text = raw.decode("utf-8-sig").replace("\r\n", "\n")
     except FileNotFoundError:
         raise CaseError(["no such file"], str(path)) from None
     except IsADirectoryError:
@@ -95,6 +98,8 @@ def read_case(path: str | Path, **run: Any) -> Case:
         raise CaseError([f"is not a text file in UTF-8 (byte {error.start + 1})"], str(path)) from None
     except OSError as error:
         raise CaseError([f"cannot be read: {error.strerror or error}"], str(path)) from None
+    if len(raw) > LARGEST:
+        raise CaseError([f"should be a case file of at most {LARGEST // 2**20} MB"], str(path))
     return case_from_text(text, str(path), **run)
 
 
@@ -103,7 +108,8 @@ def case_from_text(text: str, source: str = "the case", **run: Any) -> Case:
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # besides what is no TOML: numbers and nesting beyond Python's limits
-        reason, _, place = str(error).partition(" (at ")
+        said = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        reason, _, place = said.partition(" (at ")
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
     if run and isinstance(data.get("run", {}), dict):
         data["run"] = data.get("run", {}) | run

@@ -17,6 +17,7 @@ from vibrocap.cli.fit_request import (
 )
 from vibrocap.cli.options import Refusal, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.files import made_folder, write_text
 from vibrocap.io.json_text import json_text
 from vibrocap.io.residuals import write_residuals
 
@@ -192,7 +193,7 @@ def _fitted(
     if plot is not None:
         from vibrocap.plotting.fits import plot_fit
 
-        plot.parent.mkdir(parents=True, exist_ok=True)
+        made_folder(plot.parent)
         written.append(plot_fit(found, plot))
     if json:
         print(json_text(as_data(found)))
@@ -214,15 +215,14 @@ def _compared(
     good = [each.fit for each in found.laws if each.fit.ok]
     written = [path for each in good for path in _write(each, out / each.law_name, scales)] if out is not None else []
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        written.append(out / "comparison.json")
-        written[-1].write_text(json_text(comparison_record(found)) + "\n", encoding="utf-8")
+        text = json_text(comparison_record(found)) + "\n"
+        written.append(write_text(made_folder(out) / "comparison.json", text))
     pictures = [plot] if plot is not None else []
     pictures += [out / "comparison.png"] if out is not None and _can_draw() else []
     for picture in pictures if good else ():
         from vibrocap.plotting.fits import plot_comparison
 
-        picture.parent.mkdir(parents=True, exist_ok=True)
+        made_folder(picture.parent)
         written.append(plot_comparison(found, picture))
     if json:
         print(json_text(comparison_record(found)))

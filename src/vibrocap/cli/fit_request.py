@@ -141,6 +141,8 @@ def units_of_case(
     loose = [record.name for record in records if record.normal_force is None]
     if loose:
         complaints.append(f"--pendulum: needs the normal force of {', '.join(loose)}; give it by --load")
+    if any(record.rotary for record in records):
+        complaints.append("--pendulum: is for a contact that slides; the records are of one that turns")
     given = pairs("pendulum", split(texts), complaints, PENDULUM)
     unknown = [name for name in given if name not in ("mass", "length")]
     if unknown or len(given) < 2:

@@ -8,6 +8,7 @@ from cyclopts import App, Parameter
 
 from vibrocap.arguments import suggestion
 from vibrocap.cli.options import Refusal, refusing, writable_picture
+from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.terminal import OK, Page, progress
 from vibrocap.io.json_text import json_text
 from vibrocap.physics.friction.law import Law
@@ -26,6 +27,7 @@ Settings = Annotated[list[str], Parameter(name="--set", negative=())]
 
 
 @friction.command(name="list")
+@taking_parts
 def list_laws() -> int:
     """The friction laws, a line each, and what can be put around them.
 
@@ -46,6 +48,7 @@ def list_laws() -> int:
 
 
 @friction.command
+@taking_parts
 def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:  # noqa: B006 (never changed)
     """One friction law: equations, parameters, source, passivity and time scales, and its picture.
 
@@ -97,6 +100,7 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
 
 
 @friction.command(name="test")
+@taking_parts
 def canonical_tests(
     name: str,
     /,

@@ -5,6 +5,7 @@ with its status and what was computed until then; 130 interrupted.
 """
 
 import collections
+import contextlib
 import io
 import os
 import sys
@@ -22,10 +23,23 @@ from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
 from vibrocap.cli.options import Refusal, needs, writable_folder
 from vibrocap.cli.orbit import crossing, orbit
+from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.records import datasets, stick_slip
 from vibrocap.cli.simulate import limits, simulate
 from vibrocap.cli.sweep import measures, plot, sweep
-from vibrocap.cli.terminal import BROKEN_PIPE, INTERRUPTED, OK, WRONG_INPUT, Page, complain, progress, table
+from vibrocap.cli.terminal import (
+    BROKEN_PIPE,
+    INCOMPLETE,
+    INTERRUPTED,
+    OK,
+    WRONG_INPUT,
+    Page,
+    complain,
+    progress,
+    table,
+)
+from vibrocap.cli.verify import verify
+from vibrocap.files import WriteError
 
 WIDE = 120  # columns of a terminal
 EXAMPLES = """Examples:
@@ -98,11 +112,21 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
+WITHOUT_PARTS = (reproduce, plot, friction, stick_slip, datasets)  # they know no part, or see to it themselves
 for command in (
-    reproduce, simulate, convert, limits, sweep, measures, plot, orbit, branch, basins, crossing, friction, fit,
+    reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing, friction, fit,
     stick_slip, datasets,
 ):  # fmt: skip
-    app.command(command)
+    app.command(command if command in WITHOUT_PARTS else taking_parts(command))
+
+
+def _silence() -> None:
+    """Where the standard output takes no more, nothing more is written to it, not even when Python ends."""
+    with contextlib.suppress(OSError, ValueError):
+        try:
+            sys.stdout.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -111,15 +135,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        return int(app(arguments, exit_on_error=False, print_error=False) or OK)
+        code = int(app(arguments, exit_on_error=False, print_error=False) or OK)
+        sys.stdout.flush()
+        return code
     except (CaseError, Refusal) as error:
         complain(str(error))
     except CycloptsError as error:
         complain(f"{error}\nvibrocap --help shows the commands with an example each.")
     except BrokenPipeError:  # the reader of a pipe, `head` for instance, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence()
         return BROKEN_PIPE
+    except WriteError as error:
+        complain(str(error))
+        return INCOMPLETE
+    except OSError as error:  # the standard output on a full disk, a file that is gone since it was looked for
+        complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        _silence()
+        return INCOMPLETE
     except KeyboardInterrupt as interruption:
         complain(str(interruption) or "Interrupted.")
         return INTERRUPTED
+    except Exception as error:  # a fault in a part of the user's own is theirs to mend; any other is ours
+        from vibrocap.physics.part_files import place_in_parts
+
+        if (place := place_in_parts(error)) is None:
+            raise
+        text = str(error)
+        complain(text if text.startswith(place) else f"{place}: {type(error).__name__}: {text}")
     return WRONG_INPUT

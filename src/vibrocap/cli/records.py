@@ -10,6 +10,7 @@ from cyclopts import App
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.options import Refusal, needs, pairs, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
+from vibrocap.files import made_folder
 from vibrocap.io.json_text import json_text
 
 if TYPE_CHECKING:
@@ -108,6 +109,8 @@ def stick_slip(
         print(json_text(_plain(found[0]) if len(found) == 1 else [_plain(each) for each in found]))
     elif len(found) == 1:
         print_stick_slip(found[0])
+        for note in pulls[0].notes:
+            Page().say(f"  read: {note}")
     else:
         print_records(found)
     if plot is not None and not json:
@@ -119,7 +122,7 @@ def _draw(found: "list[StickSlip]", path: Path) -> None:
     from vibrocap.plotting.stick_slip import plot_regimes, plot_stick_slip
     from vibrocap.records.regime_diagram import regime_diagram
 
-    path.parent.mkdir(parents=True, exist_ok=True)
+    made_folder(path.parent)
     if len(found) == 1:
         plot_stick_slip(found[0], path)
         return

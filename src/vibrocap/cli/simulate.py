@@ -11,6 +11,7 @@ from vibrocap.arguments import Complaints
 from vibrocap.case.case import CHOICES, CaseError
 from vibrocap.cli.options import Refusal, by_option, writable_film, writable_picture, writable_table
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
+from vibrocap.files import made_folder
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
@@ -90,7 +91,7 @@ def simulate(
         raise Refusal(*refused)
     for path in (out, plot, animate):
         if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            made_folder(path.parent)
     with progress("Simulating") as report:
         motion = setup.simulate(report)
         record = motion_record(motion)

@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Any
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, progress, table
+from vibrocap.cli.terminal import (
+    INCOMPLETE,
+    OK,
+    Page,
+    TimeLeft,
+    complain,
+    duration,
+    notes,
+    progress,
+    table,
+)
+from vibrocap.files import WriteError, made_folder
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
@@ -115,7 +126,7 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            export.parent.mkdir(parents=True, exist_ok=True)
+            made_folder(export.parent)
             write_study(dataset if out is None else out, export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
@@ -153,7 +164,7 @@ def _run(study: "Study", request: "SweepRequest") -> Any:
 
     left = TimeLeft()
     try:
-        with progress("Sweeping") as report:
+        with notes(), progress("Sweeping") as report:
             return run_study(
                 study,
                 out=request.out,
@@ -192,13 +203,28 @@ def _adaptive(study: "Study", request: "SweepRequest") -> Any:
 
 def _disk_failure(error: OSError, request: "SweepRequest") -> str:
     """One paragraph about a disk that did not take the results."""
-    from vibrocap.studies.writing import StoreError
+    from vibrocap.studies.store.writing import StoreError
 
     if isinstance(error, StoreError):
         return f"The study could not be completed: {str(error).replace(' (resume=True)', '')}."
+    kept = "" if request.out is None else f" {_kept(request.out)}"
+    if isinstance(error, WriteError):
+        return f"The study could not be exported: {error}.{kept}"
     reason = error.strerror or str(error)
-    kept = f" The results are whole in {request.out}; with --resume nothing is run twice." if request.out else ""
     return f"The study could not be completed: {error.filename or request.export}: {reason}.{kept}"
+
+
+def _kept(out: Path) -> str:
+    """What is left of the results, looked at now."""
+    from vibrocap.studies.store.verification import verify_study
+
+    try:
+        found = verify_study(out)
+    except (CaseError, OSError):
+        return f"The results in {out} are lost."
+    if found.finished:
+        return f"The results are whole in {out}; with --resume nothing is run twice."
+    return f"Of the results in {out} some are damaged or missing; --resume computes these again."
 
 
 def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | None) -> None:
@@ -299,7 +325,7 @@ def plot(
         if not complaints:
             from vibrocap.plotting.maps import plot_view
 
-            path.parent.mkdir(parents=True, exist_ok=True)
+            made_folder(path.parent)
             plot_view(view, path, border)
     if complaints:
         raise Refusal(*dict.fromkeys(complaints))

@@ -4,11 +4,14 @@ import contextlib
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 OK, WRONG_INPUT, INCOMPLETE, INTERRUPTED, BROKEN_PIPE = 0, 2, 3, 130, 141
 SHOWN_AFTER = 2.0  # seconds; what takes less needs no progress bar
@@ -16,16 +19,30 @@ MINUTE, HOUR, DAY = 60.0, 3600.0, 86_400.0
 FIRST_ESTIMATE = 1.0  # seconds of work before an estimate of the time left is worth showing
 
 
+def visible(text: str) -> str:
+    """The same with what a terminal would obey (escape sequences, marks of direction) as codes that can be read.
+
+    Names in files are the words of others.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t\xa0" else c.encode("unicode_escape").decode() for c in text)
+
+
 def complain(message: str) -> None:
     """Print a message to stderr."""
-    print(message, file=sys.stderr)
+    print(visible(message), file=sys.stderr)
 
 
 class Page(Console):
     """Where summaries are printed; a reader of a pipe who has seen enough is left to `main`."""
 
     def __init__(self):
-        super().__init__(highlight=False)
+        super().__init__(highlight=False, markup=False, emoji=False)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Text without marks of its own, in lines and in the cells of tables."""
+        return super().render_str(visible(text), **options)
 
     def on_broken_pipe(self):
         """Raise the error on, where rich would end the program."""
@@ -33,7 +50,7 @@ class Page(Console):
 
     def say(self, text: str = "", style: str | None = None) -> None:
         """A line as it is, however long."""
-        self.print(text, style=style, soft_wrap=True, markup=False)
+        self.print(text, style=style, soft_wrap=True)
 
     def rows(self, rows: Iterable[tuple[str, str | None]], width: int) -> None:
         """Names and what is to be said of them, below each other; a row without words is left out."""
@@ -51,6 +68,15 @@ def table(title: str | None, *columns: str, no_wrap: int = 2) -> Table:
 
 
 @contextlib.contextmanager
+def notes() -> Iterator[None]:
+    """Warnings within this context are lines on stderr, each of them once."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("once", UserWarning)
+        warnings.showwarning = lambda message, *_: complain(f"Note: {message}")
+        yield
+
+
+@contextlib.contextmanager
 def progress(what: str) -> Iterator[Callable[..., None]]:
     """A bar on the terminal (stderr, and never in a pipe) for work that takes more than two seconds.
 
@@ -62,7 +88,7 @@ def progress(what: str) -> Iterator[Callable[..., None]]:
     if not console.is_terminal:
         yield lambda share, now=None: None
         return
-    words = TextColumn("{task.description}")
+    words = TextColumn("{task.description}", markup=False)
     columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     bar = Progress(*columns, console=console, transient=True)
     task = bar.add_task(what, total=None)  # until the first share is known the bar only shows that it lives

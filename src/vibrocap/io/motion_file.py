@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
+from vibrocap.files import replacing
 from vibrocap.io.json_text import json_text
+from vibrocap.io.netcdf import write_netcdf
 from vibrocap.motion.trajectory import Trajectory
 
 UNITS = "dimensionless"
@@ -52,7 +54,10 @@ def _scale(motion: Trajectory, name: str) -> float:
 
 
 def write_motion(motion: Trajectory, case: Case, path: Path) -> Path:
-    """Write a motion, with its case, to a file ending in .nc or .csv; ValueError for any other."""
+    """Write a motion, with its case, to a file ending in .nc or .csv, whole or not at all.
+
+    Raises ValueError for another ending, WriteError where it cannot be written.
+    """
     writers: dict[str, Callable[[Trajectory, Case, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
     if path.suffix.lower() not in writers:
         raise ValueError(f"a motion is written to {' or '.join(writers)}, not to {str(path)!r}")
@@ -103,7 +108,7 @@ def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
             "case": case_text(case),
         },
     )
-    dataset.to_netcdf(path, engine="h5netcdf")
+    write_netcdf(dataset, path)
 
 
 def _attributes(motion: Trajectory, name: str) -> dict[str, Any]:
@@ -137,7 +142,7 @@ def _write_csv(motion: Trajectory, case: Case, path: Path) -> None:
     lists = [
         [str(int(x)) for x in table[name]] if name == "side" else map(repr, table[name].tolist()) for name in table
     ]
-    with path.open("w", encoding="utf-8", newline="\n") as file:
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"# {line}".rstrip() + "\n" for line in header)
         file.write(",".join(table) + "\n")
         file.writelines(",".join(row) + "\n" for row in zip(*lists, strict=True))

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibrocap.files import replacing
+from vibrocap.io.netcdf import write_netcdf
 from vibrocap.studies.dataset import open_study
 from vibrocap.studies.tile import tile_block, tile_indices, tile_shape
 
@@ -18,9 +20,10 @@ ROWS = 65_536  # of a table in memory at a time
 
 
 def write_study(source: "str | Path | xarray.Dataset", path: str | Path) -> Path:
-    """Write a study, a dataset or the folder of one, to a file ending in .nc or .csv; ValueError for any other.
+    """Write a study, a dataset or the folder of one, to a file ending in .nc or .csv, whole or not at all.
 
-    Memory does not grow with a study that is read from its folder.
+    The same study gives the same bytes, from its folder or from memory. Memory does not grow with a study that is read
+    from its folder. Raises ValueError for another ending, WriteError where it cannot be written.
     """
     path = Path(path)
     writers: dict[str, Callable[[xarray.Dataset, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
@@ -28,8 +31,18 @@ def write_study(source: "str | Path | xarray.Dataset", path: str | Path) -> Path
         raise ValueError(f"a study is written to {' or '.join(writers)}, not to {str(path)!r}")
     if isinstance(source, (str, Path)):
         source = open_study(source, chunks={} if path.suffix.lower() == ".nc" else None)
-    writers[path.suffix.lower()](source, path)
+    writers[path.suffix.lower()](_in_order(source), path)
     return path
+
+
+def _in_order(dataset: "xarray.Dataset") -> "xarray.Dataset":
+    """The same with its axes first and all other coordinates by name: a store gives them in no order of its own."""
+    import xarray
+
+    dims = [str(dim) for dim in dataset["status"].dims]
+    others = sorted({str(name) for name in dataset.coords} - set(dims))
+    coordinates = {name: dataset[name].variable for name in (*dims, *others) if name in dataset.coords}
+    return xarray.Dataset({name: dataset[name].variable for name in dataset.data_vars}, coordinates, dataset.attrs)
 
 
 def _write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
@@ -39,13 +52,7 @@ def _write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
     dataset["status"] = dataset["status"].assign_attrs(flag_values=flags)
     for variable in dataset.variables.values():  # values in their unit, as they are seen, whatever the store holds
         variable.encoding = {key: value for key, value in variable.encoding.items() if key != "scale_factor"}
-    if not dataset.chunks:
-        dataset.to_netcdf(path, engine="h5netcdf")
-        return
-    from dask import config
-
-    with config.set(scheduler="threads"):  # here, whatever cluster may be in use for other things
-        dataset.to_netcdf(path, engine="h5netcdf")
+    write_netcdf(dataset, path)
 
 
 def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
@@ -55,7 +62,7 @@ def _write_csv(dataset: "xarray.Dataset", path: Path) -> None:
     columns = [*(name for name in dataset.coords), *dataset.data_vars]
     header += ["", "[result.meaning]"]
     header += [f"\"{name}\" = '''{dataset[name].attrs.get('long_name', name)}'''" for name in columns]
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.writelines(f"# {line}".rstrip() + "\n" for line in header)
         table = csv.writer(file, lineterminator="\n")
         table.writerow(columns)

@@ -14,6 +14,8 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_keys
 
+SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
+
 # By the numbers of `memory_layout`.
 EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
 STATUSES = {
@@ -109,11 +111,12 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
 def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:
     """ArgumentError for run settings that make no sense."""
     for name, value, low, high in (
-        ("periods", periods, 0.0, 1e9),
+        ("periods", periods, SHORTEST, 1e9),
         ("tolerance", tolerance, 1e-14, 1e-2),
     ):
-        if not is_number(value) or not (low <= value <= high) or value == 0:
+        if not is_number(value) or not (low <= value <= high):
             wanted = "a positive number" if name == "periods" else f"a number from {low:g} to {high:g}"
+            wanted += f", at least {low:g}" if name == "periods" and is_number(value) and 0 < value < low else ""
             raise ArgumentError(name, f"should be {wanted}, got {shown(value)}")
     check_whole("max_events_per_period", max_events_per_period, 1, 2**62 - 1)
     check_whole("max_steps", max_steps, 1, 2**62 - 1)

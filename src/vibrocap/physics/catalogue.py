@@ -1,14 +1,21 @@
-"""What there is to choose from: every law, machine and drive, found by looking into their folders.
+"""What there is to choose from: every law, machine and drive, under the `name` of its class.
 
-A new file in friction/, machines/ or drives/ appears here by itself, under the `name` of the class in it.
+A new file in friction/, machines/ or drives/ appears here by itself. So do the parts of installed packages, which
+announce them under the entry points `vibrocap.parts`, and those that a script registers.
 """
 
 import functools
 import importlib
+import importlib.metadata
+import inspect
 import pkgutil
+import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping
-from types import MappingProxyType
-from typing import Any
+from types import MappingProxyType, ModuleType
+from typing import Any, TypeVar
+
+from pydantic.dataclasses import is_pydantic_dataclass
 
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.anisotropic import anisotropic
@@ -16,6 +23,21 @@ from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.physics.machines.machine import Machine
+
+GROUP = "vibrocap.parts"  # of entry points
+# contract: (what it is called, its folder, what every class must have, functions that it must say anew)
+CONTRACTS: dict[type, tuple[str, str, tuple[str, ...], tuple[str, ...]]] = {
+    Law: ("law", "vibrocap.physics.friction", ("kind",), ("force", "steady_force", "passive")),
+    Machine: (
+        "machine",
+        "vibrocap.physics.machines",
+        ("states", "cyclic", "contact_state", "symmetry", "channels", "normal_load"),
+        ("load", "contact_velocity", "holding_force", "rates", "energy", "momentum", "powers"),
+    ),
+    Drive: ("drive", "vibrocap.physics.drives", (), ("value", "period", "odd")),
+}
+Part = TypeVar("Part", bound=type)
+_registered: dict[str, type] = {}  # by contract and name, such as "law hyperbolic"
 
 
 class Laws(Mapping[str, type[Law]]):
@@ -43,7 +65,7 @@ class Laws(Mapping[str, type[Law]]):
 @functools.cache
 def laws() -> Mapping[str, type[Law]]:
     """Friction laws by name."""
-    return Laws(_found("vibrocap.physics.friction", Law))
+    return Laws(_all(Law))
 
 
 @functools.cache
@@ -71,23 +93,173 @@ def law(name: str) -> Any:
 @functools.cache
 def machines() -> Mapping[str, type[Machine]]:
     """Machines by name."""
-    return _found("vibrocap.physics.machines", Machine)
+    return _all(Machine)
 
 
 @functools.cache
 def drives() -> Mapping[str, type[Drive]]:
     """Drives by name."""
-    return _found("vibrocap.physics.drives", Drive)
+    return _all(Drive)
+
+
+# --- parts of one's own -----------------------------------------------------------------------------------------------
+def register(part: Part) -> Part:
+    """Make a law, a machine or a drive of one's own known by its name, to cases, axes of sweeps, fits and tests.
+
+    Returns the class, so that it may stand above it as a decorator. To register a class again changes nothing; one that
+    was defined anew under the same name in the same module takes the place of the old one.
+    Raises TypeError for what is no part, ValueError for a name that another part has: both say what would be right.
+    """
+    contract = contract_of(part)
+    faults = complaints(part)
+    if faults:
+        raise TypeError(f"{part.__name__} cannot be registered: {'; '.join(faults)}")
+    what, name = CONTRACTS[contract][0], part.name  # type: ignore[attr-defined]
+    other = _known(contract).get(name)
+    if other is not None and other is not part and not (_is_own(other) and _place(other) == _place(part)):
+        raise ValueError(f"{part.__name__}: the {what} {name!r} exists already, {_place(other)}; give it another name")
+    if other is None or _is_own(other):
+        _registered[f"{what} {name}"] = part
+        _forget()
+    return part
+
+
+def unregister(part: type) -> None:
+    """Forget a part that was registered; one that was not is left as it is."""
+    for key, known in list(_registered.items()):
+        if known is part:
+            del _registered[key]
+    _forget()
+
+
+def registered() -> tuple[type, ...]:
+    """The parts that were registered, in order."""
+    return tuple(_registered.values())
+
+
+def contract_of(part: Any) -> type:
+    """Law, Machine or Drive: the contract that a class is to keep. TypeError for what is none of them."""
+    found = next((each for each in CONTRACTS if isinstance(part, type) and issubclass(part, each)), None)
+    if found is None or part in CONTRACTS:
+        given = f"an instance of {type(part).__name__}" if isinstance(part, tuple(CONTRACTS)) else repr(part)
+        raise TypeError(f"should be a class that extends Law, Machine or Drive, got {given}")
+    return found
+
+
+def complaints(part: type) -> list[str]:
+    """What stands in the way of a class that is to be a part; empty where nothing does."""
+    contract = contract_of(part)
+    what, _, constants, functions = CONTRACTS[contract]
+    found = []
+    name = getattr(part, "name", None)
+    if not isinstance(name, str) or not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name):
+        found.append(
+            f'name: should be a ClassVar of small letters, digits and hyphens, such as "my-{what}", got {name!r}'
+        )
+    elif contract is Law and name.partition("-")[0] in wrappers():
+        found.append(f"name: {name!r} begins as the name of a wrapped law does; choose another beginning")
+    if not is_pydantic_dataclass(part):
+        return [*found, "is no record of parameters; write @parameters above the class"]
+    required = [name for name, field in part.__pydantic_fields__.items() if field.is_required()]
+    found += [f"{name}: every parameter needs a default" for name in required]
+    missing = [each for each in constants if not hasattr(part, each) and each not in part.__pydantic_fields__]
+    found += [f"{each}: is missing; see the contract, {contract.__module__}" for each in missing]
+    if contract is Law and "kind" not in missing:
+        kind = part.kind  # type: ignore[attr-defined]
+        if kind not in ("set-valued", "kinked", "smooth"):
+            found.append(f"kind: should be 'set-valued', 'kinked' or 'smooth', got {kind!r}")
+        functions = (*functions, "holding_limit") if kind == "set-valued" else functions
+    found += [
+        f"{each}: is missing, which every {what} defines; see the contract, {contract.__module__}"
+        for each in functions
+        if getattr(part, each) is getattr(contract, each)
+    ]
+    return found
+
+
+def parts_in(module: ModuleType, contract: type | None = None) -> list[type]:
+    """The parts that a module defines: classes of its own that fulfil a contract, or any, and have a name."""
+    contracts = tuple(CONTRACTS) if contract is None else (contract,)
+    return [
+        thing
+        for thing in vars(module).values()
+        if inspect.isclass(thing)
+        and issubclass(thing, contracts)
+        and thing.__module__ == module.__name__
+        and "name" in vars(thing)
+    ]
+
+
+def _all(contract: type) -> Mapping[str, type]:
+    """Parts of the package, of installed packages and registered ones, in alphabetical order."""
+    return MappingProxyType(dict(sorted(_known(contract).items())))
+
+
+def _known(contract: type) -> dict[str, type]:
+    what, folder, *_ = CONTRACTS[contract]
+    own = {part.name: part for key, part in _registered.items() if key.startswith(f"{what} ")}  # type: ignore[attr-defined]
+    return {**own, **_installed(contract), **_found(folder, contract)}
+
+
+def _forget() -> None:
+    for catalogue in (laws, machines, drives):
+        catalogue.cache_clear()
+
+
+def _is_own(part: type) -> bool:
+    return part in _registered.values()
+
+
+def _place(part: type) -> str:
+    return f"{part.__module__}.{part.__qualname__}"
+
+
+@functools.cache
+def _installed(contract: type) -> dict[str, type]:
+    """Parts of installed packages; what is wrong with one is a warning that names its package, and no more."""
+    found: dict[str, type] = {}
+    built_in = _found(CONTRACTS[contract][1], contract)
+    for part, package in _announced():
+        if issubclass(part, contract):
+            name = part.name  # type: ignore[attr-defined]
+            if name in built_in or found.get(name, part) is not part:
+                _warn(package, f"{_place(part)} is left out: its name {name!r} is taken")
+            else:
+                found[name] = part
+    return found
+
+
+@functools.cache
+def _announced() -> tuple[tuple[type, str], ...]:
+    """The parts that entry points lead to, classes or whole modules of them, each with its package."""
+    found: list[tuple[type, str]] = []
+    for entry in importlib.metadata.entry_points(group=GROUP):
+        package = entry.dist.name if entry.dist is not None else entry.value
+        try:
+            thing = entry.load()
+            parts = parts_in(thing) if isinstance(thing, ModuleType) else [thing]
+            faults = [f"{part.__name__}: {fault}" for part in parts if contract_of(part) for fault in complaints(part)]
+        except Exception as error:  # whatever a foreign module does
+            _warn(package, f"the entry point {entry.name!r} cannot be loaded: {type(error).__name__}: {error}")
+            continue
+        if faults:
+            _warn(package, f"the entry point {entry.name!r} is left out: {'; '.join(faults)}")
+        else:
+            found += [(part, package) for part in parts]
+    return tuple(found)
+
+
+def _warn(package: str, text: str) -> None:
+    warnings.warn(f"parts of the package {package}: {text}", RuntimeWarning, stacklevel=2)
 
 
 def _found(folder: str, contract: type) -> Mapping[str, type]:
-    """Classes that fulfil a contract and have a name, from every module of a folder, in alphabetical order."""
-    found: dict[str, type] = {}
-    for module in pkgutil.iter_modules(importlib.import_module(folder).__path__, folder + "."):
-        for thing in vars(importlib.import_module(module.name)).values():
-            own = isinstance(thing, type) and issubclass(thing, contract) and thing.__module__ == module.name
-            if own and "name" in vars(thing):
-                if thing.name in found:
-                    raise ImportError(f"{thing.name!r} names two classes in {folder}: {found[thing.name]} and {thing}")
-                found[thing.name] = thing
-    return MappingProxyType(dict(sorted(found.items())))
+    """Classes that fulfil a contract and have a name, from every module of a folder."""
+    found: dict[str, Any] = {}
+    for info in pkgutil.iter_modules(importlib.import_module(folder).__path__, folder + "."):
+        for thing in parts_in(importlib.import_module(info.name), contract):
+            name = thing.name  # type: ignore[attr-defined]
+            if name in found:
+                raise ImportError(f"{name!r} names two classes in {folder}: {found[name]} and {thing}")
+            found[name] = thing
+    return MappingProxyType(found)

@@ -1,8 +1,10 @@
 """Motion pictures: the capsule with its pendulum on a ground with ticks, the contact coloured by stick and slip."""
 
+import contextlib
 import math
 import shutil
-from collections.abc import Callable
+import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
 
+from vibrocap.files import replacing
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.plotting.style import BLUE, GREEN, ORANGE, STYLE, VERMILION, blank_figure
 
@@ -33,7 +36,7 @@ def animate_motion(
 
     The pendulum's bob is at X - sin(theta), cos(theta), as in the paper's section 2.2. The camera follows the mean
     travel, which the ticks of the ground and a triangle where the film starts show. Raises ValueError for .mp4 without
-    ffmpeg, and for another ending.
+    ffmpeg, and for another ending; WriteError where the film cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() not in (".mp4", ".gif"):
@@ -49,13 +52,29 @@ def animate_motion(
         scene = _Scene(motion, times)
         film = path.suffix.lower() == ".mp4"
         writer = (FFMpegWriter if film else PillowWriter)(fps=FRAMES_PER_SECOND)
-        with writer.saving(scene.figure, str(path), dpi=100 if film else 70):
+        with (
+            replacing(path) as temporary,
+            _ended_well(),
+            writer.saving(scene.figure, str(temporary), 100 if film else 70),
+        ):
             for number in range(frames):
                 scene.show(number)
                 writer.grab_frame()
                 if progress is not None:
                     progress((number + 1) / frames)
     return path
+
+
+@contextlib.contextmanager
+def _ended_well() -> Iterator[None]:
+    """Where ffmpeg fails, an OSError with its last words; where it was interrupted along with us, the interrupt."""
+    try:
+        yield
+    except subprocess.CalledProcessError as error:
+        if isinstance(error.__context__, KeyboardInterrupt):
+            raise error.__context__ from None
+        words = str(error.stderr or "").strip().splitlines()
+        raise OSError(f"ffmpeg failed: {words[-1] if words else f'it ended with {error.returncode}'}") from None
 
 
 class _Scene:

@@ -13,6 +13,7 @@ from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
+from vibrocap.identification.result.measured_units import MeasuredUnits
 from vibrocap.plotting.style import (
     BLUE,
     GREEN,
@@ -69,16 +70,16 @@ def fit_figure(fit: Fit) -> Figure:
         rows = top.subplots(len(shown), len(widths), squeeze=False, width_ratios=widths)
         for axes, record in zip(rows, shown, strict=True):
             if steady:
-                _curve(axes[0], record)
+                _curve(axes[0], record, fit.units)
             else:
-                _history(axes, record)
+                _history(axes, record, fit.units)
         top.align_ylabels()
         handles = {h.get_label(): h for axes in rows for h in axes[0].get_lines()}
         top.legend(handles=list(handles.values()), loc="outside upper right", ncols=3, frameon=False, fontsize=8.5)
         _forest(bottom.subplots(), searched)
         held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {fit.held_out_relative_rmse:.1%}"
         fig.suptitle(
-            f"{fit.law_name}: error {fit.relative_rmse:.1%} of the force's standard deviation{held}",
+            f"{fit.law_name}: error {fit.relative_rmse:.1%} of the {fit.units.force_name}'s standard deviation{held}",
             fontsize=10.5, x=0.01, ha="left", weight="bold",
         )  # fmt: skip
         footnote(fig, _small_print(fit, shown))
@@ -101,18 +102,27 @@ def residual_figure(fit: Fit) -> Figure:
             time, envelope = decimated(record.time, error, MOST_POINTS)
             left.plot(time, envelope, color=colour, linewidth=0.6)
             left.axhline(0.0, color="#444444", linewidth=0.6)
-            left.set(xlabel="time (s)", ylabel=f"error ({prefix}N)", title=_title(record))
+            left.set(xlabel="time (s)", ylabel=f"error ({prefix}{fit.units.force})", title=_title(record))
             middle.plot(record.velocity[at] / speed_scale, error[at], ".", color=colour, markersize=1.2, alpha=0.5)
             middle.axhline(0.0, color="#444444", linewidth=0.6)
-            middle.set(xlabel=f"velocity ({speed_prefix}m/s)", ylabel=f"error ({prefix}N)")
+            middle.set(
+                xlabel=f"{fit.units.velocity_name} ({speed_prefix}{fit.units.velocity})",
+                ylabel=f"error ({prefix}{fit.units.force})",
+            )
             width = float(np.std(error)) or 1.0
             count, edges, _ = right.hist(error, bins=BINS, color=colour, alpha=0.45, linewidth=0, label="errors")
             x = np.linspace(edges[0], edges[-1], 200)
             normal = np.exp(-0.5 * ((x - np.mean(error)) / width) ** 2) / (width * math.sqrt(2 * math.pi))
             right.plot(x, normal * float(np.sum(count)) * (edges[1] - edges[0]), color="#000000", linewidth=0.9)
-            right.set(xlabel=f"error ({prefix}N)", ylabel="samples")
+            right.set(xlabel=f"error ({prefix}{fit.units.force})", ylabel="samples")
         fig.align_ylabels()
-        fig.suptitle(f"{fit.law_name}: fitted less measured force", fontsize=10.5, x=0.01, ha="left", weight="bold")
+        fig.suptitle(
+            f"{fit.law_name}: fitted less measured {fit.units.force_name}",
+            fontsize=10.5,
+            x=0.01,
+            ha="left",
+            weight="bold",
+        )
         footnote(fig, "Lines on the right: normal distribution. " + _left_out(fit, shown))
     return fig
 
@@ -137,7 +147,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     return fig
 
 
-def _history(axes: np.ndarray, record: RecordResult) -> None:
+def _history(axes: np.ndarray, record: RecordResult, units: MeasuredUnits) -> None:
     """Force over time, and over displacement and velocity in a shorter stretch, whose loops can be told apart."""
     scale, prefix = unit_of(record.measured)
     wide, narrow = _stretch(record, HISTORY), _stretch(record, LOOPS)
@@ -147,20 +157,20 @@ def _history(axes: np.ndarray, record: RecordResult) -> None:
     displacement = displacement - 0.5 * (part.max() + part.min())
     columns = (
         (record.time, wide, 1.0, "time (s)"),
-        (displacement, narrow, *_labelled(displacement[narrow], "displacement", "m")),
-        (record.velocity, narrow, *_labelled(record.velocity[narrow], "velocity", "m/s")),
+        (displacement, narrow, *_labelled(displacement[narrow], units.displacement_name, units.displacement)),
+        (record.velocity, narrow, *_labelled(record.velocity[narrow], units.velocity_name, units.velocity)),
     )
     for ax, (x, stretch, factor, label) in zip(axes, columns[: len(axes)], strict=True):
         at = np.arange(len(x))[stretch]
         at = at[_even_choice(len(at), MOST_POINTS)]
         for force, style in ((record.measured, MEASURED), (record.predicted, _style(record))):
             ax.plot(x[at] / factor, force[at] / scale, **style)
-        ax.set(xlabel=label, ylabel=f"force ({prefix}N)")
+        ax.set(xlabel=label, ylabel=f"{units.force_name} ({prefix}{units.force})")
     axes[0].set_title(_title(record) + _part(record, wide))
     axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
 
 
-def _curve(ax: Axes, record: RecordResult) -> None:
+def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     """Force over velocity, sample by sample."""
     scale, prefix = unit_of(record.measured)
     speed_scale, speed_prefix = unit_of(record.velocity)
@@ -170,7 +180,11 @@ def _curve(ax: Axes, record: RecordResult) -> None:
     ax.plot(v, record.measured[at] / scale, ".", markersize=2, color=MEASURED["color"], label=MEASURED["label"])
     for side in (v < 0, v > 0):
         ax.plot(v[side], record.predicted[at][side] / scale, **_style(record))
-    ax.set(xlabel=f"velocity ({speed_prefix}m/s)", ylabel=f"force ({prefix}N)", title=_title(record))
+    speed, force = (
+        f"{units.velocity_name} ({speed_prefix}{units.velocity})",
+        f"{units.force_name} ({prefix}{units.force})",
+    )
+    ax.set(xlabel=speed, ylabel=force, title=_title(record))
 
 
 def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
@@ -226,9 +240,13 @@ def _left_out(fit: Fit, shown: list[RecordResult]) -> str:
 
 
 def _small_print(fit: Fit, shown: list[RecordResult]) -> str:
-    text = "Percentages: root mean square error over the standard deviation of the measured force. "
+    text = (
+        "Percentages: root mean square error over the standard deviation of the measured " + f"{fit.units.force_name}. "
+    )
     if not fit.options.get("method", "").startswith("steady"):
-        text += "Displacement: about the middle of what is shown. "
+        text += f"{fit.units.displacement_name.capitalize()}: about the middle of what is shown. "
+    if fit.limits:
+        text += "At limits: " + "; ".join(limit.text for limit in fit.limits) + ". "
     return text + _left_out(fit, shown)
 
 

@@ -12,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from vibrocap.files import replacing
+
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
@@ -101,11 +103,11 @@ def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
 
 
 def save(fig: Figure, path: str | Path, style: dict[Any, Any] = STYLE) -> Path:
-    """Write a figure to a file (.png, .svg or .pdf); the same figure gives the same bytes."""
+    """Write a figure to a file (.png, .svg or .pdf), whole or not at all; the same figure gives the same bytes."""
     path = Path(path)
     dates = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with matplotlib.rc_context(style):
-        fig.savefig(path, metadata=dates.get(path.suffix.lower()))
+    with replacing(path) as temporary, matplotlib.rc_context(style):
+        fig.savefig(temporary, metadata=dates.get(path.suffix.lower()))
     return path
 
 

@@ -9,7 +9,20 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import suggestion
-from vibrocap.records.units import QUANTITIES, dimension, factor, fits, si_unit, unit_complaint, unit_named
+from vibrocap.records.units import (
+    LINEAR,
+    QUANTITIES,
+    ROTARY,
+    TURNING,
+    Unit,
+    base_quantity,
+    dimensions_of,
+    fits,
+    si_unit,
+    suffix_unit,
+    unit_complaint,
+    unit_named,
+)
 
 # usual names of columns, in small letters and without marks between words, the most telling first
 USUAL: dict[str, tuple[str, ...]] = {
@@ -22,6 +35,10 @@ USUAL: dict[str, tuple[str, ...]] = {
     "displacement": ("displacement", "disp", "displ", "slip", "position", "pos", "x", "q", "stroke"),
     "acceleration": ("acceleration", "accel", "acc", "a", "xddot", "ddx"),
     "normal_force": ("normalforce", "normalload", "normal", "fn", "n", "normalstress", "sigman"),
+    "torque": ("frictiontorque", "torque", "frictionmoment", "moment", "drehmoment", "tq"),
+    "angle": ("angle", "angulardisplacement", "angularposition", "rotation", "theta", "phi"),
+    "angular_velocity": ("angularvelocity", "angularspeed", "omega", "rotationalspeed", "rpm"),
+    "angular_acceleration": ("angularacceleration", "alpha"),
 }
 COEFFICIENTS = ("frictioncoefficient", "coefficientoffriction", "cof", "mu")
 STRESSES = ("shearstress", "normalstress", "sigman", "tau")
@@ -49,66 +66,112 @@ class Table:
 
 @dataclasses.dataclass(frozen=True)
 class Choice:
-    """A column taken for a quantity: its name, its unit, and whether the name was guessed."""
+    """A column taken for a quantity: its name, its unit, and which of both was guessed.
+
+    A unit is guessed where neither the user nor the file says one: it is then that of SI.
+    """
 
     column: str
-    unit: str
+    unit: Unit
     guessed: bool
+    unit_guessed: bool = False
 
 
-def heading(text: str) -> list[tuple[str, str | None]]:
+def heading(text: str) -> list[tuple[str, Unit | None]]:
     """(name in small letters without marks, unit or None) that a column's heading may mean, the likelier first.
 
     "Force [kN]", "Displ(microns)", "vel_m_per_s" and "x/mm" have a unit; "time_s" may be a time in s or a "times".
     """
-    bracketed = re.fullmatch(r"(.*?)[\s_,]*[\[({<]([^\])}>]*)[\])}>]\s*", text)
-    if bracketed:
-        return [(_plain(bracketed[1]), unit_named(bracketed[2]))]
-    readings: list[tuple[str, str | None]] = []
+    bracketed = _bracketed(text)
+    if bracketed is not None:
+        return [(_plain(bracketed[0]), unit_named(bracketed[1]))]
+    readings: list[tuple[str, Unit | None]] = []
     for mark in re.finditer(r"[\s_./,-]+", text.strip()):
-        unit = unit_named(text.strip()[mark.end() :])
+        unit = suffix_unit(text.strip()[mark.end() :])
         if unit is not None and mark.start() > 0:
             readings.append((_plain(text.strip()[: mark.start()]), unit))
     return [*readings, (_plain(text), None)]
+
+
+def _bracketed(text: str) -> tuple[str, str] | None:
+    """(name, what stands in brackets behind it) of a heading; None without brackets, or with nothing in them."""
+    found = re.fullmatch(r"(.*?)[\s_,]*[\[({<]([^\])}>]*)[\])}>]\s*", text)
+    return (found[1], found[2]) if found and found[2].strip() else None
 
 
 def _plain(text: str) -> str:
     return re.sub(r"[\W_]+", "", text).lower()
 
 
-def quantity_of(text: str) -> tuple[str, str | None, int] | None:
-    """(quantity, unit or None, rank among the usual names) that a heading stands for; None where it is not usual."""
+def quantity_of(text: str) -> tuple[str, Unit | None, int] | None:
+    """(quantity, unit or None, rank among the usual names) that a heading stands for; None where it is not usual.
+
+    A unit in brackets need not fit the name: that is told when the column is read.
+    """
     for name, unit in heading(text):
         for quantity, names in USUAL.items():
-            if name in names and (unit is None or fits(unit, quantity)):
-                return quantity, unit, names.index(name)
+            if name in names and (unit is None or fits(unit, quantity) or _bracketed(text)):
+                return quantity, unit_named("rpm") if name == "rpm" and unit is None else unit, names.index(name)
     return None
 
 
 def choices(table: Table, columns: Mapping[str, Any], units: Mapping[str, str], wrong: list[str]) -> dict[str, Choice]:
-    """The column for each quantity that a table has, with its unit; complaints are added to `wrong`."""
-    found: dict[str, Choice] = {}
+    """The column for each quantity that a table has, with its unit; complaints are added to `wrong`.
+
+    A quantity of a turning contact stands at that of a straight one: a torque at "force", an angle at "displacement".
+    """
+    named: dict[str, str] = {}  # column by the quantity as it was called
     for quantity, wanted in columns.items():
-        if quantity not in QUANTITIES:
+        if quantity not in QUANTITIES and quantity not in TURNING:
             continue
         name = _column_named(wanted, table)
         if name is None:
             wrong.append(f"columns: {quantity}: {missing(wanted, table)}")
+        elif base_quantity(quantity) in map(base_quantity, named):
+            wrong.append(f"columns: {quantity}: {base_quantity(quantity)} is given, too; name one of them")
         else:
-            found[quantity] = Choice(name, _unit(name, quantity, table, units), False)
-    taken = {choice.column for choice in found.values()}
+            named[quantity] = name
+    taken = set(named.values())
+    asked = {base_quantity(quantity) for quantity in columns}
     guesses: dict[str, tuple[int, str]] = {}
     for name in table.columns if table.named else ():
         meant = quantity_of(name)
         if meant is None or name in taken:
             continue
         quantity, _, rank = meant
-        if quantity not in columns and rank < guesses.get(quantity, (rank + 1, ""))[0]:
+        if base_quantity(quantity) not in asked and rank < guesses.get(quantity, (rank + 1, ""))[0]:
             guesses[quantity] = (rank, name)
     _tell_normal(table, columns, taken, guesses)
-    for quantity, (_, name) in guesses.items():
-        found[quantity] = Choice(name, _unit(name, quantity, table, units), True)
+    _one_motion(named, guesses)
+    calls = {**{quantity: (name, False) for quantity, name in named.items()},
+             **{quantity: (name, True) for quantity, (_, name) in guesses.items()}}  # fmt: skip
+    said = {quantity: _said_unit(name, quantity, table, units, wrong) for quantity, (name, _) in calls.items()}
+    turning = any(
+        quantity in TURNING or (unit is not None and unit.dimension in ROTARY) for quantity, unit in said.items()
+    )
+    found: dict[str, Choice] = {}
+    for quantity, (name, guessed) in calls.items():
+        unit = said[quantity] or _usual_unit(name, quantity, table, turning)
+        found[base_quantity(quantity)] = Choice(name, unit, guessed, said[quantity] is None)
     return found
+
+
+def _one_motion(named: Mapping[str, str], guesses: dict[str, tuple[int, str]]) -> None:
+    """Where a file has columns of both motions, keep those of one: the named ones, else the straight ones if whole."""
+    both = [turning for turning, straight in TURNING.items() if turning in guesses and straight in guesses]
+    if not both:
+        return
+    whole = "force" in {*named, *guesses} and bool({"velocity", "displacement"} & {*named, *guesses})
+    straight = not any(quantity in TURNING for quantity in named) and (whole or not _whole_turning(guesses))
+    for turning in both:
+        guesses.pop(turning if straight else TURNING[turning])
+    if straight and whole:
+        for turning in TURNING:
+            guesses.pop(turning, None)
+
+
+def _whole_turning(guesses: Mapping[str, Any]) -> bool:
+    return "torque" in guesses and bool({"angle", "angular_velocity"} & set(guesses))
 
 
 def _tell_normal(
@@ -149,35 +212,65 @@ def missing(wanted: Any, table: Table) -> str:
     return f"{table.source} has no column {wanted!r}; it names none, count them from 0: 0 to {len(names) - 1}"
 
 
-def _unit(name: str, quantity: str, table: Table, units: Mapping[str, str]) -> str:
-    """The unit of a column: as the user says, else as the file says, else of its usual name, else SI."""
-    said = unit_named(units[quantity]) if quantity in units else None
-    if said is not None and fits(said, quantity):
-        return said
-    written = unit_named(table.units[name]) if name in table.units else None
-    if written is not None and fits(written, quantity):
-        return written
-    readings = heading(name) if table.named else []
-    for _, unit in readings:
+def _said_unit(name: str, quantity: str, table: Table, units: Mapping[str, str], wrong: list[str]) -> Unit | None:
+    """The unit of a column as the user says, else as the file says; None where neither does.
+
+    A unit that is said and cannot be read, or is none of this quantity, is complained of: it is never left aside.
+    """
+    given = next((unit for called, unit in units.items() if base_quantity(called) == base_quantity(quantity)), None)
+    if given is not None:
+        return unit_named(given)  # checked among the settings
+    bracketed = _bracketed(name) if table.named else None
+    written = table.units.get(name, "").strip() or (bracketed[1].strip() if bracketed else "")
+    if written:
+        unit = unit_named(written)
+        if unit is None or not fits(unit, quantity):
+            wrong.append(
+                f"{(unit_complaint(quantity, written) or '').replace('units: ', '', 1)} (column {name!r}); "
+                f"say units={{'{quantity}': ...}}"
+            )
+        return unit
+    for _, unit in heading(name) if table.named else ():
         if unit is not None and fits(unit, quantity):
             return unit
+    return unit_named("rpm") if table.named and _plain(name) == "rpm" else None
+
+
+def _usual_unit(name: str, quantity: str, table: Table, turning: bool) -> Unit:
+    """The unit of a column of which nothing is said: of its usual name, else that of SI."""
+    readings = heading(name) if table.named else []
     plain = readings[-1][0] if readings else ""
     beside = bool(table.units) or any(unit for other in table.columns for _, unit in heading(other))
     if quantity == "force" and (plain in COEFFICIENTS or (plain == "friction" and beside)):
-        return "1"  # friction without a unit, in a file that gives units, is a coefficient
-    if plain in STRESSES and fits("Pa", quantity):
-        return "Pa"
-    return si_unit(quantity)
+        return Unit("1", "number", 1.0)  # friction without a unit, in a file that gives units, is a coefficient
+    if plain in STRESSES and "stress" in dimensions_of(quantity):
+        return Unit("Pa", "stress", 1.0)
+    return si_unit(quantity, turning)
+
+
+def turns(chosen: Mapping[str, Choice], wrong: list[str]) -> bool:
+    """Whether the chosen columns are those of a contact that turns; a complaint where they are of both kinds."""
+    dimensions = {quantity: choice.unit.dimension for quantity, choice in chosen.items() if quantity != "normal_force"}
+    turning = [quantity for quantity, dimension in dimensions.items() if dimension in ROTARY]
+    straight = [quantity for quantity, dimension in dimensions.items() if dimension in LINEAR]
+    if turning and straight:
+        parts = [f"{q} (column {chosen[q].column!r}) is in {chosen[q].unit.name}" for q in (*straight, *turning)]
+        wrong.append(
+            f"{', '.join((*straight, *turning))}: {', '.join(parts)}; should be a force over a straight motion, or a "
+            "torque over a turning one: say the units, or multiply by the lever arm before"
+        )
+    return bool(turning)
 
 
 def setting_complaints(columns: Mapping[str, Any], units: Mapping[str, str]) -> list[str]:
     """What is wrong with the settings themselves, whatever the file."""
     wrong = []
-    for field, given, known in (("columns", columns, (*QUANTITIES, RECORD)), ("units", units, tuple(QUANTITIES))):
+    called = (*QUANTITIES, *TURNING)
+    for field, given, known in (("columns", columns, (*called, RECORD)), ("units", units, called)):
         for name in given:
             if name not in known:
                 wrong.append(f"{field}: {name!r} is no quantity of a record; {suggestion(name, known)}")
-    found = (unit_complaint(quantity, text) for quantity, text in units.items() if quantity in QUANTITIES)
+    found = (unit_complaint(quantity, text) for quantity, text in units.items() if quantity in called)
     return wrong + [complaint for complaint in found if complaint]
 
 
@@ -189,15 +282,15 @@ def values_in_si(
     A coefficient whose normal force is not known is taken for the force under a load of 1 N.
     """
     values: dict[str, Any] = {} if normal_force is None else {"normal_force": normal_force}
-    coefficient = "force" in chosen and dimension(chosen["force"].unit) == "number"
+    coefficient = "force" in chosen and chosen["force"].unit.dimension == "number"
     for quantity, choice in chosen.items():
-        scaled = np.asarray(table.columns[choice.column], dtype=np.float64) * factor(choice.unit)
-        if dimension(choice.unit) == "stress":
+        scaled = np.asarray(table.columns[choice.column], dtype=np.float64) * choice.unit.factor
+        if choice.unit.dimension == "stress":
             if area is None and quantity == "normal_force" and coefficient:
                 continue  # beside a coefficient, a normal stress is not needed
             if area is None:
                 wrong.append(
-                    f"area: is missing; {quantity} (column {choice.column!r}) is a stress, in {choice.unit}; "
+                    f"area: is missing; {quantity} (column {choice.column!r}) is a stress, in {choice.unit.name}; "
                     "give the area of contact in m^2"
                 )
                 continue
@@ -217,8 +310,9 @@ def notes(chosen: Mapping[str, Choice], values: Mapping[str, Any]) -> Iterable[s
         if np.ndim(values.get(quantity, 0.0)) == 0:  # it was left aside for a single number
             yield f"{quantity}: column {choice.column!r}{how} is not used"
             continue
-        unit = "a friction coefficient" if choice.unit == "1" else choice.unit
-        yield f"{quantity}: column {choice.column!r} in {unit}{how}"
-    if "force" in chosen and dimension(chosen["force"].unit) == "number":
+        unit = "a friction coefficient" if choice.unit.name == "1" else choice.unit.name
+        assumed = "; its unit is nowhere said, taken as SI" if choice.unit_guessed else ""
+        yield f"{quantity}: column {choice.column!r} in {unit}{how}{assumed}"
+    if "force" in chosen and chosen["force"].unit.dimension == "number":
         load = values["normal_force"]
         yield f"force: the coefficient {'times the normal force' if np.ndim(load) else f'for a load of {load:g} N'}"

@@ -11,10 +11,12 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+from vibrocap.files import made_folder, replacing, write_text
 from vibrocap.records import published
 from vibrocap.records.record import Record
 
 SUMS = "SHA256SUMS"
+LARGEST = 2**30  # bytes of a file in an archive; the largest published one has 3 MB
 GITHUB = "https://raw.githubusercontent.com"  # at a commit, which is the checksum of a whole repository
 
 
@@ -141,7 +143,7 @@ def fetch(data_set: DataSet, root: str | Path | None = None, report: Callable[[f
     """
     folder = (Path(root) if root is not None else published.data_root()) / published.FOLDERS[data_set.name]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        made_folder(folder)
         sums = _sums(folder)
         counts = {"known": 0, "recorded": 0, "first": 0}
         for done, original in enumerate(data_set.originals):
@@ -180,7 +182,7 @@ def _fetch(original: Original, folder: Path, sums: dict[str, str]) -> str:
         return "known" if original.sha256 else "recorded"
     sums[original.path] = hashlib.sha256(target.read_bytes()).hexdigest()
     lines = [f"{digest}  {path}" for path, digest in sorted(sums.items())]
-    (folder / SUMS).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(folder / SUMS, "\n".join(lines) + "\n")
     return "first"
 
 
@@ -201,7 +203,10 @@ def _unpack(original: Original, folder: Path) -> None:
             for member in original.members:
                 if member not in inside:
                     raise FetchError(f"{original.url}: {original.path} holds no {member}; {_again(original, folder)}")
-                (folder / member).write_bytes(archive.read(inside[member]))
+                if archive.getinfo(inside[member]).file_size > LARGEST:
+                    raise FetchError(f"{original.url}: {member} unpacks to more than any published record")
+                with replacing(folder / member) as temporary:
+                    temporary.write_bytes(archive.read(inside[member]))
     except zipfile.BadZipFile:
         raise FetchError(f"{original.url}: what came is no zip archive; {_again(original, folder)}") from None
 

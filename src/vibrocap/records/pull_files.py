@@ -13,7 +13,7 @@ from vibrocap.records.published import paper_stick_slip
 from vibrocap.records.readers import INTERVALS, RATES, READERS, TEXT
 from vibrocap.records.record import Record
 from vibrocap.records.text import text_tables
-from vibrocap.records.units import dimension, factor, unit_named
+from vibrocap.records.units import si_unit, unit_named
 
 PUBLISHED = "paper_stick_slip.npz"
 CONDITIONS = {"stiffness": "stiffness_N_per_m", "mass": "mass_kg", "pulling_speed": "pulling_speed_m_per_s"}
@@ -113,29 +113,33 @@ def _pulls(
     if "force" not in chosen and ("time" in chosen or not table.named):
         reason = f"force: {missing('force', table)}; say columns={{'force': ...}}"
         raise RecordError([reason], table.source)
-    unit = chosen["force"].unit if "force" in chosen else unit_named(units.get("force", "N")) or "N"
-    if dimension(unit) == "stress":
-        reason = f"units: force: should be a force or 1 for a coefficient, got {unit}, a stress"
+    given = unit_named(units["force"]) if "force" in units else None
+    unit = chosen["force"].unit if "force" in chosen else given or si_unit("force")
+    if unit.dimension not in ("force", "number"):
+        reason = f"units: force: should be a force or 1 for a coefficient, got {unit.name}, a {unit.dimension}"
         raise RecordError([reason], table.source)
     settings: dict[str, Any] = {
         field: table.scalars[name] for field, name in CONDITIONS.items() if name in table.scalars
     }
+    silent = [q for q, choice in chosen.items() if q in ("time", "force") and choice.unit_guessed]
+    silent += ["force"] if "force" not in chosen and given is None else []
+    assumed = [f"{', '.join(sorted(silent))}: the unit is nowhere said, taken as SI"] if silent else []
     found = []
     for name, column in forces.items():
-        force = np.asarray(table.columns[column], dtype=np.float64) * factor(unit)
+        force = np.asarray(table.columns[column], dtype=np.float64) * unit.factor
         if "time" in chosen:
-            time = np.asarray(table.columns[chosen["time"].column], dtype=np.float64) * factor(chosen["time"].unit)
-            how = f"time: column {chosen['time'].column!r} in {chosen['time'].unit}"
+            time = np.asarray(table.columns[chosen["time"].column], dtype=np.float64) * chosen["time"].unit.factor
+            how = f"time: column {chosen['time'].column!r} in {chosen['time'].unit.name}"
         else:
             time, how = np.arange(len(force)) / (rate or 1.0), f"time: {rate:.6g} samples a second"
-        said = "a friction coefficient" if dimension(unit) == "number" else unit
+        said = "a friction coefficient" if unit.dimension == "number" else unit.name
         found.append(
             PulledRecord(
                 name,
                 time,
                 force,
-                settings | {"coefficient": dimension(unit) == "number"},
-                (how, f"force: column {column!r} in {said}"),
+                settings | {"coefficient": unit.dimension == "number"},
+                (how, f"force: column {column!r} in {said}", *assumed),
             )
         )
     return found

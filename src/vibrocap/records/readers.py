@@ -8,9 +8,10 @@ import numpy as np
 
 from vibrocap.records.arrays import mat_tables, npz_tables
 from vibrocap.records.checks import RecordError, complaints
-from vibrocap.records.columns import RECORD, Table, choices, notes, setting_complaints, values_in_si
+from vibrocap.records.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
 from vibrocap.records.record import COLUMNS, Record
 from vibrocap.records.text import text_tables
+from vibrocap.records.units import base_quantity
 
 READERS: dict[str, Callable[..., list[Table]]] = {".npz": npz_tables, ".mat": mat_tables}
 SETTINGS = "the settings for reading"
@@ -33,14 +34,16 @@ def read_records(
     """The measured records in a file, or in several: force with velocity, displacement or both.
 
     What a column is, `columns` says; else it is guessed from its usual names (t, time_s, F, force [kN], x,
-    displacement_mm, v, vel_m_per_s, ...) and each record's `notes` say what was guessed. A unit is taken from `units`,
-    else from the heading or a line of units under it, else it is SI.
+    displacement_mm, v, vel_m_per_s, torque [N m], angle_deg, ...) and each record's `notes` say what was guessed. A
+    unit is taken from `units`, else from the heading or a line of units under it; one that cannot be read is refused.
+    Where none is said it is SI, and `guessed_units` says so.
 
     path: .csv, .txt, .tsv, .dat, .npz or .mat, or a list of such
     columns: quantity -> name of its column (or its place, counted from 0), for instance {"force": "F1"}; the quantities
-        are time, force, velocity, displacement, acceleration, normal_force; "record" names the column of a text file
-        that says which record a row belongs to
-    units: quantity -> unit, for instance {"force": "kN", "displacement": "mm"}
+        are time, force, velocity, displacement, acceleration, normal_force, and of a contact that turns torque,
+        angular_velocity, angle, angular_acceleration; "record" names the column of a text file that says which record
+        a row belongs to
+    units: quantity -> unit, for instance {"force": "kN", "displacement": "mm"}, as the library pint knows them
     name: of the record, where there is one [default: the file's name, or the record's name in it]
     dt, sampling_rate: s or Hz, where there is no column of time
     normal_force: N, where there is no such column; a friction coefficient is multiplied by it
@@ -131,8 +134,9 @@ def _fields(
         chosen.pop("time", None)
     if normal_force is not None:
         chosen.pop("normal_force", None)
-    for quantity in sorted(set(units) - set(chosen)):
+    for quantity in sorted(called for called in units if base_quantity(called) not in chosen):
         found.append(f"units: {quantity}: is given, but there is no such column; {_there_is(table)}")
+    rotary = turns(chosen, found)
     if found:
         wrong += found
         return None
@@ -159,7 +163,9 @@ def _fields(
         wrong += found
         return None
     others = {key: value for key, value in table.scalars.items() if key.lower() not in (*INTERVALS, *RATES)}
-    return {**values, "source": table.source, "conditions": others, "notes": tuple(said)}
+    guessed = {quantity: choice.unit.name for quantity, choice in chosen.items() if choice.unit_guessed}
+    settings = {"rotary": rotary, "guessed_units": guessed, "notes": tuple(said)}
+    return {**values, "source": table.source, "conditions": others, **settings}
 
 
 def _of(table: Table) -> str:

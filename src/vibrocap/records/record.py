@@ -37,6 +37,9 @@ class Record:
     source: where the numbers are from
     conditions: further numbers of the experiment by name, with the unit in the name (stiffness_N_per_m)
     notes: what was understood, converted or filtered on the way from the file to here
+    rotary: whether the contact turns: force is then a torque (N m), displacement an angle (rad), velocity and
+        acceleration angular (rad/s, rad/s^2)
+    guessed_units: unit by quantity, where the file did not say one and SI was taken
 
     The columns are copied to arrays of doubles that cannot be written to.
     Raises RecordError, a ValueError, with every complaint: lengths that differ, fewer than 8 samples, a time that
@@ -54,6 +57,8 @@ class Record:
     source: str = ""
     conditions: Mapping[str, float] = dataclasses.field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    rotary: bool = False
+    guessed_units: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self):
         self._check()

@@ -10,11 +10,12 @@ import numpy as np
 
 from vibrocap.records.checks import RecordError
 from vibrocap.records.columns import RECORD, Table
-from vibrocap.records.units import unit_named
+from vibrocap.records.units import DIMENSIONS, unit_named
 
 COMMENTS = ("#", "%", "//", "!")
 DELIMITERS = (";", "\t", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late
 MOST_COMPLAINTS = 5
+MOST_BYTES = 2**30  # of a text
 
 Row = tuple[int, list[str]]  # number of the line in the file, its cells
 
@@ -83,7 +84,10 @@ def _column_of_records(names: list[str], wanted: str | int | None, path: Path) -
 
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Lines that are not blank, stripped, with their numbers from 1."""
-    raw = path.read_bytes()
+    with path.open("rb") as file:
+        raw = file.read(MOST_BYTES + 1)
+    if len(raw) > MOST_BYTES:
+        raise RecordError([f"has more than {MOST_BYTES // 2**20} MB; give the records in several files"], str(path))
     if b"\x00" in raw[:4096]:
         raise RecordError(["is not a text file; should be .csv or .txt, .npz or .mat"], str(path))
     try:
@@ -143,18 +147,20 @@ def _is_data(cells: Sequence[str], usual: int) -> bool:
 
 def _header(head: Sequence[Row], count: int, written: bool) -> tuple[list[str] | None, dict[str, str]]:
     """(names of the columns or None, unit by name) from the lines above the numbers; the nearest line counts."""
-    wide = [cells for _, cells in head if len(cells) == count and all(cells)]
+    wide = [cells for _, cells in head if len(cells) == count and (all(cells) or _are_units(cells))]
     if not wide or (not written and head[-1][1] != wide[-1]):
         return None, {}
     names, units = wide[-1], []
     if len(wide) > 1 and _are_units(wide[-1]):
         names, units = wide[-2], [re.sub(r"^[\[({<]|[\])}>]$", "", cell) for cell in wide[-1]]
     names = [name.strip("\"'") for name in names]
-    return names, dict(zip(names, units, strict=False))
+    return names, {name: unit for name, unit in zip(names, units, strict=False) if unit}
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    return all(unit_named(re.sub(r"^[\[({<]|[\])}>]$", "", cell)) is not None for cell in cells)
+    """Whether all cells that are not empty are units, one at least of a quantity that a record has."""
+    units = [unit_named(re.sub(r"^[\[({<]|[\])}>]$", "", cell)) for cell in cells if cell]
+    return None not in units and any(unit.dimension in DIMENSIONS for unit in units if unit is not None)
 
 
 def _check_ragged(body: Sequence[Row], names: list[str] | None, path: Path) -> None:

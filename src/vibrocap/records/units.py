@@ -1,122 +1,210 @@
-"""Units of measured quantities: what a unit is called, what it measures, and its factor to SI."""
+"""Units of measured quantities: what a unit measures and its factor to SI, as the library pint reads it.
 
+A turning contact has a torque, an angle and an angular velocity in the places of force, displacement and velocity.
+Radians count as a unit of their own here, so that an angle is no number and an angular velocity no frequency.
+"""
+
+import dataclasses
+import functools
 import re
+from typing import Any
 
 from vibrocap.arguments import suggestion
 
-# unit: (dimension, factor to SI)
-UNITS: dict[str, tuple[str, float]] = {
-    "s": ("time", 1.0),
-    "ms": ("time", 1e-3),
-    "us": ("time", 1e-6),
-    "min": ("time", 60.0),
-    "N": ("force", 1.0),
-    "kN": ("force", 1e3),
-    "mN": ("force", 1e-3),
-    "uN": ("force", 1e-6),
-    "MN": ("force", 1e6),
-    "m": ("length", 1.0),
-    "cm": ("length", 1e-2),
-    "mm": ("length", 1e-3),
-    "um": ("length", 1e-6),
-    "nm": ("length", 1e-9),
-    "m/s": ("speed", 1.0),
-    "cm/s": ("speed", 1e-2),
-    "mm/s": ("speed", 1e-3),
-    "um/s": ("speed", 1e-6),
-    "nm/s": ("speed", 1e-9),
-    "m/s^2": ("acceleration", 1.0),
-    "mm/s^2": ("acceleration", 1e-3),
-    "g": ("acceleration", 9.80665),  # standard gravity, CGPM 1901
-    "Pa": ("stress", 1.0),
-    "kPa": ("stress", 1e3),
-    "MPa": ("stress", 1e6),
-    "GPa": ("stress", 1e9),
-    "1": ("number", 1.0),
-    "%": ("number", 1e-2),
+# dimension: the usual units, the SI one first
+DIMENSIONS: dict[str, tuple[str, ...]] = {
+    "time": ("s", "ms", "us", "min", "h"),
+    "force": ("N", "kN", "mN", "uN", "MN", "lbf", "kip", "kgf"),
+    "torque": ("N m", "kN m", "mN m", "N mm", "lbf ft", "lbf in"),
+    "length": ("m", "cm", "mm", "um", "nm", "in", "ft"),
+    "angle": ("rad", "mrad", "deg", "turn"),
+    "speed": ("m/s", "cm/s", "mm/s", "um/s", "nm/s", "km/h", "in/s", "ft/s", "mph"),
+    "angular speed": ("rad/s", "deg/s", "rpm", "turn/s"),
+    "acceleration": ("m/s^2", "cm/s^2", "mm/s^2", "g", "in/s^2", "ft/s^2"),
+    "angular acceleration": ("rad/s^2", "deg/s^2"),
+    "stress": ("Pa", "kPa", "MPa", "GPa", "psi", "bar"),
+    "number": ("1", "%"),
 }
+# quantity: the dimensions in which it may be given, that of a straight motion first
+QUANTITIES: dict[str, tuple[str, ...]] = {
+    "time": ("time",),
+    "force": ("force", "torque", "stress", "number"),
+    "velocity": ("speed", "angular speed"),
+    "displacement": ("length", "angle"),
+    "acceleration": ("acceleration", "angular acceleration"),
+    "normal_force": ("force", "stress"),
+}
+# another name of a quantity, for a contact that turns: the quantity
+TURNING = {
+    "torque": "force",
+    "angle": "displacement",
+    "angular_velocity": "velocity",
+    "angular_acceleration": "acceleration",
+}
+ROTARY = ("torque", "angle", "angular speed", "angular acceleration")
+LINEAR = ("force", "length", "speed", "acceleration", "stress", "number")
 
-# other spellings, in small letters
+# spellings that pint has not, or has for something that no record holds (gram, number-metre)
 SPELLINGS = {
-    "sec": "s",
-    "secs": "s",
-    "second": "s",
-    "seconds": "s",
-    "msec": "ms",
-    "newton": "N",
-    "newtons": "N",
-    "micron": "um",
-    "microns": "um",
-    "micrometer": "um",
-    "micrometers": "um",
+    "-": "1",
+    "none": "1",
+    "g": "g_0",  # standard gravity
     "mps": "m/s",
     "mmps": "mm/s",
     "umps": "um/s",
-    "-": "1",
-    "none": "1",
-    "dimensionless": "1",
+    "ips": "in/s",
+    "kmh": "km/h",
+    "rev": "turn",
+    "revs": "turn",
+    "rps": "turn/s",
+    "kips": "kip",
+    "msec": "ms",
+    "secs": "s",
 }
-
-# quantity: the dimensions in which it may be given, the SI one first
-QUANTITIES: dict[str, tuple[str, ...]] = {
-    "time": ("time",),
-    "force": ("force", "stress", "number"),
-    "velocity": ("speed",),
-    "displacement": ("length",),
-    "acceleration": ("acceleration",),
-    "normal_force": ("force", "stress"),
-}
-_SI = {dimension: unit for unit, (dimension, factor) in reversed(UNITS.items()) if factor == 1.0}
+UNDERSTOOD = re.compile(r"[A-Za-zµμ°%/*^.·⋅ _()²³¹⁻0-9-]{1,40}")
+_FORCE, _ARM = r"(?:[kMmcu]?N|lbf?|ozf?|kgf|kip)", r"(?:[kcmdu]?m|ft|in|inch|feet)"
+_BETWEEN = r"\s*[ ._*·⋅-]?\s*"
 
 
-def unit_named(text: str) -> str | None:
-    """The unit that a text means, as UNITS spells it; None where it is no unit.
+@dataclasses.dataclass(frozen=True)
+class Unit:
+    """A unit: its name, what it measures (a key of DIMENSIONS, or of what else pint calls it), its factor to SI."""
 
-    Understood are other spellings of micro, of division and of powers: "µm", "m_per_s", "m_s", "m s-1", "mm/sec".
-    Capital letters count (mN, MN), unless no unit is spelt so: "MM/S" is mm/s.
+    name: str
+    dimension: str
+    factor: float
+
+
+@functools.cache
+def _registry() -> Any:
+    """pint's units, with decimal factors, so that a millimetre is 0.001 m to the last bit."""
+    from decimal import Decimal
+
+    from pint import UnitRegistry
+
+    return UnitRegistry(non_int_type=Decimal)  # type: ignore[arg-type]
+
+
+@functools.cache
+def _dimensions() -> dict[tuple, str]:
+    """The name of a dimension by its SI base units."""
+    return {_parsed(units[0].replace(" ", "*"))[1]: name for name, units in DIMENSIONS.items()}  # type: ignore[index]
+
+
+@functools.cache
+def _parsed(text: str) -> tuple[float, tuple] | None:
+    """(factor, base units with exponents) of a text that pint understands."""
+    registry = _registry()
+    try:
+        factor, base = registry.get_base_units(registry.parse_units(text))
+    except Exception:  # pint raises nearly every kind of error for what is no unit
+        return None
+    return float(factor), tuple(sorted((str(name), float(power)) for name, power in base._units.items()))
+
+
+def _spelt(text: str) -> str:
+    """A text in pint's spelling: micro, division, powers and torques as instruments write them."""
+    text = text.strip().replace("µ", "u").replace("μ", "u").replace("°", "deg")
+    if text in SPELLINGS or text.lower() in SPELLINGS:
+        return SPELLINGS.get(text, SPELLINGS.get(text.lower(), text))
+    text = re.sub(r"\s*(?:[_ ]per[_ ]|/)\s*", "/", text)
+    text = re.sub(r"(?<=[A-Za-z])\s*(?:\^|\*\*)?\s*([-⁻]?)([1¹2²3³])(?![0-9])", _power, text)
+    text = re.sub(
+        r"(?<=m)[ _](?=s)(?!s\*\*-)|(?<=rad|deg)_(?=s)(?!s\*\*-)|(?<=km)_(?=h)", "/", text, flags=re.IGNORECASE
+    )
+    text = re.sub(r"[\s_.]*\*\*-([123])", r"**-\1", text)
+    turns = re.fullmatch(rf"({_FORCE}){_BETWEEN}({_ARM})", text) or re.fullmatch(rf"({_ARM})-({_FORCE})", text)
+    if turns and turns[0] != "nm":
+        force, arm = sorted(turns.groups(), key=lambda part: re.fullmatch(_FORCE, part) is None)
+        return f"{ {'lb': 'lbf', 'oz': 'ozf'}.get(force, force) }*{arm}"
+    return re.sub(r"\brev\b", "turn", text).replace("·", "*").replace("⋅", "*")
+
+
+def _power(match: re.Match) -> str:
+    digit = {"¹": "1", "²": "2", "³": "3"}.get(match[2], match[2])
+    return f"**{'-' if match[1] else ''}{digit}"
+
+
+@functools.cache
+def unit_named(text: str) -> Unit | None:
+    """The unit that a text means; None where it is no unit.
+
+    Understood is what pint knows, and other spellings of micro, of division, of powers and of torques: "µm",
+    "m_per_s", "m_s", "m s-1", "mm/sec", "Nm", "N-m", "lb-ft". Capital letters count (mN, MN; nm, Nm), unless only one
+    of the usual units is spelt so: "MM/S" is mm/s.
     """
-    text = text.strip().replace("µ", "u").replace("μ", "u")
-    text = re.sub(r"\s*(?:[_ ]per[_ ]|p(?=s$)|/)\s*", "/", text)
-    text = re.sub(r"[\s._*·]*s(ec)?\^?[-⁻][1¹]$", "/s", text)
-    text = re.sub(r"[\s._*·]*s(ec)?\^?[-⁻][2²]$", "/s^2", text)
-    text = re.sub(r"(?<=m)[ _](?=s)", "/", text, flags=re.IGNORECASE)
-    text = re.sub(r"/s(?:ec)?(?:\^|\*\*)?[2²]$", "/s^2", text)
-    text = re.sub(r"/sec(?:onds?)?$", "/s", text)
-    if text in UNITS:
-        return text
-    small = text.lower()
-    if small in SPELLINGS:
-        return SPELLINGS[small]
-    alike = [unit for unit in UNITS if unit.lower() == small]
-    return alike[0] if len(alike) == 1 else None
+    text = text.strip()
+    if not UNDERSTOOD.fullmatch(text) or re.search(r"\d{2}|(\*\*|\^).*(\*\*|\^).*(\*\*|\^)", text):
+        return None
+    usual = _usual()
+    if text in usual:
+        return _unit(text, usual[text])
+    small = [name for name in usual if name.lower() == text.lower()]
+    tried = [_spelt(text), usual[small[0]] if len(small) == 1 else "", text.lower() if len(text) > 3 else ""]
+    if small:  # "KN" is kN, not what pint makes of it; "NM" may be nm or N m, and is neither
+        tried = [tried[1]] if text != "Nm" and len(small) == 1 else tried[:1] if _spelt(text) != text else []
+    for spelling in tried:
+        found = _unit(text, spelling) if spelling else None
+        if found is not None:
+            return found
+    return None
 
 
-def si_unit(quantity: str) -> str:
-    """The SI unit of a quantity: N of a force."""
-    return _SI[QUANTITIES[quantity][0]]
+@functools.cache
+def _usual() -> dict[str, str]:
+    """pint's spelling of each usual unit."""
+    found = {name: SPELLINGS.get(name, name.replace(" ", "*")) for names in DIMENSIONS.values() for name in names}
+    return found | {name.replace("*", ""): name for name in found.values() if re.search(r"N\*m+$", name)}
 
 
-def dimension(unit: str) -> str:
-    """What a unit of UNITS measures."""
-    return UNITS[unit][0]
+def _unit(text: str, spelling: str) -> Unit | None:
+    parsed = _parsed(spelling)
+    if parsed is None:
+        return None
+    factor, base = parsed
+    dimension = _dimensions().get(base)
+    if dimension is None:
+        dimension = {(("kilogram", 1.0),): "mass", (("second", -1.0),): "frequency"}.get(base, "something else")
+    usual = [name for name in DIMENSIONS.get(dimension, ()) if _parsed(_usual()[name]) == parsed]
+    same = [name for name in usual if _usual()[name] == spelling]
+    return Unit([*same, *usual, text.replace("µ", "u")][0], dimension, factor)
 
 
-def factor(unit: str) -> float:
-    """What one such unit is in SI units."""
-    return UNITS[unit][1]
+def suffix_unit(text: str) -> Unit | None:
+    """The unit that the end of a heading without brackets may mean ("time_s"): a usual one only, for "v_c" is none."""
+    found = unit_named(text)
+    return found if found is not None and found.name in _usual() else None
 
 
-def fits(unit: str, quantity: str) -> bool:
+def base_quantity(quantity: str) -> str:
+    """The quantity of a record that a name stands for: force for a torque."""
+    return TURNING.get(quantity, quantity)
+
+
+def dimensions_of(quantity: str) -> tuple[str, ...]:
+    """The dimensions in which a quantity may be given; those of turning alone for one that is named so."""
+    found = QUANTITIES[base_quantity(quantity)]
+    return tuple(each for each in found if each in ROTARY) if quantity in TURNING else found
+
+
+def si_unit(quantity: str, rotary: bool = False) -> Unit:
+    """The SI unit of a quantity: N of a force, N m of a torque."""
+    found = dimensions_of(quantity)
+    dimension = next((each for each in found if each in ROTARY), found[0]) if rotary else found[0]
+    return Unit(DIMENSIONS[dimension][0], dimension, 1.0)
+
+
+def fits(unit: Unit, quantity: str) -> bool:
     """Whether a quantity may be given in a unit."""
-    return UNITS[unit][0] in QUANTITIES[quantity]
+    return unit.dimension in dimensions_of(quantity)
 
 
 def unit_complaint(quantity: str, text: object) -> str | None:
     """Why a text is no unit for a quantity; None where it is one."""
-    allowed = [unit for unit in UNITS if fits(unit, quantity)]
     unit = unit_named(text) if isinstance(text, str) else None
     if unit is not None and fits(unit, quantity):
         return None
-    what = "no unit that is known here" if unit is None else f"a unit of {dimension(unit)}"
+    allowed = [name for dimension in dimensions_of(quantity) for name in DIMENSIONS[dimension]]
+    what = "no unit that is known here" if unit is None else f"a unit of {unit.dimension}"
     hint = suggestion(text, allowed, 0.6 if unit is None else 1.0, "should be", " or ")
     return f"units: {quantity}: {text!r} is {what}; {hint}"

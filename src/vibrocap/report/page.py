@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from string import Template
 
+from vibrocap.files import write_text
 from vibrocap.paper.claim import Outcome, Verdict
 from vibrocap.paper.errata import ERRATA, Erratum
 from vibrocap.paper.figure_data import Figure
@@ -57,8 +58,7 @@ def write_report(result: Result, path: Path) -> Path:
         sweep=SWEEP_PERIODS,
         last=LAST,
     )
-    path.write_text(page, encoding="utf-8")
-    return path
+    return write_text(path, page)
 
 
 def number(value: float) -> str:

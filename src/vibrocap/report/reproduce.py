@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from vibrocap.files import made_folder, replacing, write_text
 from vibrocap.paper.claim import Verdict
 from vibrocap.paper.claims import verdicts
 from vibrocap.paper.figure_data import Figure
@@ -41,12 +42,12 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     progress: called with what is being done and the share done
 
     What is done is written even if the run is interrupted or fails, marked as not finished. Raises ValueError for an
-    unknown figure and OSError where the folder cannot be written, both before any work.
+    unknown figure and WriteError where the folder cannot be written, both before any work.
     """
     wanted = chosen_figures(only)
     out = Path(out)
-    (out / "figures").mkdir(parents=True, exist_ok=True)
-    (out / "claims.json").write_text("[]\n", encoding="utf-8")
+    made_folder(out / "figures")
+    write_text(out / "claims.json", "[]\n")
     began, runs = time.perf_counter(), Runs()
     tell = progress or (lambda what, share: None)
     result = Result(only=only)
@@ -75,7 +76,7 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
 
 def write_data(figure: Figure, path: Path) -> None:
     """The data of a figure: one row per point, full precision."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(("panel", "curve", "x_name", "y_name", "x", "y"))
         for panel, curve, x_name, y_name, x, y in figure.rows:
@@ -85,8 +86,8 @@ def write_data(figure: Figure, path: Path) -> None:
 def write_claims(claims: tuple[Verdict, ...], out: Path) -> None:
     """The verdicts as JSON and as a table."""
     rows = [verdict.row for verdict in claims]
-    (out / "claims.json").write_text(json.dumps(rows, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    with (out / "claims.csv").open("w", newline="", encoding="utf-8") as file:
+    write_text(out / "claims.json", json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
+    with replacing(out / "claims.csv") as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         names = (
             "key",

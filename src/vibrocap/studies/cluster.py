@@ -1,5 +1,6 @@
 """A study on a Dask cluster: workers compute tiles and store them; only counts of statuses pass through the client."""
 
+import dataclasses
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -10,12 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
+from vibrocap.measures.measure import Measure
 from vibrocap.motion.trajectory import Status
 from vibrocap.studies.code_version import code_version
-from vibrocap.studies.store import Store, read_record
+from vibrocap.studies.own_parts import receive, sources_of
+from vibrocap.studies.store.record import read_record
+from vibrocap.studies.store.store import Store
+from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile
-from vibrocap.studies.writing import StoreError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -26,16 +30,36 @@ PATIENCE = 30.0  # seconds until a file that a worker wrote shows on this machin
 EXTRA = "needs dask and distributed; install them with: pip install 'vibrocap[sweep]'"
 
 
-def run_and_store(study: Study, path: str, index: Index, threads: int | None = 1) -> dict[str, int]:
+@dataclasses.dataclass(frozen=True, eq=False)
+class SentStudy:
+    """A study on its way to workers that have to load its own parts first: its record, measures, and their sources."""
+
+    record: dict[str, Any]
+    measures: tuple[Measure, ...]
+    sources: tuple[tuple[str, str], ...]
+
+    @classmethod
+    def of(cls, study: Study) -> "SentStudy":
+        """The study as it is sent; CaseError for a part that workers could not find."""
+        own = tuple(measure for measure in study.measures if isinstance(measure, Measure))
+        return cls(study.record(), own, sources_of(study.own_parts.values()))
+
+    def study(self) -> Study:
+        """The study again; StoreError where this machine does not have its parts."""
+        receive(self.sources)
+        return Study.from_record(self.record, self.measures)
+
+
+def run_and_store(study: Study | SentStudy, path: str, index: Index, threads: int | None = 1) -> dict[str, int]:
     """Compute one tile and store it; how many runs ended how, by the words of their status.
 
     What a worker of a cluster does: it is sent a study and a place in it, and answers with counts only. A tile that is
     stored already is left as it is, and nothing is counted.
     """
-    store = _store_of(study, Path(path))
+    store = _store_of(study.study() if isinstance(study, SentStudy) else study, Path(path))
     if store.is_done(index):
         return {}
-    arrays = run_tile(study, store.tile, index, threads=threads)
+    arrays = run_tile(store.study, store.tile, index, threads=threads)
     store.write(index, arrays)
     codes, counts = np.unique(arrays["status"], return_counts=True)
     statuses = list(Status)
@@ -65,9 +89,10 @@ def run_on_cluster(
         raise CaseError([EXTRA], "the cluster") from None
 
     waiting = iter(pending)
+    sent = SentStudy.of(store.study) if store.study.own_parts else store.study
     with _client(workers, scheduler) as client:
         # A task, not scattered data: those would be lost with the last worker that holds them, a task is done again.
-        study = client.submit(_itself, store.study, key=f"study-{store.study.identity[:12]}")
+        study = client.submit(_itself, sent, key=f"study-{store.study.identity[:12]}")
         path = str(store.path.resolve())
 
         def submitted(index: Index) -> Any:
@@ -96,7 +121,7 @@ def run_on_cluster(
             raise CaseError([f"a worker lacks what it needs: {error}"], "the cluster") from error
 
 
-def _itself(study: Study) -> Study:
+def _itself(study: Study | SentStudy) -> Study | SentStudy:
     return study
 
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from vibrocap.case.case import CaseError
 from vibrocap.measures.measure import Measure
-from vibrocap.studies.store import RESULTS, read_record
+from vibrocap.studies.store.record import measure_names, read_record
+from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.study import Study
 from vibrocap.studies.variables import ALWAYS, axis_values, coordinate_attributes, study_attributes, variables
 
@@ -19,19 +20,25 @@ if TYPE_CHECKING:
 def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
     """The results of a stored study, read as they are needed; or those that `write_study` put into a NetCDF file.
 
-    Of a study that is not finished, the runs to come have the status "not run" (-1).
+    Of a study that is not finished, the runs to come have the status "not run" (-1). A folder may come from anyone: it
+    is looked at before anything in it is opened, and each chunk is compared with its checksum when it is read.
+
     chunks: None reads when asked; {} or "auto" gives Dask arrays, for studies that do not fit into memory.
-    Raises CaseError where a folder holds no study, or a file no results.
+    Raises CaseError where a folder holds no study, or one that this package did not write, or a file no results; while
+    results are read, StoreError (an OSError) where they are damaged.
     """
     import xarray
 
     path = Path(path)
     if path.suffix.lower() == ".nc" and not path.is_dir():
         return _exported(path, chunks)
-    measures = read_record(path)["study"]["measures"]
-    found = xarray.open_zarr(path / RESULTS, consolidated=False, chunks=chunks)
-    names = (measure if isinstance(measure, str) else measure["name"] for measure in measures)
-    return found[list(dict.fromkeys((*ALWAYS, *names)))]
+    record = read_record(path)
+    results = checked_results(path, record)
+    from vibrocap.studies.store.checked_store import CheckedStore
+
+    store: Any = CheckedStore(path, record, results)
+    found = xarray.open_zarr(store, consolidated=False, chunks=chunks, decode_times=False)
+    return found[list(dict.fromkeys((*ALWAYS, *measure_names(record))))]
 
 
 def _exported(path: Path, chunks: Any) -> "xarray.Dataset":

@@ -28,6 +28,8 @@ def _described(record: Mapping[str, Any]) -> Said:
     names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]
     found["measures"] = (", ".join(names), sorted(map(str, record["measures"])))
     found |= _plan(record["plan"])
+    for what, digest in record.get("parts", {}).items():
+        found[f"the code of {what}"] = (digest[:12], digest)
     code = record["code"]
     return found | {"code": (f"vibrocap {code['version']} with sources {code['sources'][:12]}", code)}
 

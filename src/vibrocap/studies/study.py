@@ -14,9 +14,10 @@ from vibrocap.studies.cases import CaseList
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.designs import Drawn
 from vibrocap.studies.fingerprint import function_fingerprint
+from vibrocap.studies.own_parts import own_parts, part_fingerprint
 from vibrocap.studies.runs import Runs
 
-FORMAT = "vibrocap study, format 1"
+FORMAT = "vibrocap study, format 2"
 PLANS: dict[str, type[Runs]] = {plan.kind: plan for plan in (Grid, CaseList, Drawn)}
 
 
@@ -47,7 +48,8 @@ class Study:
         return {**self.case.run, "window": self.window, "settle": self.settle, "device": self.device}
 
     def record(self) -> dict[str, Any]:
-        """The study as JSON can hold it: enough to run it again (with measures of one's own given again)."""
+        """The study as JSON can hold it: enough to run it again (with measures and parts of one's own given again)."""
+        parts = {what: part_fingerprint(part) for what, part in self.own_parts.items()}
         return {
             "case": case_text(self.case),
             "plan": self.plan.record(),
@@ -56,7 +58,13 @@ class Study:
             "settle": self.settle,
             "device": self.device,
             "code": dict(self.code),
+            **({"parts": parts} if parts else {}),
         }
+
+    @functools.cached_property
+    def own_parts(self) -> dict[str, type]:
+        """Parts that are not of this package, by what they are in the study, as in {"friction.law = own": Own}."""
+        return own_parts(self.case, self.plan.record())
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any], measures: Iterable[Measure] = ()) -> "Study":

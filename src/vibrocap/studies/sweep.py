@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -16,7 +17,8 @@ from vibrocap.studies.code_version import code_version
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
 from vibrocap.studies.planning import planned_study
-from vibrocap.studies.store import Store, opened_for_writing
+from vibrocap.studies.store.store import Store, opened_for_writing
+from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import variables
@@ -188,7 +190,11 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
 
 def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Progress) -> "xarray.Dataset":
     """All tiles that are not stored yet, into a store."""
-    store, lock = opened_for_writing(out, study, tile, resume=resume)
+    opened = opened_for_writing(out, study, tile, resume=resume)
+    store = opened.store
+    if opened.damage:
+        words = "; ".join(opened.damage)
+        warnings.warn(f"{out}: is damaged, and mended: {words}", DamageWarning, stacklevel=4)
     total = math.prod(tile_counts(study.plan.shape, store.tile))
     try:
         pending = store.pending()
@@ -203,6 +209,7 @@ def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Pro
             _run_here(store, pending, threads, report)
         if report:
             report(float(len(pending)))
+        store.check_whole()
         store.clean()
     except KeyboardInterrupt:
         left = len(store.pending())
@@ -211,7 +218,7 @@ def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Pro
             f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
         ) from None
     finally:
-        lock.release()
+        opened.lock.release()
     return open_study(out)
 
 

@@ -1,5 +1,6 @@
 """Fits of a friction law to records: the law is driven by the measured motion and answers with the measured force."""
 
+import functools
 import time as clock
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -7,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import suggestion
+from vibrocap.identification.fitting.simpler_fits import simpler_starts
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
-from vibrocap.identification.problem.parametrisation import parametrisation
+from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation
 from vibrocap.identification.problem.prediction import Prediction, nuisances
 from vibrocap.identification.problem.samples import Samples, drafts, samples
 from vibrocap.identification.result.fit_result import Fit
+from vibrocap.identification.search.loss import Loss
 
 DRAFT = 4000  # samples, in all, of a draft
 STARTS = ("fitted", "relaxed")
@@ -51,6 +54,8 @@ def fit(
     law: an instance (its values are the first start and the values of what is held), a class or a name (then the data
         suggest the start). free, fixed, bounds: see `parametrisation`; a static level is searched as a ratio, at least
         1, over the Coulomb level; whole exponents and conventions are held unless named in `free`.
+    A law that contains others (`Law.special_cases`) starts from the best of each, too, and one with `bounds` from
+    the best without them, so that neither ends in a worse minimum than those.
     starts: local searches, from points of a scrambled Sobol sequence (seed) around a start made from the data; they are
         drafted on thinned records and the best draft is polished on all samples.
     loss: linear, or soft_l1, huber, cauchy, arctan, which outliers pull less; loss_scale: error from which it bends,
@@ -75,10 +80,17 @@ def fit(
     fitted, unseen = split_records(records, held_out, load)
     scales = data_scales(fitted)
     chosen = parametrisation(law, scales, free, fixed, bounds)
-    extra = nuisances(chosen.template, fitted, offset=offset, mass=mass, start=start, level=scales.level)
-    space = chosen.space.with_more(extra)
-    prediction = Prediction(chosen.template, space, tuple(fitted), units(fitted, weights), threads)
-    draft = prediction.of(drafts(fitted, DRAFT), prediction.units)
+    own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
+
+    def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> Prediction:
+        extra = nuisances(choice.template, fitted, offset=offset, mass=mass, start=start, level=scales.level)
+        return Prediction(choice.template, choice.space.with_more(extra), of, own_units, threads)
+
+    def simpler(loss: Loss) -> list[np.ndarray]:
+        draft = functools.partial(predicted, of=thinned)
+        return simpler_starts(draft, chosen, scales, bounds or {}, settings.starts, loss, settings.seed)
+
+    prediction, draft = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
     options = {
         "method": "driven by the measured motion",
         "weights": weights,
@@ -89,7 +101,7 @@ def fit(
         "fixed": dict(fixed or {}),
         "bounds": {name: tuple(pair) for name, pair in (bounds or {}).items()},
     }
-    return solution(prediction, draft, chosen, settings, unseen, options, begin, progress)
+    return solution(prediction, draft, chosen, settings, unseen, options, begin, progress, simpler)
 
 
 def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:
@@ -110,6 +122,9 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
     names = [each.name for each in all_samples]
     if len(set(names)) < len(names):
         raise ValueError(f"records: should have different names, got {', '.join(names)}")
+    turning = [each.name for each in all_samples if each.rotary]
+    if turning and len(turning) < len(all_samples):
+        raise ValueError(f"records: {', '.join(turning)} turn and the others slide; should be of one contact")
     unseen: list[Samples] = []
     for item in held_out if isinstance(held_out, (list, tuple)) else [held_out]:
         if isinstance(item, str):

@@ -55,10 +55,12 @@ def solution(
     options: Mapping[str, Any],
     begin: float,
     progress: Callable[[float], None] | None = None,
+    also: Callable[[Loss], list[np.ndarray]] | None = None,
 ) -> Fit:
     """The fit of a prediction, whose first coordinates are those of the choice.
 
     draft: the same for few samples; unseen: held-out samples; options: for the report; begin: perf_counter at start.
+    also: further starts for a loss, from simpler fits.
     """
     space = prediction.space
     if prediction.size <= len(space.coordinates):
@@ -76,8 +78,9 @@ def solution(
         rule = Loss(settings.loss, robust_scale(linear.errors))
     all_options = {**options, **dataclasses.asdict(settings)}
     all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
+    further = also(rule) if also is not None else []
     best, ended = search(
-        prediction, draft, first, starts=settings.starts, loss=rule, seed=settings.seed, progress=progress
+        prediction, draft, first, further, starts=settings.starts, loss=rule, seed=settings.seed, progress=progress
     )
     if best.status == SearchStatus.FAILED:
         seconds = clock.perf_counter() - begin

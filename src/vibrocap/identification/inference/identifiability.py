@@ -27,6 +27,7 @@ class Verdict(enum.StrEnum):
     WIDE = "loosely determined"
     UNDETERMINED = "not determined"
     NO_EFFECT = "not determined: without effect in these data"
+    TOO_FEW = "not determined: too few samples"
     HELD = "held"
 
 
@@ -147,6 +148,8 @@ def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | No
     if interval is None or verdict in (Verdict.DETERMINED, Verdict.HELD):
         return ""
     experiment = f"{telling} would determine it."
+    if interval.limit and verdict in (Verdict.UNDETERMINED, Verdict.BOUNDED_ABOVE, Verdict.BOUNDED_BELOW):
+        return f"{name} is {verdict}{_by(interval)}: {interval.limit}, beyond which the data pull; {experiment}"
     if verdict == Verdict.UNDETERMINED:
         return f"{name} is not determined: the data agree with any value of the search's range; {experiment}"
     if verdict == Verdict.BOUNDED_BELOW:
@@ -154,6 +157,12 @@ def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | No
     if verdict == Verdict.BOUNDED_ABOVE:
         return f"{name} is only bounded above, by {_number(interval.high)}: any smaller value agrees; {experiment}"
     return f"{name} is loosely determined, {_number(interval.low)} to {_number(interval.high)}; {experiment}"
+
+
+def _by(interval: Interval) -> str:
+    if interval.low_open == interval.high_open:
+        return ""
+    return f", by {_number(interval.low if interval.high_open else interval.high)}"
 
 
 def _is_combination(direction: Direction) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrocap.identification.inference.uncertainty import Uncertainty, inverse, uncertainty
-from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.problem.prediction import Prediction, is_nuisance
 from vibrocap.identification.search.descent import descent, warm_descent
 from vibrocap.identification.search.loss import Loss, Minimum
 
@@ -19,6 +19,8 @@ LONGEST = 2.5  # first step of a coordinate at most: a factor of 12
 INTERVALS = ("profile", "covariance")
 WORTH = 3  # times fewer samples from which a draft is used
 ALIKE = 0.25  # logarithm of the ratio of standard errors up to which a draft says the same
+NEAR = 0.7  # of the rise that ends an interval, from which on a limit counts that was met on the way
+PRESSED = 0.1  # of the deviance that ends an interval: what the step beyond a limit would gain at least
 AGAIN = 4  # how often a better fit that a profile comes upon is taken up
 
 
@@ -28,6 +30,7 @@ class Interval:
 
     An end that the data do not set is open: it is 0 or -inf below and inf above where the parameter went to the bound
     of its search without objection. curve: (value, rise), rise = sqrt(2 (cost - least)/s^2), below `threshold` inside.
+    limit: the limit that a parameter reached where an end is open for it, in words.
     """
 
     low: float
@@ -36,6 +39,7 @@ class Interval:
     high_open: bool
     curve: tuple[tuple[float, float], ...] = ()
     threshold: float = math.nan
+    limit: str = ""
 
     @property
     def closed(self) -> bool:
@@ -103,23 +107,38 @@ class _Profile:
             best.slopes @ np.linalg.solve(own.slopes(best.u), np.eye(len(order)))[:, order] @ space.slopes(self.u)
         )
         self.first_slopes = self.slopes
+        self.first_gains = self._gains(best.errors, self.slopes, self.u)
         self.threshold = float(spread.threshold[own.names.index(name)])
         self.sigma = float(np.sqrt(max(covariance[self.j, self.j], 0.0)))
         self.direction = covariance[:, self.j] / max(covariance[self.j, self.j], 1e-300)
         self.curve: list[tuple[float, float]] = [(values[name], 0.0)]
+        self.blocked: tuple[float, str] = (0.0, "")  # largest rise at which a limit held another parameter, and which
         # the rise that ends the interval must be known to a hundredth: the search need not settle closer than that
         self.stop = float(np.clip(0.005 * spread.unit * self.threshold**2 / max(best.cost, 1e-300), 1e-10, 1e-4))
 
     def interval(self) -> Interval:
-        below, below_open = self._side(-1)
-        above, above_open = self._side(1)
+        below, below_open, below_limit = self._side(-1)
+        above, above_open, above_limit = self._side(1)
         signed = self.prediction.space.coordinates[self.j].form == "linear"
         low = (-math.inf if signed else 0.0) if below_open else below
         high = math.inf if above_open else above
-        return Interval(low, high, below_open, above_open, tuple(sorted(self.curve)), self.threshold)
+        return Interval(
+            low, high, below_open, above_open, tuple(sorted(self.curve)), self.threshold, below_limit or above_limit
+        )
 
-    def _side(self, side: int) -> tuple[float, bool]:
-        """Value at which the data object on one side, and whether they do not up to the bound."""
+    def _side(self, side: int) -> tuple[float, bool, str]:
+        """Value at which the data object on one side, whether they do not up to the bound, and the limit in the way.
+
+        Where another parameter stands at a limit and would lower the cost beyond it, the limit objects, not the data.
+        """
+        self.blocked = (0.0, "")
+        value, unset = self._end(side)
+        rise, limit = self.blocked
+        if unset or rise < NEAR * self.threshold:
+            return value, unset, ""
+        return value, True, limit
+
+    def _end(self, side: int) -> tuple[float, bool]:
         threshold = self.threshold
         bound = (self.prediction.space.low, self.prediction.space.high)[side > 0][self.j]
         room = abs(bound - self.u[self.j])
@@ -159,8 +178,34 @@ class _Profile:
             space = self.prediction.space
             raise BetterFound(dict(zip(space.names, space.values(found.u).tolist(), strict=True)))
         rise = math.sqrt(max(deviance, 0.0))
+        limit = self._pressed_limit(found.errors, found.slopes, found.u)
+        if limit and rise > self.blocked[0]:
+            self.blocked = (rise, limit)
         self.curve.append((self._value(u[self.j]), rise))
         return rise, found.u
+
+    def _pressed_limit(self, errors: np.ndarray, slopes: np.ndarray, u: np.ndarray) -> str:
+        """A limit, of the search or given, beyond which another parameter would lower the cost, more than at the best.
+
+        By a good part of what ends the interval: then the limit objects to the value, not the data.
+        """
+        for k, gain in self._gains(errors, slopes, u).items():
+            if gain - self.first_gains.get(k, 0.0) > PRESSED * self.spread.unit * self.threshold**2:
+                each = self.prediction.space.coordinates[k]
+                whose = "of the search" if each.whose_limit(each.at_limit(u[k])) == "search" else "that was given"
+                return f"{each.name} comes to a limit {whose}"
+        return ""
+
+    def _gains(self, errors: np.ndarray, slopes: np.ndarray, u: np.ndarray) -> dict[int, float]:
+        """By how much twice the cost would fall beyond each limit at which another parameter of the law stands."""
+        found = {}
+        for k, each in enumerate(self.prediction.space.coordinates):
+            at = each.at_limit(u[k]) if k != self.j and not is_nuisance(each.name) else 0
+            if at and each.whose_limit(at) != "law":
+                column = self.loss.slope(errors) * slopes[:, k]
+                pull, bend = -at * float(column @ errors), float(column @ slopes[:, k])
+                found[k] = max(pull, 0.0) ** 2 / max(bend, 1e-300)
+        return found
 
     def _value(self, u: float) -> float:
         place = self.u.copy()

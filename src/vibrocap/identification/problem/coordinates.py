@@ -12,8 +12,10 @@ import numpy as np
 
 Form = Literal["log", "foot", "linear", "above", "below"]
 LARGEST_RATIO = 20.0
+RATIOS = ("law", "search")  # who sets the least and the largest ratio of two levels
 STEP = 1e-4  # square root of the driven law's tolerance, where rounding and curvature meet
 COARSE_STEP = 2e-3  # over the steps that samples make when they pass from before a jump of the force to behind it
+AT_LIMIT = 1e-7  # of the range of a coordinate: it stands at its end
 LARGEST_SUM = 0.98  # of shares of one whole
 
 
@@ -25,7 +27,8 @@ class Coordinate:
     above: p = partner exp(u) with u >= 0; below: p = partner exp(-u) with u >= 0 (partner: another parameter's value).
     low, high: bounds of p. spread: standard deviation of u among the starts. step: change of u for differences; a
     coarse one for a law whose force is not smooth in a parameter; jumps: whether it is this one (a gap moves the
-    instants at which a joint closes).
+    instants at which a joint closes). whose: who sets the ends of the range of u: "law" (zero, the order of two
+    levels), "search" (this package) or "given".
     """
 
     name: str
@@ -37,6 +40,17 @@ class Coordinate:
     spread: float = 0.5
     step: float = STEP
     jumps: bool = False
+    whose: tuple[str, str] = ("search", "search")
+
+    def at_limit(self, u: float) -> int:
+        """-1 or 1 where a coordinate stands at the lower or the upper end of its range, 0 within."""
+        low, high = self.range
+        near = AT_LIMIT * (high - low)
+        return -1 if u <= low + near else 1 if u >= high - near else 0
+
+    def whose_limit(self, at: int) -> str:
+        """Who sets the lower (-1) or upper (1) end of the range: "law", "search" or "given"."""
+        return self.whose[at > 0]
 
     @property
     def range(self) -> tuple[float, float]:
@@ -145,9 +159,9 @@ class Space:
             return self
         other = self.coordinates[self.names.index(own.partner)]
         low, high = (other.low, other.high * LARGEST_RATIO) if own.form == "above" else (own.low, own.high)
-        leader = dataclasses.replace(own, form="log", partner="", low=low, high=high)
+        leader = dataclasses.replace(own, form="log", partner="", low=low, high=high, whose=other.whose)
         form: Form = "below" if own.form == "above" else "above"
-        led = dataclasses.replace(other, form=form, partner=name)
+        led = dataclasses.replace(other, form=form, partner=name, whose=RATIOS)
         swapped = {name: led, own.partner: leader}  # each takes the other's place, so that the leader stands first
         order = [swapped.get(each.name, each) for each in self.coordinates]
         # the led one may have followers of its own: they keep their place after it

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from vibrocap.arguments import suggestion
-from vibrocap.identification.problem.coordinates import COARSE_STEP, Coordinate, Space
+from vibrocap.identification.problem.coordinates import COARSE_STEP, RATIOS, Coordinate, Space
 from vibrocap.identification.problem.data_scales import DataScales
 from vibrocap.identification.problem.parameter_roles import UNKNOWN, Role, role, with_role
 from vibrocap.physics import catalogue
@@ -99,10 +100,12 @@ def parametrisation(
         coordinate = _coordinate(name, kinds[name], limits[name], guessed[name], scales, bounds.get(name))
         if name not in bounds:
             if partner:
-                coordinate = dataclasses.replace(coordinate, form="above", partner=partner, low=0.0, high=math.inf)
+                coordinate = dataclasses.replace(
+                    coordinate, form="above", partner=partner, low=0.0, high=math.inf, whose=RATIOS
+                )
                 constants[partner] = start[partner]
             elif led and led not in chosen:
-                coordinate = dataclasses.replace(coordinate, form="below", partner=led)
+                coordinate = dataclasses.replace(coordinate, form="below", partner=led, whose=RATIOS)
                 constants[led] = start[led]
         if coarse:
             coordinate = dataclasses.replace(coordinate, step=COARSE_STEP, jumps=kinds[name].name == "gap")
@@ -121,7 +124,11 @@ def parametrisation(
     u = space.of({**start, **guessed})
     values = dict(zip(space.names, space.values(u).tolist(), strict=True))
     held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
-    template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
+    try:
+        template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
+    except ValidationError as error:  # values that are good each alone: a static level below the Coulomb level
+        reasons = "; ".join(str(problem["msg"]).removeprefix("Value error, ") for problem in error.errors())
+        raise ValueError(f"fixed: {reasons}") from None
     return Parametrisation(template, space, u, own_start)
 
 
@@ -143,6 +150,11 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
     for name, value in fixed.items():
         if not (_is_number(value) and math.isfinite(value)):
             raise ValueError(f"fixed: {name} should be a finite number, got {value!r}")
+        low, high, inclusive = _limits(type(template), name)
+        if not (low < value <= high or (inclusive and value == low)):
+            least = "" if low == -math.inf else f" {'at least' if inclusive else 'greater than'} {low:g}"
+            most = "" if high == math.inf else f" at most {high:g}"
+            raise ValueError(f"fixed: {name} should be{' and'.join(filter(None, (least, most)))}, got {value!r}")
     for name, pair in bounds.items():
         low, high = pair
         if not low < high:
@@ -189,6 +201,21 @@ def _coordinate(
     own: tuple[float, float] | None,
 ) -> Coordinate:
     """The form and the bounds of one parameter."""
+    found = _ranged(name, kind, limits, guess, scales, own)
+    if own:
+        return dataclasses.replace(found, whose=("given", "given"))
+    ends = [("law" if end == limit else "search") for end, limit in zip((found.low, found.high), limits, strict=False)]
+    return dataclasses.replace(found, whose=(ends[0], ends[1]))
+
+
+def _ranged(
+    name: str,
+    kind: Role,
+    limits: tuple[float, float, bool],
+    guess: float,
+    scales: DataScales,
+    own: tuple[float, float] | None,
+) -> Coordinate:
     natural = _natural(kind, guess, scales)
     low, high, inclusive = limits
     signed = low < 0

@@ -1,7 +1,7 @@
 """Samples: the columns of records as a fit uses them, on their own clock, thinned where a draft is enough."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ class Samples:
     time [n] s from the first sample; velocity [n] m/s; force [n] N; acceleration [n] m/s^2; load N: a number or [n],
     1 where the normal force is not known, so that friction coefficients are then forces.
     deviation: standard deviation of the force, over which errors are relative.
+    rotary: the contact turns (N m, rad, rad/s); guessed_units: those that the record's file did not say.
     """
 
     name: str
@@ -26,6 +27,8 @@ class Samples:
     acceleration: np.ndarray
     load: Any
     deviation: float
+    rotary: bool = False
+    guessed_units: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -88,6 +91,8 @@ def samples(record: Any, load: float | None = None) -> Samples:
         acceleration=np.ascontiguousarray(acceleration),
         load=float(known) if np.ndim(known) == 0 else np.ascontiguousarray(known, dtype=float),
         deviation=deviation,
+        rotary=bool(getattr(record, "rotary", False)),
+        guessed_units=dict(getattr(record, "guessed_units", {})),
     )
 
 

@@ -12,6 +12,9 @@ IN_SI = """\
 # In the units of the records, which are SI: N, m, s. A case counts forces in the weight m g of the pendulum, lengths in
 # its length l and time in sqrt(l/g): give mass and length (`--pendulum`, or `fit.save(folder, scales=...)`) for these.
 """
+TURNING_IN_SI = """\
+# In the units of the records, which are SI for a contact that turns: N m, rad, s. No case has such a contact.
+"""
 
 
 def dimensionless(law: Law, scales: PendulumScales, known_load: bool) -> Law:
@@ -41,8 +44,10 @@ def dimensionless(law: Law, scales: PendulumScales, known_load: bool) -> Law:
     return with_values(law, values)
 
 
-def heading(scales: PendulumScales | None) -> str:
+def heading(scales: PendulumScales | None, rotary: bool = False) -> str:
     """Lines of comment that say in which units a section of a case file stands."""
+    if rotary:
+        return TURNING_IN_SI
     if scales is None:
         return IN_SI
     return (

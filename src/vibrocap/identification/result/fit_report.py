@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.identification.inference.identifiability import WIDE, Identifiability, Verdict, identifiability
+from vibrocap.identification.inference.limits import opened, reached_limits
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.uncertainty import correlation_time
 from vibrocap.identification.problem.coordinates import Coordinate
@@ -15,9 +16,12 @@ from vibrocap.identification.problem.parameter_roles import unit_of
 from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
+from vibrocap.identification.result.measured_units import TURNING, MeasuredUnits, measured_units
 from vibrocap.identification.search.loss import Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.parameters import parameter_table
+
+EACH = 5  # samples for each parameter, the least with which intervals are given
 
 
 def finished_fit(
@@ -46,17 +50,27 @@ def finished_fit(
         name: dataclasses.replace(each, low=min(each.low, values[name]), high=max(each.high, values[name]))
         for name, each in found.items()
     }
+    limits = reached_limits(prediction, problem.best, problem.loss, spread)
+    found = opened(found, limits, prediction, problem.best)
     report = _identifiability(problem, values, found)
+    counted, parameters_in_all = int(sum(np.sum(each) for each in prediction.counts)), len(space.names)
+    if counted < EACH * parameters_in_all:
+        report = _too_few(report, counted, parameters_in_all)
+        found = {name: dataclasses.replace(each, **_nothing(each)) for name, each in found.items()}
     law = prediction.law(best.u)
     known_load = options.get("load") is not None or any(
         np.any(np.asarray(each.load) != 1.0) for each in prediction.records
     )
+    units = measured_units(any(each.rotary for each in prediction.records))
+    guessed = {name: unit for each in prediction.records for name, unit in each.guessed_units.items()}
     parameters = []
     for info in parameter_table(law):
         value = getattr(law, info.name)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             continue
-        unit = unit_of(info, known_load)
+        unit = units.of_parameter(unit_of(info, known_load))
+        if units is TURNING and known_load and info.dimension is not None and info.dimension.coefficient == 1:
+            unit = "m"  # a torque over the normal force
         texts = (info.name, info.symbol, info.meaning, unit)
         if info.name in found:
             one = found[info.name]
@@ -81,7 +95,7 @@ def finished_fit(
         status=best.status,
         parameters=tuple(parameters),
         nuisances=tuple(
-            _nuisance(each, values[each.name], found[each.name], standard[each.name])
+            _nuisance(each, values[each.name], found[each.name], standard[each.name], units)
             for each in space.coordinates
             if is_nuisance(each.name)
         ),
@@ -96,8 +110,9 @@ def finished_fit(
         identifiability=report,
         starts=starts,
         seconds=seconds(),
-        options={**options, "known_load": known_load},
+        options={**options, "known_load": known_load, "rotary": units is TURNING, "guessed_units": guessed},
         problem=problem,
+        limits=limits,
     )
 
 
@@ -125,6 +140,25 @@ def failed_fit(
         seconds=seconds,
         options=dict(options),
     )
+
+
+def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifiability:
+    """The report where the samples cannot carry the parameters: nothing is determined."""
+    sentence = (
+        f"{samples} samples cannot carry {parameters} parameters, those of the measurement included: no interval holds "
+        f"with fewer than {EACH} samples for each."
+    )
+    verdicts = dict.fromkeys(report.verdicts, Verdict.TOO_FEW)
+    experiments = dict.fromkeys(report.verdicts, "more samples are needed")
+    return dataclasses.replace(
+        report, verdicts=verdicts, sentences=(sentence, *report.sentences), experiments=experiments
+    )
+
+
+def _nothing(interval: Interval) -> dict[str, Any]:
+    """The fields of an interval that is open at both ends."""
+    low = -math.inf if interval.low < 0 else 0.0
+    return {"low": low, "high": math.inf, "low_open": True, "high_open": True}
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
@@ -184,7 +218,9 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
     return Interval(0.0 if low_open else low, math.inf if high_open else high, low_open, high_open)
 
 
-def _nuisance(coordinate: Coordinate, value: float, interval: Interval, error: float) -> FittedParameter:
+def _nuisance(
+    coordinate: Coordinate, value: float, interval: Interval, error: float, units: MeasuredUnits
+) -> FittedParameter:
     """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
     name = coordinate.name
     text, unit = {
@@ -198,4 +234,4 @@ def _nuisance(coordinate: Coordinate, value: float, interval: Interval, error: f
         low, high = max(low, coordinate.low), min(high, coordinate.high)
     determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
     verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
-    return FittedParameter(name, "", text, unit, value, low, high, error, verdict)
+    return FittedParameter(name, "", text, units.of_parameter(unit), value, low, high, error, verdict)

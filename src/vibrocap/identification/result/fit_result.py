@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.files import made_folder, write_text
 from vibrocap.identification.inference.identifiability import Identifiability, Verdict
+from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
+from vibrocap.identification.result.measured_units import MeasuredUnits, measured_units
 from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.friction.law import Law
@@ -81,6 +84,7 @@ class Fit:
     samples, effective_samples: number of samples, and of independent ones (see `uncertainty`)
     cost, unit: least cost and its unit s^2 (see `uncertainty`)
     starts: where the search began and ended; seconds: time it took; options: how the fit was asked for
+    limits: at which parameters stand, those of the search included; they open intervals that they would hold closed
     problem: what was minimised, for profiles, bootstraps and designs that start from here
     """
 
@@ -102,6 +106,12 @@ class Fit:
     seconds: float
     options: Mapping[str, Any]
     problem: "Problem | None" = None
+    limits: tuple[ReachedLimit, ...] = ()
+
+    @property
+    def units(self) -> MeasuredUnits:
+        """What the records' columns are called and measured in: force in N, or torque in N m."""
+        return measured_units(bool(self.options.get("rotary")))
 
     @property
     def ok(self) -> bool:
@@ -123,7 +133,8 @@ class Fit:
         """The fit as text, for a terminal."""
         if not self.ok:
             return f"{self.law_name}: {self.status}"
-        lines = [f"{self.law_name}: {self.status}, relative RMSE {_percent(self.relative_rmse)} ({self.rmse:.4g} N)"]
+        lines = [f"{self.law_name}: {self.status}, relative RMSE {_percent(self.relative_rmse)}"]
+        lines[0] += f" ({self.rmse:.4g} {self.units.force})"
         if not math.isnan(self.held_out_relative_rmse):
             lines[0] += f", held out {_percent(self.held_out_relative_rmse)}"
         head = ("value", "95 % interval", "unit", "")
@@ -138,16 +149,21 @@ class Fit:
         report = self.identifiability
         if report is not None and report.sentences:
             lines += ["", "What these data do not determine:", *(f"- {sentence}" for sentence in report.sentences)]
+        if self.limits:
+            lines += ["", "Limits that were reached:", *(f"- {limit}." for limit in self.limits)]
         if self.options.get("not_shown"):
             names = ", ".join(self.options["not_shown"])
             lines += ["", f"The steady curve does not show {names}: held at the values that the law came with."]
         if self.options.get("machine_stiffness") is not None:
             spring = number(self.options["machine_stiffness"], 4)
             lines += ["", f"Pulled through a spring of {spring} N/m, which was held."]
+        if self.options.get("guessed_units"):
+            said = ", ".join(f"{name} in {unit}" for name, unit in self.options["guessed_units"].items())
+            lines += ["", f"Units that neither the files nor the settings say were taken as SI: {said}."]
         lines += [
             "",
-            f"Relative to the standard deviation of the force. {self.samples:,} samples, {len(self.starts)} starts, "
-            f"{self.seconds:.1f} s.",
+            f"Relative to the standard deviation of the {self.units.force_name}. {self.samples:,} samples, "
+            f"{len(self.starts)} starts, {self.seconds:.1f} s.",
         ]
         return "\n".join(lines)
 
@@ -155,17 +171,19 @@ class Fit:
         """Write fit.json and friction.toml into a folder, which is made; their paths.
 
         scales: of the pendulum in whose units friction.toml is written, as a case wants it; None: in SI, as fitted.
-        Raises ValueError where the fit found no law, and for scales where the normal force is not known.
+        Raises ValueError where the fit found no law, and for scales where the normal force is not known; WriteError
+        where the folder does not take them.
         """
         if not self.ok:
             raise ValueError(f"fit: has no law to save; {self.status}")
         assert self.law is not None
+        if scales is not None and self.options.get("rotary"):
+            raise ValueError("scales: are for a contact that slides; the records are of one that turns")
         law = self.law if scales is None else dimensionless(self.law, scales, bool(self.options.get("known_load")))
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = made_folder(folder)
         paths = folder / "fit.json", folder / "friction.toml"
-        paths[0].write_text(json.dumps(as_data(self), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        paths[1].write_text(heading(scales) + case_section(law), encoding="utf-8")
+        write_text(paths[0], json.dumps(as_data(self), indent=1, allow_nan=False) + "\n")
+        write_text(paths[1], heading(scales, bool(self.options.get("rotary"))) + case_section(law))
         return paths
 
 
@@ -206,9 +224,10 @@ def as_data(fit: Fit) -> dict[str, Any]:
         "parameters": [_parameter(p) for p in fit.parameters],
         "nuisances": [_parameter(p) for p in fit.nuisances],
         "relative_rmse": _number(fit.relative_rmse),
-        "rmse_N": _number(fit.rmse),
+        f"rmse_{fit.units.heading}": _number(fit.rmse),
         "held_out_relative_rmse": _number(fit.held_out_relative_rmse),
-        "relative_to": "standard deviation of the measured force",
+        "relative_to": f"standard deviation of the measured {fit.units.force_name}",
+        "measured": {name: getattr(fit.units, name) for name in ("force_name", "force", "displacement", "velocity")},
         "samples": fit.samples,
         "effective_samples": _number(fit.effective_samples),
         "records": [
@@ -216,7 +235,7 @@ def as_data(fit: Fit) -> dict[str, Any]:
                 "name": r.name,
                 "held_out": r.held_out,
                 "samples": len(r.time),
-                "rmse_N": _number(r.rmse),
+                f"rmse_{fit.units.heading}": _number(r.rmse),
                 "relative_rmse": _number(r.relative_rmse),
                 "correlation_time_samples": _number(r.correlation_time),
             }
@@ -232,6 +251,7 @@ def as_data(fit: Fit) -> dict[str, Any]:
                 {"exponents": dict(each.exponents), "deviation": _number(each.deviation)} for each in report.directions
             ],
         },
+        "limits": [dataclasses.asdict(limit) for limit in fit.limits],
         "starts": [_number(each.cost) for each in fit.starts],
         "options": {name: _plain(value) for name, value in fit.options.items()},
         "seconds": round(fit.seconds, 3),

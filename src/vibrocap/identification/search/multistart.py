@@ -14,6 +14,7 @@ SCREENED = 32  # points looked at per start
 SHORT, LONG, POLISH = 10, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
 CARRIED = 3  # drafts that are carried on
 SCAN, REACH, LOOKS = 41, 8.0, 5  # points of a scan, its reach in coarse steps, scans at most
+SAME = 1e-4  # relative difference of the costs of drafts that came to the same end
 DAMPED, FARTHEST = 1e-9, 100.0  # of J^T J; of another coordinate's change along a valley
 
 
@@ -30,6 +31,7 @@ def search(
     prediction: Prediction,
     draft: Prediction,
     first: Sequence[np.ndarray],
+    also: Sequence[np.ndarray] = (),
     *,
     starts: int,
     loss: Loss,
@@ -38,29 +40,54 @@ def search(
 ) -> tuple[Minimum, tuple[Start, ...]]:
     """The best minimum from several starts: `first` and the best of a scrambled Sobol sequence around the last of them.
 
-    Drafts run on `draft` (the same law and coordinates, fewer samples); the best is polished on `prediction`.
+    Drafts run on `draft` (the same law and coordinates, fewer samples); the best is polished on `prediction`. So are
+    those that began at `also`, the ends of simpler fits, unless they came to the same: what such a fit reaches is never
+    missed.
     """
     said = progress or (lambda _: None)
+    ends = drafts(draft, first, also, starts=starts, loss=loss, seed=seed, progress=progress)
+    rough = any(each.jumps for each in prediction.space.coordinates)
+    stop = COARSE_STOP if rough else STOP
+    best, least = None, ends[0][0].cost
+    for i, (end, begin) in enumerate(ends):
+        if i == 0 or (any(begin is each for each in also) and end.cost > (1 + SAME) * least):
+            tried = _scanned(prediction, descent(prediction, end.u, loss, evaluations=POLISH, stop=stop), loss)
+            best = tried if best is None or tried.cost < best.cost else best
+            said(0.75)
+    assert best is not None
+    said(0.8)
+    return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in ends)
+
+
+def drafts(
+    draft: Prediction,
+    first: Sequence[np.ndarray],
+    also: Sequence[np.ndarray] = (),
+    *,
+    starts: int,
+    loss: Loss,
+    seed: int,
+    progress: Callable[[float], None] | None = None,
+) -> list[tuple[Minimum, np.ndarray]]:
+    """Ends and begins of the local searches on thinned records, the best first; those from `also` come on top."""
+    said = progress or (lambda _: None)
     first = list(first)[:starts]
-    begins = [np.clip(u, prediction.space.low, prediction.space.high) for u in first]
+    begins = [np.clip(u, draft.space.low, draft.space.high) for u in first]
     if starts > len(begins):
         begins += _promising(draft, first[-1], starts - len(begins), loss, seed)
+    begins += also
     said(0.05)
-    drafts: list[tuple[Minimum, np.ndarray]] = []
+    found: list[tuple[Minimum, np.ndarray]] = []
     for i, u in enumerate(begins):
-        drafts.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
+        found.append((descent(draft, u, loss, evaluations=SHORT, stop=1e-4), u))
         said(0.05 + 0.5 * (i + 1) / len(begins))
-    drafts.sort(key=lambda each: each[0].cost)
-    rough = any(each.jumps for each in prediction.space.coordinates)
-    for i in range(min(CARRIED, len(drafts))):
-        u = drafts[i][0].u
-        drafts[i] = (_scanned(draft, descent(draft, u, loss, evaluations=LONG, stop=1e-6), loss), drafts[i][1])
-        said(0.55 + 0.15 * (i + 1) / CARRIED)
-    drafts.sort(key=lambda each: each[0].cost)
-    stop = COARSE_STOP if rough else STOP
-    best = _scanned(prediction, descent(prediction, drafts[0][0].u, loss, evaluations=POLISH, stop=stop), loss)
-    said(0.8)
-    return best, tuple(Start(u, end.u, end.cost / draft.size) for end, u in drafts)
+    found.sort(key=lambda each: each[0].cost)
+    for i, (end, u) in enumerate(found):
+        if i < CARRIED or any(u is each for each in also):
+            found[i] = (_scanned(draft, descent(draft, end.u, loss, evaluations=LONG, stop=1e-6), loss), u)
+        said(0.55 + 0.15 * (i + 1) / len(found))
+    found.sort(key=lambda each: each[0].cost)
+    return found
 
 
 def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:

@@ -10,6 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.expressions.refusals import Recordable
+
+LARGEST_PRODUCT = 8  # exponent up to which a whole power is a product, as in `vibrocap.physics.elementary.power`
+POWER_ROUNDING = 1e-10  # where other powers are rounded off, as there, so that they have a series at zero too
 FUNCTIONS = {
     "sin": math.sin,
     "cos": math.cos,
@@ -62,7 +66,7 @@ class Graph:
         return op in ("constant", "side", "parameter") or all(self.is_constant_in_time(i) for i in operands)
 
 
-class Expression:
+class Expression(Recordable):
     """A node of a graph that behaves like a number."""
 
     __slots__ = ("graph", "index")
@@ -139,6 +143,23 @@ class Expression:
             return Expression(self.graph, operands[0])
         return self.graph.node("neg", self.index)
 
+    def __pow__(self, exponent):
+        """A product for whole numbers; any other power as `vibrocap.physics.elementary.power`, rounded off at zero."""
+        graph = self.graph
+        number = exponent.value if isinstance(exponent, Expression) else float(exponent)
+        if self.value is not None and number is not None:
+            return graph.constant(self.value**number)
+        if number is None or number != int(number) or abs(number) > LARGEST_PRODUCT:
+            rest = (self * self + POWER_ROUNDING**2).log()
+            return (0.5 * exponent * rest if number is None else 0.5 * number * rest).exp()
+        product = self if number else graph.constant(1.0)
+        for _ in range(abs(int(number)) - 1):
+            product = product * self
+        return 1.0 / product if number < 0 else product
+
+    def __rpow__(self, base):
+        return (math.log(base) * self).exp()
+
     def _function(self, name: str) -> "Expression":
         if self.value is not None:
             return self.graph.constant(FUNCTIONS[name](self.value))
@@ -164,14 +185,6 @@ class Expression:
 
     def atan(self):
         return self._function("atan")
-
-    __hash__ = object.__hash__
-
-    def __eq__(self, other):
-        raise TypeError("recorded physics cannot branch on a value; use `side`, or a piece of its own")
-
-    def __bool__(self):
-        raise TypeError("recorded physics cannot branch on a value; use `side`, or a piece of its own")
 
 
 def derivative(expression: Expression, state: int, memory: dict | None = None) -> Expression:

@@ -1,7 +1,7 @@
 """Anisotropic contact: any law with a level of its own for each direction of sliding."""
 
 import functools
-from typing import Any
+from typing import Any, ClassVar
 
 from vibrocap.physics.friction.law import Law, Positive, inner_law, parameter, wrapped_class
 
@@ -36,6 +36,8 @@ def anisotropic(law: type[Law]) -> Any:
             1.0, "k_fwd", "load that counts in sliding forward, over the load", "convention"
         )
         back_ratio: Positive = parameter(1.5, "k_back", "load that counts in sliding back, over the load", "back ratio")
+
+        special_cases: ClassVar = {law.name: {"forward_ratio": 1.0, "back_ratio": 1.0}}
 
         def _ratio(self, side):
             """k of a side; their mean at rest (side 0)."""

@@ -61,6 +61,9 @@ class LuGre(Law):
         "Lund Institute of Technology 1996"
     )
     creeps: ClassVar[bool] = True
+    special_cases: ClassVar = {
+        "dahl": {"bristle_damping": 0.0, "viscous_damping": 0.0, "static_coefficient": "coulomb_coefficient"}
+    }
 
     _levels = levels_in_order
 

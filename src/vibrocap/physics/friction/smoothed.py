@@ -31,6 +31,7 @@ def smoothed(law: type[Law]) -> type[Law]:
         shape: Literal["tanh", "arctan"] = parameter("tanh", "S", "function that takes the place of sgn")
 
         kind: ClassVar = "kinked"  # |v| in the steady curve
+        special_cases: ClassVar = {}
         creeps: ClassVar[bool] = True
 
         def _smoothed_sign(self, speed):

@@ -1,6 +1,7 @@
 """The Zarr files of a study's results, as bytes: which file holds what, with everything that xarray needs to read it.
 
-They are made in memory and written by `writing`, since only then every file is whole or not there at all.
+They are made in memory and written by `writing`, since only then every file is whole or not there at all. What is
+written here is all that `zarr_form` lets in again.
 """
 
 from collections.abc import Mapping
@@ -55,6 +56,11 @@ class ZarrFiles:
             attributes=attributes,
             config={"write_empty_chunks": True},
         )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The arrays that are stored tile by tile."""
+        return tuple(self._arrays)
 
     def first(self) -> dict[str, bytes]:
         """Every file but those of the tiles, by its place in the group's folder."""

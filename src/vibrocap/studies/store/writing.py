@@ -9,12 +9,21 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from vibrocap.case.case import CaseError
+from vibrocap.files import WriteError
 
+GONE = (errno.ENOENT, errno.ENOTDIR, errno.ESTALE)
 _numbers = itertools.count()
 
 
-class StoreError(OSError):
-    """A folder that does not take what is to be stored; the message names it, the reason, and what to do."""
+class StoreError(WriteError):
+    """A study that cannot be completed: its folder does not take results, or its helpers are gone.
+
+    The message names the folder, the reason, and what to do.
+    """
+
+
+class DamageWarning(UserWarning):
+    """Stored results were not as they were written; they are computed again."""
 
 
 @contextlib.contextmanager
@@ -26,6 +35,12 @@ def kept(folder: Path) -> Iterator[None]:
         raise
     except OSError as error:
         reason = error.strerror or str(error)
+        if error.errno in GONE:
+            raise StoreError(
+                f"{folder}: was removed or changed by others while the study ran: {reason}"
+                f"{f' ({error.filename})' if error.filename else ''}. What was stored there may be lost; --resume "
+                "(resume=True) looks at what is left and goes on"
+            ) from error
         raise StoreError(
             f"{folder}: cannot be written: {reason}. What was stored before is whole; when that is mended, go on with "
             "--resume (resume=True)"
@@ -53,18 +68,20 @@ def write_file(path: Path, data: bytes, unfinished: Path) -> None:
 
 
 def write_files(folder: Path, files: Mapping[str, bytes], unfinished: Path) -> None:
-    """Write files given by their place below a folder; on return they and their names are on the disk."""
+    """Write files given by their place below a folder; on return they and their names are on the disk.
+
+    Their folders should be there: one that went away is no place to go on in.
+    """
     places = set()
     for name, data in files.items():
         path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, data, unfinished)
         places.add(path.parent)
     for place in sorted(places | {folder, folder.parent}):
-        _force_names(place)
+        force_names(place)
 
 
-def _force_names(folder: Path) -> None:
+def force_names(folder: Path) -> None:
     """Force the names in a folder to the disk, where the system can."""
     if os.name != "posix":
         return
@@ -85,7 +102,8 @@ class Lock:
     """
 
     def __init__(self, path: Path):
-        self._handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        self._path = path
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         try:
             import fcntl
 
@@ -99,6 +117,19 @@ class Lock:
             if error.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL):
                 os.close(self._handle)
                 raise
+
+    def check(self) -> None:
+        """StoreError where the folder is no longer the one that was locked."""
+        mine = os.fstat(self._handle)
+        try:
+            now = os.stat(self._path)
+        except OSError:
+            now = None
+        if now is None or not os.path.samestat(mine, now):
+            raise StoreError(
+                f"{self._path.parent}: was removed or replaced while the study ran; what was stored there is lost. "
+                "Begin again, with --resume (resume=True) if some of it is back"
+            )
 
     def release(self) -> None:
         """Let others write."""

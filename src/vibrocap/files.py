@@ -1,0 +1,130 @@
+"""Files that are written whole or not at all, and what is said where they cannot be.
+
+A result is written under a temporary name beside its place, forced to the disk and then renamed. So whoever looks sees
+the old file or the new one, never half of it, whatever ends the writing: a full disk, an interrupt, a kill.
+"""
+
+import contextlib
+import errno
+import os
+import secrets
+import stat
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+PART = ".part"  # before the ending of a temporary name, which writers look at
+ABANDONED = 3600.0  # s without a change, after which a temporary file is one of a process that died
+_NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+
+
+class WriteError(OSError):
+    """A file or folder that could not be written; the message names it and the reason. What was there before stays."""
+
+
+@contextlib.contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Gives the `with` block a temporary name to write to; what stands there at its end takes the place of `path`.
+
+    The temporary name lies beside `path` and has its ending. The rights of a file that is replaced are kept, a link is
+    followed, and what is no file (a pipe, a device) is written to directly.
+
+    Raises WriteError for each error of the file system in the block. Whatever is raised there, the temporary file is
+    removed and `path` is as before.
+    """
+    path = Path(path)
+    with _said(path):
+        target = Path(os.path.realpath(path))
+        if target.exists() and not target.is_file() and not target.is_dir():
+            yield target
+            return
+        temporary = _begun(target)
+        try:
+            yield temporary
+            _force(temporary, os.O_RDWR)
+            os.replace(temporary, target)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                temporary.unlink()
+            raise
+        if os.name == "posix":
+            _force(target.parent, os.O_RDONLY)  # the name too
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write a text file in UTF-8, whole or not at all; WriteError where that cannot be."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+    return Path(path)
+
+
+def made_folder(folder: str | Path) -> Path:
+    """A folder, made with those above it where it is missing; WriteError where that cannot be."""
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WriteError(f"{folder}: this folder cannot be made: {_reason(error, folder)}") from error
+    return folder
+
+
+@contextlib.contextmanager
+def _said(path: Path) -> Iterator[None]:
+    """Errors of the file system in the `with` block are WriteErrors about this file."""
+    try:
+        yield
+    except WriteError:
+        raise
+    except OSError as error:
+        stays = "the file that is there is as before" if path.is_file() else "nothing was written"
+        raise WriteError(f"{path}: cannot be written: {_reason(error, path)}; {stays}") from error
+
+
+def _reason(error: OSError, path: Path) -> str:
+    """What went wrong, with the name of another file that it was about."""
+    if error.errno == errno.ENOENT and not path.parent.exists():
+        return f"there is no folder {str(path.parent)!r}"
+    reason = error.strerror or str(error) or type(error).__name__
+    about = error.filename if isinstance(error.filename, str) else ""
+    return reason if PART in about or about in ("", str(path)) else f"{reason} ({about})"
+
+
+def _begun(target: Path) -> Path:
+    """A new temporary file beside a target; what dead processes left of earlier ones is removed."""
+    rights = 0o666
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+    if target.exists():
+        if not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
+        rights = stat.S_IMODE(target.stat().st_mode)
+    prefix = f".{target.stem[:40]}-"
+    _remove_abandoned(target.parent, prefix)
+    temporary = target.with_name(f"{prefix}{secrets.token_hex(6)}{PART}{target.suffix}")
+    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS, 0o666)
+    os.close(handle)
+    if rights != 0o666:
+        with contextlib.suppress(OSError):
+            os.chmod(temporary, rights)
+    return temporary
+
+
+def _remove_abandoned(folder: Path, prefix: str) -> None:
+    with contextlib.suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.startswith(prefix) and PART in entry.name:
+                with contextlib.suppress(OSError):
+                    if time.time() - entry.stat(follow_symlinks=False).st_mtime > ABANDONED:
+                        os.unlink(entry.path)
+
+
+def _force(path: Path, how: int) -> None:
+    """Force a file, or the names in a folder, to the disk where the system can."""
+    handle = os.open(path, how)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(handle)

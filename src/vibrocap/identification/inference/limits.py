@@ -1,0 +1,113 @@
+"""Limits that a search reached: of the law, of the search itself, or given; and the intervals that they hold closed.
+
+Where a parameter stands at a limit with the data pulling beyond it, an interval within the limits says more of the
+limits than of the data. So its end on that side is open, and so are those of the parameters that would follow.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vibrocap.identification.inference.profile import Interval
+from vibrocap.identification.inference.uncertainty import Uncertainty, inverse
+from vibrocap.identification.problem.coordinates import LARGEST_RATIO, Coordinate
+from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.search.loss import Loss, Minimum
+
+HELD = 0.25  # of half an interval: a parameter that would move so far without a limit is held by it
+
+
+@dataclasses.dataclass(frozen=True)
+class ReachedLimit:
+    """A limit at which a parameter of the law stands.
+
+    side: "low" or "high" end of the parameter's range; value: of the parameter there
+    whose: "law" (zero, or the order of its levels), "search" (the package's own range) or "given" (`bounds`)
+    holds: parameters whose intervals are open because the data pull beyond it
+    """
+
+    parameter: str
+    side: str
+    value: float
+    whose: str
+    text: str
+    holds: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        more = f"; the data pull beyond it, so that it holds {', '.join(self.holds)}" if self.holds else ""
+        return self.text + more
+
+
+def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Uncertainty) -> tuple[ReachedLimit, ...]:
+    """The limits at which the law's parameters stand, and which intervals they hold.
+
+    With e the errors, J their slopes and g_k = (J^T e)_k at a limit that is pressed upon, the parameters would move by
+    -(J^T J)^-1 g_k without it, as far as a straight line tells.
+    """
+    space, names = prediction.space, prediction.law_names
+    to_parameters = space.slopes(best.u)
+    weighted = loss.slope(best.errors)[:, None] * best.slopes
+    gradient, information = weighted.T @ best.errors, inverse(weighted.T @ best.slopes)
+    half = spread.threshold * np.sqrt(np.diag(spread.covariance) / spread.inflation)
+    values = space.values(best.u)
+    found = []
+    for j, each in enumerate(space.coordinates):
+        at = each.at_limit(best.u[j]) if each.name in names else 0
+        if not at:
+            continue
+        alone = np.zeros(len(best.u))
+        alone[j] = gradient[j] if gradient[j] * at < 0 else 0.0
+        moved = to_parameters @ -(information @ alone)
+        held = [
+            name
+            for i, name in enumerate(space.names)
+            if name in names and (abs(moved[i]) > HELD * half[i] or (i == j and each.whose_limit(at) != "law"))
+        ]
+        side = "low" if (at < 0) != (each.form == "below") else "high"
+        text = _text(each, at, side, float(values[j]))
+        found.append(ReachedLimit(each.name, side, float(values[j]), each.whose_limit(at), text, tuple(held)))
+    return tuple(found)
+
+
+def opened(
+    found: Mapping[str, Interval], limits: Sequence[ReachedLimit], prediction: Prediction, best: Minimum
+) -> dict[str, Interval]:
+    """The intervals, open on the sides that limits hold."""
+    space = prediction.space
+    forms = {each.name: each for each in space.coordinates}
+    result = dict(found)
+    to_parameters = space.slopes(best.u)
+    for limit in limits:
+        j = space.names.index(limit.parameter)
+        outward = forms[limit.parameter].at_limit(best.u[j])
+        for name in limit.holds:
+            i = space.names.index(name)
+            up = limit.side == "high" if name == limit.parameter else _follows(to_parameters, i, j) * outward > 0
+            result[name] = _open(result[name], up, limit.text, forms[name])
+    return result
+
+
+def _follows(to_parameters: np.ndarray, i: int, j: int) -> float:
+    """Direction in which a parameter goes with a coordinate, where it depends on it; else up."""
+    return float(np.sign(to_parameters[i, j])) or 1.0
+
+
+def _open(interval: Interval, up: bool, text: str, coordinate: Coordinate) -> Interval:
+    if up:
+        return dataclasses.replace(interval, high=math.inf, high_open=True, limit=text)
+    return dataclasses.replace(
+        interval, low=-math.inf if coordinate.form == "linear" else 0.0, low_open=True, limit=text
+    )
+
+
+def _text(coordinate: Coordinate, at: int, side: str, value: float) -> str:
+    name, number = coordinate.name, f"{value:.4g}"
+    end = {"low": "lower", "high": "upper"}[side]
+    whose = {"law": "of the law", "search": "of the search", "given": "that was given"}[coordinate.whose_limit(at)]
+    if coordinate.form in ("above", "below"):
+        ratio = f"{LARGEST_RATIO:g} times " if at > 0 else ""
+        high, low = (name, coordinate.partner) if coordinate.form == "above" else (coordinate.partner, name)
+        return f"{high} is at {ratio}{low}, a limit {whose}"
+    return f"{name} is at {number}, the {end} limit {whose}"

@@ -1,0 +1,116 @@
+"""Files of parts: laws, machines and drives that stand in a Python file of one's own, outside any package.
+
+Loading such a file runs it, so it is done only where someone names the file: a case alone never makes code run.
+"""
+
+import hashlib
+import importlib.util
+import sys
+import traceback
+from collections.abc import Iterable
+from pathlib import Path
+from types import ModuleType
+
+from vibrocap.physics.catalogue import parts_in, register, unregister
+
+PREFIX = "vibrocap_parts_"  # of the names of modules: the name of the file and the beginning of its digest follow
+
+
+class PartsError(ValueError):
+    """A file of parts that cannot be used, in words; it begins with the file."""
+
+
+def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
+    """Run a Python file and register every law, machine and drive that it defines; returns their classes.
+
+    A file that was loaded before and has not changed is not run again; one that has changed replaces its parts.
+    digest: SHA-256 that the file has to have, line ends aside, where only that very file will do.
+    Raises PartsError: no such file, one that fails (with the line), that defines no part, or parts that cannot be used.
+    """
+    path = Path(path).resolve()
+    if path.suffix != ".py":
+        raise PartsError(f"{path}: should be a Python file, whose name ends in .py")
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise PartsError(f"{path}: cannot be read: {error.strerror or error}") from None
+    found = _digest(text)
+    if digest is not None and found != digest:
+        raise PartsError(f"{path}: has changed: its digest is {found[:12]}, the one asked for is {digest[:12]}")
+    name = f"{PREFIX}{path.stem}_{_digest(str(path).encode() + text)[:16]}"
+    module = sys.modules.get(name)
+    if module is None:
+        for old in _loaded():  # what the file was before, or a copy of it elsewhere
+            if old.__file__ == str(path) or old.__dict__["__digest__"] == found:
+                _drop(old)
+        module = _run(name, path, text, found)
+    parts = tuple(parts_in(module))
+    try:
+        if not parts:
+            raise PartsError(f"{path}: defines no law, machine or drive: no class that extends Law, Machine or Drive")
+        for part in parts:
+            register(part)
+    except (TypeError, ValueError) as error:
+        _drop(module)
+        raise error if isinstance(error, PartsError) else PartsError(f"{path}: {error}") from None
+    return parts
+
+
+def file_of(part: type) -> tuple[Path, str] | None:
+    """The file that a part was loaded from, and its digest; None for a part from elsewhere."""
+    module = sys.modules.get(part.__module__)
+    if module is None or not part.__module__.startswith(PREFIX):
+        return None
+    return Path(str(module.__file__)), module.__dict__["__digest__"]
+
+
+def place_in_parts(error: BaseException) -> str | None:
+    """Where in a file of parts an error arose, such as "mylaws.py, line 12, in force"; None where it did not."""
+    files = {str(module.__file__) for module in _loaded()}
+    return _place(error, files)
+
+
+def _place(error: BaseException, files: Iterable[str]) -> str | None:
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in files]
+    if not frames:
+        return None
+    last = frames[-1]
+    where = f"{Path(last.filename).name}, line {last.lineno}"
+    return where if last.name == "<module>" else f"{where}, in {last.name}"
+
+
+def _digest(text: bytes) -> str:
+    """SHA-256 of a source; line ends do not count."""
+    return hashlib.sha256(text.replace(b"\r\n", b"\n")).hexdigest()
+
+
+def _run(name: str, path: Path, text: bytes, digest: str) -> ModuleType:
+    spec = importlib.util.spec_from_loader(name, loader=None, origin=str(path))
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    module.__file__, module.__dict__["__digest__"] = str(path), digest
+    sys.modules[name] = module  # dataclasses look their module up while it runs
+    try:
+        exec(compile(text, str(path), "exec"), module.__dict__)
+    except SyntaxError as error:
+        del sys.modules[name]
+        raise PartsError(f"{path}: line {error.lineno}: {error.msg}") from None
+    except (Exception, SystemExit) as error:
+        del sys.modules[name]
+        words = f"{type(error).__name__}: {error}"
+        raise PartsError(f"{_place(error, [str(path)]) or path}: {words}") from None
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def _loaded() -> list[ModuleType]:
+    """Modules of the files that were loaded."""
+    return [module for name, module in list(sys.modules.items()) if name.startswith(PREFIX)]
+
+
+def _drop(module: ModuleType) -> None:
+    for part in parts_in(module):
+        unregister(part)
+    del sys.modules[module.__name__]

@@ -1,0 +1,89 @@
+"""Parts of one's own in a study: what tells them apart in its identity, and how they reach the workers of a cluster.
+
+A part from outside the package can be edited while a study is stored, so the study remembers it by its file's digest,
+or, for one that was registered by a script, by a fingerprint of its functions. Workers are sent no code: they load the
+same file, or import the same module.
+"""
+
+import functools
+import hashlib
+import importlib
+import socket
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from vibrocap.case.case import CHOICES, Case, CaseError
+from vibrocap.physics.catalogue import register
+from vibrocap.physics.part_files import PartsError, file_of, load_parts
+from vibrocap.studies.fingerprint import function_fingerprint
+from vibrocap.studies.store.writing import StoreError
+
+OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
+
+
+def own_parts(case: Case, plan: Mapping[str, Any]) -> dict[str, type]:
+    """The parts of a study that are not of this package, such as {"friction.law = own": Own}; plan: its record."""
+    entries = {entry["path"]: entry for entry in plan.get("axes") or plan.get("columns") or ()}
+    found: dict[str, type] = {}
+    for section, (key, catalogue) in CHOICES.items():
+        path = f"{section}.{key}"
+        kinds = [type(getattr(case.system, section))]
+        kinds += [catalogue()[name] for name in entries.get(path, {}).get("values", ()) if isinstance(name, str)]
+        for kind in kinds:
+            part = getattr(kind, "wrapped", None) or kind
+            if not part.__module__.startswith("vibrocap."):
+                found[f"{path} = {part.name}"] = part
+    return found
+
+
+def part_fingerprint(part: type) -> str:
+    """SHA-256 of the file that a part was loaded from; else of its functions and constants."""
+    if (place := file_of(part)) is not None:
+        return place[1]
+    own = [each for each in part.__mro__ if not each.__module__.startswith(("vibrocap.", "builtins"))]
+    described = [(each.__qualname__, sorted(_described(each).items())) for each in own]
+    return hashlib.sha256(repr(described).encode()).hexdigest()
+
+
+def _described(part: type) -> dict[str, str]:
+    found = {}
+    for name, value in vars(part).items():
+        if name.startswith("__") and name not in OWN_FUNCTIONS:
+            continue
+        inner = (getattr(value, holder, None) for holder in ("fget", "func", "__func__", "wrapped"))
+        function = next((each for each in inner if each is not None), value)
+        if hasattr(function, "__code__"):
+            found[name] = function_fingerprint(function)
+        elif isinstance(value, (int, float, str, tuple, type(None))):
+            found[name] = repr(value)
+    return found
+
+
+def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
+    """Where workers find parts: (file, digest) or (module, name). CaseError for one that they cannot find."""
+    found, complaints = [], []
+    for part in parts:
+        if (place := file_of(part)) is not None:
+            found.append((str(place[0]), place[1]))
+        elif part.__module__ == "__main__" or "<locals>" in part.__qualname__:
+            complaints.append(
+                f"{part.__qualname__} stands in {part.__module__}, where workers cannot find it; put it in a file of "
+                "its own, and name that by --parts or load_parts"
+            )
+        else:
+            found.append((part.__module__, part.__qualname__))
+    if complaints:
+        raise CaseError(complaints, "the cluster")
+    return tuple(dict.fromkeys(found))
+
+
+def receive(sources: Iterable[tuple[str, str]]) -> None:
+    """Load the parts that a study needs; StoreError where this machine does not have them, or has others."""
+    for place, what in sources:
+        try:
+            if place.endswith(".py"):
+                load_parts(place, what)
+            else:
+                register(functools.reduce(getattr, what.split("."), importlib.import_module(place)))
+        except (PartsError, ImportError, AttributeError) as error:
+            raise StoreError(f"a worker on {socket.gethostname()} lacks parts of the study: {error}") from None

@@ -1,0 +1,94 @@
+"""Marks: a file per stored tile, with the checksums of its chunks, written last: a tile that is marked is whole."""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vibrocap.studies.store.checksums import ChecksumError, checksum, sealed, unsealed
+from vibrocap.studies.store.plain_files import STRANGE, read_plain, why_strange
+from vibrocap.studies.store.record import DONE, FIRST_FORMAT, RESULTS
+
+LARGEST = 2**20  # bytes of a mark
+LARGEST_CHUNK = 2**30
+
+Index = tuple[int, ...]
+
+
+class DamageError(OSError):
+    """Something stored that is not as it was written; the message says what."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Mark:
+    """What a mark says: the checksum of each chunk of its tile by array; empty in a store of the first format.
+
+    made_by: with what the tile was computed, where that is not with what the study was begun.
+    """
+
+    chunks: Mapping[str, str]
+    made_by: Mapping[str, str] | None = None
+
+
+def tile_name(index: Index) -> str:
+    """The name of a tile's mark, such as "3.0"."""
+    return ".".join(map(str, index))
+
+
+def chunk_place(name: str, index: Index) -> str:
+    """Where a chunk stands among the results."""
+    return f"{name}/c.{tile_name(index)}"
+
+
+def mark_text(identity: str, index: Index, chunks: Mapping[str, bytes], made_by: Mapping[str, str] | None) -> bytes:
+    """The content of a mark; chunks: the files of the tile by their place."""
+    sums = {place.partition("/")[0]: checksum(identity, place, data) for place, data in chunks.items()}
+    entries: dict[str, Any] = {"chunks": sums} | ({"made_by": dict(made_by)} if made_by else {})
+    return sealed(entries, identity, f"{DONE}/{tile_name(index)}")
+
+
+def read_mark(path: Path, record: Mapping[str, Any], index: Index) -> Mark | None:
+    """The mark of a tile of the store at a path; None where it has none. DamageError where it is damaged."""
+    try:
+        data = _read(path / DONE / tile_name(index), LARGEST, "its mark")
+    except FileNotFoundError:
+        return None
+    if record["format"] == FIRST_FORMAT:
+        return Mark({})
+    try:
+        entries = unsealed(data, record["identity"], f"{DONE}/{tile_name(index)}")
+        return Mark(entries["chunks"], entries.get("made_by"))
+    except ChecksumError as error:
+        raise DamageError(f"its mark {error}") from None
+
+
+def read_chunk(path: Path, record: Mapping[str, Any], name: str, index: Index, mark: Mark) -> bytes:
+    """A chunk of a marked tile; DamageError where it is missing or not as it was written."""
+    place = chunk_place(name, index)
+    try:
+        data = _read(path / RESULTS / place, LARGEST_CHUNK, name)
+    except FileNotFoundError:
+        raise DamageError(f"{name} is missing") from None
+    if record["format"] != FIRST_FORMAT and mark.chunks.get(name) != checksum(record["identity"], place, data):
+        raise DamageError(f"{name} is altered: its checksum is of another content")
+    return data
+
+
+def read_first(path: Path, record: Mapping[str, Any], place: str) -> bytes:
+    """A file of the results that belongs to no tile; DamageError where it is missing or not as it was written."""
+    try:
+        data = _read(path / RESULTS / place, LARGEST_CHUNK, f"{RESULTS}/{place}")
+    except FileNotFoundError:
+        raise DamageError(f"{RESULTS}/{place} is missing") from None
+    if record["format"] != FIRST_FORMAT and record["files"].get(place) != checksum(record["identity"], place, data):
+        raise DamageError(f"{RESULTS}/{place} is altered: its checksum is of another content")
+    return data
+
+
+def _read(path: Path, limit: int, what: str) -> bytes:
+    try:
+        return read_plain(path, limit)
+    except OSError as error:
+        if error.errno in STRANGE:
+            raise DamageError(f"{what} {why_strange(error)}") from None
+        raise

@@ -1,0 +1,227 @@
+"""A store: the folder in which a study's results are kept, tile by tile, so that it can go on after anything.
+
+    study.json      the study (enough to run it again), its identity, its tiles, and the checksums of the files without
+                    tiles; the last to be written at first
+    results.zarr/   the results: a Zarr group, version 3, one array per variable, one chunk per tile
+    done/           a file per tile that is stored, named by its place, such as "3.0", with the checksums of its chunks
+    lock            held by the process that writes
+    unfinished/     files on their way; gone when no one writes
+    beginning       there until study.json is: what is beside it may be begun anew
+
+Each file is written elsewhere, forced to the disk and then renamed to its place, and a tile's mark comes after its
+chunks. So a tile either is marked and whole, or is computed again to the same bytes. Nothing in a store tells the time
+or the order of writing: a store that was interrupted and resumed equals an uninterrupted one, file by file.
+"""
+
+import dataclasses
+import functools
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.case.case import CaseError
+from vibrocap.studies.code_version import surroundings
+from vibrocap.studies.differences import differences
+from vibrocap.studies.store.checksums import checksum
+from vibrocap.studies.store.marks import Index, mark_text, tile_name
+from vibrocap.studies.store.record import (
+    BEGINNING,
+    DONE,
+    LOCK,
+    RESULTS,
+    STUDY,
+    UNFINISHED,
+    read_record,
+    record_text,
+)
+from vibrocap.studies.store.verification import Verification, verified
+from vibrocap.studies.store.writing import Lock, StoreError, force_names, kept, write_files
+from vibrocap.studies.store.zarr_files import ZarrFiles
+from vibrocap.studies.store.zarr_form import checked_results
+from vibrocap.studies.study import FORMAT, Study
+from vibrocap.studies.tile import tile_indices
+
+OWN = {STUDY, RESULTS, DONE, LOCK, UNFINISHED, BEGINNING}
+
+
+class Store:
+    """The folder of one study's results; `opened_for_writing` gives one to its one writer."""
+
+    def __init__(self, path: Path, study: Study, tile: tuple[int, ...], lock: Lock | None = None):
+        self.path, self.study, self.tile = path, study, tile
+        self._lock = lock
+
+    @functools.cached_property
+    def _files(self) -> ZarrFiles:
+        return ZarrFiles(self.study, self.tile)
+
+    @property
+    def indices(self) -> Iterator[Index]:
+        """All tiles, in C order."""
+        return tile_indices(self.study.plan.shape, self.tile)
+
+    def pending(self) -> list[Index]:
+        """The tiles that are not stored yet."""
+        with kept(self.path):
+            done = {entry.name for entry in (self.path / DONE).iterdir()}
+        return [index for index in self.indices if tile_name(index) not in done]
+
+    def is_done(self, index: Index) -> bool:
+        """Whether a tile is stored."""
+        return (self.path / DONE / tile_name(index)).exists()
+
+    def check_place(self) -> None:
+        """StoreError where the folder is no longer there, or another one."""
+        if self._lock is not None:
+            self._lock.check()
+
+    def write(self, index: Index, arrays: Mapping[str, np.ndarray]) -> None:
+        """Store a tile; StoreError, with nothing lost that was stored before, where the folder does not take it."""
+        self.check_place()
+        chunks = self._files.chunks(index, arrays)
+        mark = mark_text(self.study.identity, index, chunks, None)
+        with kept(self.path):
+            write_files(self.path / RESULTS, chunks, self.path / UNFINISHED)
+            write_files(self.path / DONE, {tile_name(index): mark}, self.path / UNFINISHED)
+
+    def check_whole(self) -> None:
+        """StoreError where a file of some tile is no longer there; to be asked when all are stored."""
+        self.check_place()
+        with kept(self.path):
+            there = {name: {file.name for file in (self.path / RESULTS / name).iterdir()} for name in self._files.names}
+        pending = self.pending()
+        lost = [each for each in self.indices if any(f"c.{tile_name(each)}" not in names for names in there.values())]
+        if gone := dict.fromkeys([*pending, *lost]):
+            few = ", ".join(tile_name(index) for index in list(gone)[:5]) + (" ..." if len(gone) > 5 else "")
+            raise StoreError(
+                f"{self.path}: was changed by others while the study ran: files of {len(gone):,} tiles are gone "
+                f"({few}). --resume (resume=True) computes these again"
+            )
+
+    def mend(self, found: Verification) -> None:
+        """Let go of damaged tiles, so that they are computed again, and write anew what belongs to no tile."""
+        first = self._files.first()
+        record = read_record(self.path)
+        with kept(self.path):
+            for index in found.damaged:
+                (self.path / DONE / tile_name(index)).unlink()
+            if not found.others:
+                return
+            (self.path / DONE).mkdir(exist_ok=True)
+            for name in {entry.name for entry in (self.path / DONE).iterdir()} - set(map(tile_name, self.indices)):
+                (self.path / DONE / name).unlink()
+            if record["files"] != _checksums(record["identity"], first):
+                raise CaseError([*found.others, "this version of Zarr cannot make it anew"], str(self.path))
+            for place in first:
+                (self.path / RESULTS / place).parent.mkdir(parents=True, exist_ok=True)
+            write_files(self.path / RESULTS, first, self.path / UNFINISHED)
+        checked_results(self.path, record)
+
+    def clean(self) -> None:
+        """Remove what unfinished writing left."""
+        with kept(self.path):
+            if (self.path / UNFINISHED).exists():
+                shutil.rmtree(self.path / UNFINISHED)
+            (self.path / BEGINNING).unlink(missing_ok=True)
+
+
+@dataclasses.dataclass(frozen=True)
+class Opened:
+    """A store to be written: the lock on it, which is to be released, and what was found damaged in it."""
+
+    store: Store
+    lock: Lock
+    damage: tuple[str, ...] = ()
+
+
+def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resume: bool) -> Opened:
+    """The store of a study, begun or resumed.
+
+    A store that is resumed keeps its own tiles. What is stored is compared with its checksums: damaged tiles are let
+    go, and will be computed again. Raises CaseError where the folder is not for this study, StoreError where it cannot
+    be written.
+    """
+    _refuse_foreign(path)
+    with kept(path):
+        path.mkdir(parents=True, exist_ok=True)
+        lock = Lock(path / LOCK)
+    try:
+        if not (path / STUDY).exists():
+            _begin(path, study, tile)
+            return Opened(Store(path, study, tile, lock), lock)
+        if not resume:
+            raise CaseError(["holds a study already; go on with --resume, or give another folder"], str(path))
+        record = read_record(path)
+        if record["format"] != FORMAT:
+            raise CaseError(
+                [f"is of an earlier format ({record['format']!r}), which can be read but not gone on with: begin anew"],
+                str(path),
+            )
+        if record["identity"] != study.identity:
+            found = differences(record["study"], study.record()) or ["its identity"]
+            raise CaseError([f"holds another study: {text}" for text in found], str(path))
+        store = Store(path, study, tuple(record["tile"]), lock)
+        store.clean()
+        with kept(path):
+            verification = verified(path, record)
+        if not verification.ok:
+            store.mend(verification)
+        return Opened(store, lock, tuple(verification.lines()))
+    except BaseException:
+        lock.release()
+        raise
+
+
+def _refuse_foreign(path: Path) -> None:
+    """CaseError where a folder holds anything but a store, or what is left of one: nothing is wiped unasked."""
+    if not path.exists():
+        return
+    if not path.is_dir():
+        raise CaseError(["is a file; give a folder"], str(path))
+    with kept(path):
+        names = {entry.name for entry in path.iterdir()}
+    if STUDY in names:
+        read_record(path)
+        return
+    if strange := sorted(names - OWN):
+        listed = ", ".join(strange[:3])
+        raise CaseError([f"is not the folder of a study, it holds {listed}; give a new or empty folder"], str(path))
+    if BEGINNING not in names and names - {LOCK}:
+        raise CaseError(
+            [f"holds results, but its {STUDY} is lost; nothing there was touched. Give another folder, or remove it"],
+            str(path),
+        )
+
+
+def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:
+    """Write everything but the tiles; what a beginning that was interrupted left is removed first."""
+    with kept(path):
+        if any((path / name).exists() for name in (RESULTS, DONE, UNFINISHED)) and not (path / BEGINNING).exists():
+            raise CaseError([f"its {STUDY} is lost; nothing there was touched"], str(path))  # since it was looked at
+        for name in (RESULTS, DONE, UNFINISHED):
+            if (path / name).exists() and (path / BEGINNING).exists():
+                shutil.rmtree(path / name)
+        (path / BEGINNING).touch()
+        force_names(path)
+        first = ZarrFiles(study, tile).first()
+        for place in first:
+            (path / RESULTS / place).parent.mkdir(parents=True, exist_ok=True)
+        write_files(path / RESULTS, first, path / UNFINISHED)
+        (path / DONE).mkdir()
+        record: dict[str, Any] = {
+            "format": FORMAT,
+            "identity": study.identity,
+            "study": study.record(),
+            "tile": list(tile),
+            "files": _checksums(study.identity, first),
+            "made_with": surroundings(),
+        }
+        write_files(path, {STUDY: record_text(record)}, path / UNFINISHED)
+        (path / BEGINNING).unlink()
+
+
+def _checksums(identity: str, files: Mapping[str, bytes]) -> dict[str, str]:
+    return {place: checksum(identity, place, data) for place, data in files.items()}

@@ -1,0 +1,195 @@
+"""Files are written whole or not at all, and an error of the file system says which file and why."""
+
+import errno
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import time
+
+import pytest
+
+from interrupts import heard
+from vibrocap import files
+from vibrocap.cli.main import main
+from vibrocap.files import WriteError, made_folder, replacing, write_text
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
+
+CASE = """
+[machine]
+kind = "pendulum-capsule"
+[friction]
+law = "exponential"
+[drive]
+waveform = "harmonic"
+[run]
+periods = 2
+"""
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_file_is_replaced_at_the_end_and_not_before(tmp_path):
+    path = write_text(tmp_path / "run.csv", "old\n")
+    with replacing(path) as temporary:
+        temporary.write_text("new\n")
+        assert temporary.parent == path.parent
+        assert temporary.suffix == path.suffix
+        assert path.read_text() == "old\n"
+    assert path.read_text() == "new\n"
+    assert names(tmp_path) == ["run.csv"]
+
+
+def _half_written(path, fault):
+    with replacing(path) as temporary:
+        temporary.write_text("half")
+        raise fault
+
+
+@pytest.mark.parametrize("fault", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt(), KeyError()])
+def test_what_ends_the_writing_leaves_the_old_file_alone(tmp_path, fault):
+    path = write_text(tmp_path / "run.csv", "old\n")
+    with pytest.raises(WriteError if isinstance(fault, OSError) else type(fault)):
+        _half_written(path, fault)
+    assert path.read_text() == "old\n"
+    assert names(tmp_path) == ["run.csv"]
+
+
+@pytest.mark.parametrize("call", ["fsync", "replace", "open"])
+def test_an_error_of_the_file_system_names_the_file_and_the_reason(tmp_path, monkeypatch, call):
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, "No space left on device", "elsewhere")
+
+    monkeypatch.setattr(files.os, call, full)
+    with pytest.raises(WriteError, match=r"run\.csv: cannot be written: No space left on device.*nothing was written"):
+        write_text(tmp_path / "run.csv", "new")
+    assert names(tmp_path) == []
+
+
+def test_the_content_is_on_the_disk_before_the_name(tmp_path, monkeypatch):
+    calls = []
+    for name in ("fsync", "replace"):
+        true = getattr(os, name)
+        monkeypatch.setattr(files.os, name, lambda *given, n=name, true=true: (calls.append(n), true(*given))[1])
+    write_text(tmp_path / "run.csv", "new")
+    assert calls[:2] == ["fsync", "replace"]
+
+
+def test_rights_stay_and_links_are_followed(tmp_path):
+    path, link = tmp_path / "run.csv", tmp_path / "link.csv"
+    path.write_text("old")
+    path.chmod(0o640)
+    link.symlink_to(path)
+    write_text(link, "new")
+    assert link.is_symlink()
+    assert path.read_text() == "new"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640
+
+
+def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
+    link = tmp_path / "full.csv"
+    link.symlink_to("/dev/full")
+    with pytest.raises(WriteError, match=r"full\.csv: cannot be written: No space left on device"):
+        write_text(link, "new")
+    assert stat.S_ISCHR(os.stat("/dev/full").st_mode)
+
+
+def test_what_dead_processes_left_goes_with_the_next_writing(tmp_path):
+    old, young = tmp_path / f".run-12{files.PART}.csv", tmp_path / f".run-34{files.PART}.csv"
+    for path in (old, young):
+        path.write_text("half")
+    then = time.time() - 2 * files.ABANDONED
+    os.utime(old, (then, then))
+    write_text(tmp_path / "run.csv", "new")
+    assert names(tmp_path) == [young.name, "run.csv"]
+
+
+def test_a_missing_folder_and_one_that_cannot_be_made_are_named(tmp_path):
+    with pytest.raises(WriteError, match=r"there is no folder .*missing"):
+        write_text(tmp_path / "missing" / "run.csv", "new")
+    write_text(tmp_path / "file", "")
+    with pytest.raises(WriteError, match="file/below: this folder cannot be made"):
+        made_folder(tmp_path / "file" / "below")
+    with pytest.raises(WriteError, match="Is a directory"):
+        write_text(tmp_path, "new")
+
+
+# --- the command line ------------------------------------------------------------------------------------------------
+@pytest.mark.skipif(resource is None, reason="this system limits no sizes of files")
+@pytest.mark.parametrize(
+    ("option", "name", "size"),
+    [
+        ("--out", "run.nc", 8000),
+        ("--out", "run.csv", 20_000),
+        ("--plot", "run.png", 30_000),
+        ("--plot", "run.svg", 30_000),
+        pytest.param("--animate", "run.gif", 30_000, marks=pytest.mark.slow),
+        pytest.param("--animate", "run.mp4", 3000, marks=pytest.mark.slow),
+    ],
+)
+def test_a_full_disk_ends_with_code_3_and_leaves_the_old_file(tmp_path, capfd, option, name, size):
+    """A limit on the size of files stands for the full disk."""
+    if name.endswith(".mp4") and shutil.which("ffmpeg") is None:
+        pytest.skip("needs ffmpeg")
+    case, path = tmp_path / "case.toml", tmp_path / name
+    case.write_text(CASE)
+    path.write_text("old")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        code = main(["simulate", str(case), option, str(path)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    said = capfd.readouterr().err
+    assert code == 3
+    assert f"{path}: cannot be written: " in said
+    assert "the file that is there is as before" in said
+    assert path.read_text() == "old"
+    assert names(tmp_path) == sorted(["case.toml", name])
+
+
+def test_a_full_standard_output_ends_with_code_3():
+    """And not with a traceback when Python ends."""
+    code = "import sys; from vibrocap.cli.main import main; sys.exit(main(['measures']))"
+    with open("/dev/full", "w") as full:
+        found = subprocess.run([sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert found.returncode == 3
+    assert found.stderr == "standard output: No space left on device\n"
+
+
+# --- interrupts ------------------------------------------------------------------------------------------------------
+DURING_IMPORTS = """
+class Interrupts:
+    def find_spec(self, name, *given):
+        if name == "vibrocap.cli.main":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupts())
+"""
+TWICE = """
+import types
+def main():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(30)
+    except KeyboardInterrupt:
+        print("in order", flush=True)
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(30)
+sys.modules["vibrocap.cli.main"] = types.SimpleNamespace(main=main)
+"""
+
+
+@pytest.mark.parametrize(("what", "said"), [(DURING_IMPORTS, ""), (TWICE, "in order\n")])
+def test_an_interrupt_during_imports_and_a_second_one_end_at_once(what, said):
+    begin = "import os, signal, sys, time\nfrom vibrocap.__main__ import run\n"
+    with heard():
+        code = begin + what + "sys.exit(run())"
+        found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (found.returncode, found.stdout, found.stderr) == (130, said, "Interrupted.\n")

@@ -1,0 +1,129 @@
+"""Files that are meant to harm: small ones that unpack to any size, links to elsewhere, nesting without end, words that
+a terminal would obey. Each is refused, or shown as what it is.
+"""
+
+import io
+import struct
+import zipfile
+import zlib
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from vibrocap.case.case import CaseError, case_from_text, read_case
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import Page, table, visible
+from vibrocap.records import arrays, text
+from vibrocap.records.checks import RecordError
+from vibrocap.records.readers import read_records
+
+h5py = pytest.importorskip("h5py")
+SMALL = 2**20
+
+
+def npy(shape, content):
+    """A file of NumPy that says it is larger than it is."""
+    file = io.BytesIO()
+    np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    return file.getvalue() + content
+
+
+def zipped(path, content, claimed=None):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("time.npy", npy((claimed or len(content) // 8,), content))
+
+
+def packed_mat(path, size):
+    """A MATLAB file with one element of zeros, compressed."""
+    savemat(path, {"time": np.arange(3.0)})
+    packed = zlib.compress(bytes(size), 9)
+    path.write_bytes(path.read_bytes()[:128] + struct.pack("<II", 15, len(packed)) + packed)
+
+
+def hdf5(path, fill):
+    """A MATLAB file of version 7.3."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        fill(file)
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+
+
+def looped(file):
+    file.create_group("a")
+    file["a/b"] = file["a"]
+
+
+def linked(file):
+    file["force"] = h5py.ExternalLink("/etc/passwd", "/x")
+
+
+def elsewhere(file):
+    file.create_dataset("force", shape=(10,), dtype="i1", external=[("/etc/passwd", 0, 10)])
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "words"),
+    [
+        ("a.npz", lambda path: zipped(path, bytes(SMALL + 8)), "unpacks to more than 1 MB"),
+        ("a.npz", lambda path: zipped(path, bytes(800), 10**14), "cannot be read as .npz"),
+        ("a.mat", lambda path: packed_mat(path, SMALL + 8), "unpacks to more than 1 MB"),
+        ("a.mat", lambda path: hdf5(path, lambda f: f.create_dataset("force", (10**12,), "f8", chunks=(10**5,))), "MB"),
+        ("a.mat", lambda path: hdf5(path, looped), "should not be nested deeper than 8 structures"),
+        ("a.mat", lambda path: hdf5(path, linked), "force: is a link to elsewhere"),
+        ("a.mat", lambda path: hdf5(path, elsewhere), "force: should be stored in the file itself"),
+        ("a.csv", lambda path: path.symlink_to("/dev/zero"), "has more than 1 MB"),
+    ],
+)
+def test_records_that_unpack_to_any_size_or_lie_elsewhere_are_refused(tmp_path, monkeypatch, name, make, words):
+    monkeypatch.setattr(arrays, "MOST_BYTES", SMALL)
+    monkeypatch.setattr(text, "MOST_BYTES", SMALL)
+    make(tmp_path / name)
+    with pytest.raises(RecordError, match=words):
+        read_records(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("[machine]\nkind." + 6000 * "a." + "b = 1", "machine.kind: should be .* got dict nested too deeply"),
+        ("[machine]\nkind = " + 6000 * "[" + 6000 * "]", "TOML: is nested too deeply"),
+    ],
+)
+def test_a_case_nested_thousands_deep_is_refused(given, words):
+    with pytest.raises(CaseError, match=words):
+        case_from_text(given)
+
+
+def test_a_case_without_end_is_refused(tmp_path):
+    path = tmp_path / "case.toml"
+    path.symlink_to("/dev/zero")
+    with pytest.raises(CaseError, match="should be a case file of at most 16 MB"):
+        read_case(path)
+
+
+NAME = "m[/x] [red]\x1b[31m\x07\u202e:smile:"
+SHOWN = "m[/x] [red]\\x1b[31m\\x07\\u202e:smile:"
+
+
+def test_names_are_shown_and_not_obeyed(capsys):
+    """Neither as markup nor by the terminal, in lines, tables and complaints."""
+    made = table("title [/]", "column [/]")
+    made.add_row(NAME)
+    page = Page()
+    page.print(made)
+    page.say(NAME)
+    said = capsys.readouterr().out
+    assert said.count(SHOWN) == 2
+    assert said.isprintable() or set(said) - {c for c in said if c.isprintable()} == {"\n"}
+    assert visible("Größe µm\n\tθ") == "Größe µm\n\tθ"
+
+
+def test_a_record_with_such_a_name_is_listed(tmp_path, capsys):
+    lines = [f"{name},{0.01 * i},{np.sin(i)},{np.cos(i)}" for name in (NAME, "b") for i in range(200)]
+    path = tmp_path / "records.csv"
+    path.write_text("\n".join(("record,t,F,v", *lines)))
+    assert main(["stick-slip", str(path)]) == 0
+    assert "m[/x]" in capsys.readouterr().out
+    assert main(["stick-slip", str(path), "--record", "\x1b[2J"]) == 2
+    assert "\x1b" not in capsys.readouterr().err

@@ -1,0 +1,363 @@
+"""Parts outside the package: a file of one's own goes through every command; what is wrong with one is said by name."""
+
+import importlib
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import cheap_ensemble
+import vibrocap as vc
+from vibrocap.case.case import Case, CaseError, case_from_text, case_text
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import OK, WRONG_INPUT
+from vibrocap.identification.experiments.motions import ramp, synthetic_record
+from vibrocap.physics import catalogue
+from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.friction.exponential import Exponential
+from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
+from vibrocap.physics.part_files import file_of, load_parts
+from vibrocap.studies import axes
+from vibrocap.studies.own_parts import part_fingerprint, receive, sources_of
+from vibrocap.studies.store.writing import StoreError
+from vibrocap.studies.study import Study
+
+FILE = Path(__file__).with_name("own_laws.py")
+CASE = """
+[machine]
+kind = "pendulum-capsule"
+[friction]
+law = "long-tail"
+[drive]
+waveform = "third-harmonic"
+[initial]
+angle = 1.0
+[run]
+periods = 12
+"""
+SWEEP = ["sweep", "case.toml", "--over", "friction.law=long-tail,exponential", "--over", "drive.amplitude=1:2:2"]
+
+
+@pytest.fixture(autouse=True)
+def forgetful():
+    """No part of one test is known to the next."""
+    before = catalogue.registered()
+    yield
+    for part in set(catalogue.registered()) - set(before):
+        vc.unregister(part)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of a user, with a file of parts and a case."""
+    shutil.copy(FILE, tmp_path / "mylaws.py")
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def law_text(body="", name="bad", extends="Law", head="@parameters", first="import math"):
+    """The text of a file with one law."""
+    lines = [
+        first,
+        "from typing import ClassVar",
+        "from vibrocap.physics.friction.law import Law, Positive, parameter, parameters",
+        head,
+        f"class Bad({extends}):",
+        '    """A law."""',
+        '    level: Positive = parameter(0.3, "mu", "level", "level")',
+        f"    name: ClassVar[str] = {name!r}",
+        '    kind: ClassVar = "smooth"',
+        *(f"    {line}" for line in body.splitlines()),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+GOOD = """
+passive = True
+def steady_force(self, speed, load): return self.level * speed
+def force(self, velocity, internal, side, load): return self.level * velocity, ()
+"""
+
+
+# --- the command line -------------------------------------------------------------------------------------------------
+def test_a_file_of_ones_own_goes_through_the_commands(folder, capsys):
+    own = ["--parts", "mylaws.py"]
+    assert main(["simulate", "case.toml", "--json", "--out", "run.csv", *own]) == OK
+    first = json.loads(capsys.readouterr().out)
+    assert first["certificate"]["sign_kept"]
+    assert main(["simulate", "run.csv", "--json", *own]) == OK
+    assert json.loads(capsys.readouterr().out)["state"] == first["state"]
+    assert main(["friction", "list", *own]) == OK
+    assert "long-tail" in capsys.readouterr().out
+    assert main(["measures", "case.toml", *own]) == OK
+
+
+def test_a_case_alone_makes_no_code_run(folder, capsys):
+    (folder / "mylaws.py").write_text("raise SystemExit('ran')\n")
+    assert main(["simulate", "case.toml"]) == WRONG_INPUT
+    said = capsys.readouterr().err
+    assert "no law is called 'long-tail'" in said
+    assert "no waveform is called 'third-harmonic'" in said
+
+
+def test_a_law_of_ones_own_is_fitted_from_the_command_line(folder, capsys):
+    law, _ = load_parts("mylaws.py")
+    record = synthetic_record(law(low=0.2, high=0.5, knee=0.05), ramp(0.4, 6.0, 300), noise=0.01, seed=0)
+    rows = "\n".join(f"{t},{v},{f}" for t, v, f in zip(record.time, record.velocity, record.force, strict=True))
+    (folder / "data.csv").write_text("time,velocity,force\n" + rows + "\n")
+    vc.unregister(law)
+    command = ["fit", "data.csv", "--law", "long-tail", "--steady", "--json", "--intervals", "covariance"]
+    assert main(command) == WRONG_INPUT
+    assert "no law is called 'long-tail'" in capsys.readouterr().err
+    assert main([*command, "--parts", "mylaws.py"]) == OK
+    found = json.loads(capsys.readouterr().out)["parameters"]
+    units = {each["name"]: each["unit"] for each in found} if isinstance(found, list) else None
+    values = {each["name"]: each["value"] for each in found} if isinstance(found, list) else found
+    assert values["knee"] == pytest.approx(0.05, rel=0.2)
+    assert units == {"low": "N", "high": "N", "knee": "m/s"}
+
+
+@pytest.mark.slow
+def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
+    own = ["--parts", "mylaws.py"]
+    assert main([*SWEEP, "--export", "map.csv", *own]) == OK
+    assert (folder / "map.csv").read_text().count("long-tail,") == 2
+    assert main(["friction", "show", "anisotropic-long-tail", *own]) == OK
+    assert "drops like 1/(1 + |v|/v_s)" in capsys.readouterr().out
+    assert main(["friction", "test", "long-tail", "--json", "--parts", "mylaws.py"]) == OK
+    assert json.loads(capsys.readouterr().out)["break_away"]["force"][0] == pytest.approx(0.45, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "no.py: cannot be read: No such file"),
+        ("x = 1\n", "no.py: defines no law, machine or drive"),
+        ("x = (\n", "no.py: line 1: '(' was never closed"),
+        ("\n\n1 / 0\n", "no.py, line 3: ZeroDivisionError: division by zero"),
+        ("import nowhere\n", "no.py, line 1: ModuleNotFoundError: No module named 'nowhere'"),
+        ("raise SystemExit(1)\n", "no.py, line 1: SystemExit: 1"),
+        (law_text(), "Bad cannot be registered: force: is missing, which every law defines; see the contract, "),
+        (law_text(GOOD, name="lugre"), "Bad: the law 'lugre' exists already, vibrocap.physics.friction.lugre.LuGre"),
+        (law_text(GOOD, name="My Law"), "name: should be a ClassVar of small letters, digits and hyphens"),
+        (law_text(GOOD, name="backlash-x"), "'backlash-x' begins as the name of a wrapped law does"),
+        (law_text(GOOD, head=""), "is no record of parameters; write @parameters above the class"),
+        (law_text(GOOD.replace("smooth", "")).replace('"smooth"', '"rough"'), "kind: should be 'set-valued', 'kinked'"),
+        (law_text(GOOD).replace('"smooth"', '"set-valued"'), "holding_limit: is missing, which every law defines"),
+        (law_text(GOOD).replace("0.3,", "...,"), "level: every parameter needs a default"),
+        (law_text(GOOD).replace('"level")', '"levl")'), "role: there is no role 'levl'; did you mean 'level'?"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused_by_name(folder, capsys, text, said):
+    if text is not None:
+        (folder / "no.py").write_text(text)
+    assert main(["simulate", "case.toml", "--parts", "no.py", "--parts", "case.toml"]) == WRONG_INPUT
+    found = capsys.readouterr().err
+    assert said in found
+    assert found.startswith("--parts: ")
+    assert "case.toml: should be a Python file" in found
+    assert "Traceback" not in found
+
+
+def test_a_fault_in_a_part_is_said_with_its_line(folder, capsys):
+    text = law_text(GOOD.replace("return self.level * velocity, ()", "return self.levl * velocity, ()"), name="typo")
+    (folder / "typo.py").write_text(text)
+    (folder / "case.toml").write_text(CASE.replace("long-tail", "typo"))
+    assert main(["simulate", "case.toml", "--parts", "typo.py", "--parts", "mylaws.py"]) == WRONG_INPUT
+    line = next(number for number, each in enumerate(text.splitlines(), 1) if "levl" in each)
+    assert f"typo.py, line {line}, in force: AttributeError: 'Bad' object has no" in capsys.readouterr().err
+
+
+def test_what_cannot_be_recorded_is_said_with_what_to_write_instead(folder, capsys):
+    text = law_text(GOOD.replace("return self.level * velocity, ()", "return self.level * abs(velocity), ()"), "kink")
+    (folder / "kink.py").write_text(text)
+    (folder / "case.toml").write_text(CASE.replace("long-tail", "kink"))
+    assert main(["simulate", "case.toml", "--parts", "kink.py", "--parts", "mylaws.py"]) == WRONG_INPUT
+    found = capsys.readouterr().err
+    assert found.startswith("kink.py, line ")
+    assert ", in force: a recorded formula cannot hold a kink: write side * velocity for |velocity|" in found
+
+
+# --- Python -----------------------------------------------------------------------------------------------------------
+def test_registering_makes_a_part_known_and_again_changes_nothing():
+    @vc.register
+    @parameters
+    class Own(Exponential):
+        name = "own"
+
+    assert vc.register(Own) is Own
+    text = CASE.replace("long-tail", "own").replace("third-harmonic", "harmonic")
+    assert type(case_from_text(text).system.friction) is Own
+    assert catalogue.law("anisotropic-own")(back_ratio=2.0).name == "anisotropic-own"
+    assert case_from_text(case_text(case_from_text(text))) == case_from_text(text)
+    vc.unregister(Own)
+    with pytest.raises(CaseError, match="no law is called 'own'"):
+        case_from_text(text)
+
+
+def test_a_class_defined_anew_takes_the_place_of_the_old_one_and_another_is_refused():
+    def defined(low):
+        @parameters
+        class Own(Exponential):
+            name = "own"
+            coulomb_coefficient: Positive = parameter(low, "c", "level", "level")
+
+        return Own
+
+    vc.register(defined(0.1))
+    vc.register(defined(0.2))  # as when a cell of a notebook is run again
+    assert catalogue.law("own")().coulomb_coefficient == 0.2
+
+    @parameters
+    class Other(Exponential):
+        name = "own"
+
+    with pytest.raises(ValueError, match=r"Other: the law 'own' exists already, .*Own; give it another name"):
+        vc.register(Other)
+
+
+@pytest.mark.parametrize("given", [vc.LuGre(), 3, Law, Drive, vc.System])
+def test_what_is_no_part_is_not_registered(given):
+    with pytest.raises(TypeError, match="should be a class that extends Law, Machine or Drive, got "):
+        vc.register(given)
+
+
+def test_a_file_is_run_once_and_again_after_a_change(folder):
+    path = folder / "mylaws.py"
+    law, drive = load_parts(path)
+    assert load_parts(path) == (law, drive)
+    path.write_text(path.read_text().replace("0.45", "0.5"))
+    changed, _ = load_parts(path)
+    assert changed().high == 0.5
+    assert catalogue.law("long-tail") is changed
+    assert file_of(changed) != file_of(law)
+
+
+# --- installed packages -----------------------------------------------------------------------------------------------
+def package(folder, name, module, text, value):
+    """An installed package with an entry point."""
+    (folder / f"{module}.py").write_text(text)
+    info = folder / f"{name}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[vibrocap.parts]\n{module} = {value}\n")
+
+
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """A folder on the path of Python; the catalogue looks anew."""
+
+    def forget():
+        for cached in (catalogue._announced, catalogue._installed, catalogue.laws, catalogue.drives):
+            cached.cache_clear()
+
+    monkeypatch.syspath_prepend(tmp_path)
+    forget()
+    yield tmp_path
+    forget()
+
+
+def test_parts_of_installed_packages_are_known_and_a_broken_one_is_a_warning(installed):
+    package(installed, "good-laws", "good_laws", FILE.read_text(), "good_laws")
+    package(installed, "broken-laws", "broken_laws", "import nowhere\n", "broken_laws:Law")
+    package(installed, "odd-laws", "odd_laws", law_text(), "odd_laws:Bad")
+    package(installed, "greedy-laws", "greedy_laws", law_text(GOOD, name="lugre"), "greedy_laws")
+    with pytest.warns(RuntimeWarning, match="parts of the package") as caught:
+        known = catalogue.laws()
+    said = sorted(str(each.message) for each in caught)
+    assert len(said) == 3
+    assert "package broken-laws: the entry point 'broken_laws' cannot be loaded: ModuleNotFoundError" in said[0]
+    assert "package greedy-laws: greedy_laws.Bad is left out: its name 'lugre' is taken" in said[1]
+    assert "package odd-laws: the entry point 'odd_laws' is left out: Bad: force: is missing" in said[2]
+    assert known["lugre"] is vc.LuGre
+    assert case_from_text(CASE).system.friction.low == 0.15
+    with pytest.raises(ValueError, match="'long-tail' exists already, good_laws"):
+        load_parts(FILE)
+
+
+def test_packages_are_looked_at_when_the_first_part_is_asked_for():
+    code = "import sys, vibrocap as vc; vc.Exponential(); print(sys.modules.get('vibrocap.physics.catalogue'))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "None"
+
+
+# --- studies ----------------------------------------------------------------------------------------------------------
+def test_a_study_goes_on_only_with_the_same_file(folder, capsys, monkeypatch):
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    own = ["--parts", "mylaws.py", "--out", "map"]
+    assert main([*SWEEP, *own]) == OK
+    assert main([*SWEEP, *own, "--resume"]) == OK
+    record = json.loads((folder / "map" / "study.json").read_text())["study"]
+    assert list(record["parts"]) == ["friction.law = long-tail", "drive.waveform = third-harmonic"]
+    assert set(record["parts"].values()) == {file_of(catalogue.law("long-tail"))[1]}
+    (folder / "mylaws.py").write_text((folder / "mylaws.py").read_text() + "# edited\n")
+    capsys.readouterr()
+    assert main([*SWEEP, *own, "--resume"]) == WRONG_INPUT
+    assert "map holds another study: the code of friction.law = long-tail: stored" in capsys.readouterr().err
+    assert main(["plot", "map", "--out", "map.png"]) == OK  # what is stored is read without its parts
+
+
+def test_a_study_of_the_packages_own_parts_does_not_mention_them():
+    """So that studies stored before there were others keep their identity."""
+    system = vc.System(vc.PendulumCapsule(), catalogue.law("anisotropic-lugre")(), vc.Harmonic())
+    study = Study(Case(system), axes.Grid((axes.Axis("friction.law", ("lugre", "exponential")),)), ("mean_velocity",))
+    assert "parts" not in study.record()
+
+
+def test_workers_load_the_file_and_refuse_another(folder, monkeypatch):
+    law, drive = load_parts("mylaws.py")
+    sources = sources_of([law, drive])
+    assert sources == ((str(folder / "mylaws.py"), file_of(law)[1]),)
+    vc.unregister(law)
+    receive(sources)
+    assert catalogue.law("long-tail") is law
+    (folder / "mylaws.py").write_text("\n")
+    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*mylaws.py: has changed"):
+        receive(sources)
+    (folder / "mylaws.py").unlink()
+    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*cannot be read"):
+        receive(sources)
+
+
+def test_workers_are_not_sent_a_part_that_they_cannot_find():
+    @parameters
+    class Own(Exponential):
+        name = "own"
+
+    with pytest.raises(CaseError, match=r"Own stands in .*where workers cannot find it; put it in a file of its own"):
+        sources_of([Own])
+    assert sources_of([vc.LuGre]) == (("vibrocap.physics.friction.lugre", "LuGre"),)
+    receive(sources_of([vc.LuGre]))
+
+
+def test_the_fingerprint_of_a_part_changes_with_its_functions_and_with_nothing_else():
+    def defined(factor, limit):
+        @parameters
+        class Own(Exponential):
+            name = "own"
+            reach = limit
+
+            def steady_force(self, speed, load):
+                return factor * super().steady_force(speed, load)
+
+        return Own
+
+    assert part_fingerprint(defined(1.0, 2.0)) == part_fingerprint(defined(1.0, 2.0))
+    prints = {part_fingerprint(defined(*given)) for given in ((1.0, 2.0), (1.5, 2.0), (1.0, 3.0))}
+    assert len(prints) == 3
+
+
+@pytest.mark.slow
+def test_two_workers_give_the_bytes_of_one_process(folder):
+    own = ["--parts", "mylaws.py", "--out"]
+    assert main([*SWEEP, *own, "one"]) == OK
+    assert main([*SWEEP, *own, "two", "--workers", "2"]) == OK
+    files = sorted(
+        path.relative_to("one") for path in Path("one").rglob("*") if path.is_file() and "lock" not in path.name
+    )
+    assert files
+    for path in files:
+        assert (Path("two") / path).read_bytes() == (Path("one") / path).read_bytes(), path

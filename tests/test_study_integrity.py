@@ -1,0 +1,266 @@
+"""Whatever is damaged in a store is found and named, computed again to the same bytes, and never taken for results."""
+
+import importlib
+import json
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cheap_ensemble
+from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_study
+from vibrocap.case.case import CaseError
+from vibrocap.cli.main import main
+from vibrocap.studies.dataset import open_study
+from vibrocap.studies.store.writing import DamageWarning, StoreError
+from vibrocap.studies.sweep import sweep
+
+SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
+OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:6"}
+TILES = 6
+
+
+@pytest.fixture(autouse=True)
+def cheap(monkeypatch):
+    """A cheap ensemble in place of the engine; the list of what it was asked for."""
+    calls = []
+
+    def counted(system, over, **settings):
+        calls.append(over)
+        return cheap_ensemble.ensemble(system, over, **settings)
+
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", counted)
+    monkeypatch.setattr(os, "fsync", lambda handle: None)
+    return calls
+
+
+def stored(out, **changes):
+    return sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "word"), "out": out, "tile_runs": 2} | changes)
+
+
+@pytest.fixture
+def whole(tmp_path, tmp_path_factory):
+    made = tmp_path_factory.getbasetemp() / "whole-study"
+    if not made.exists():
+        stored(made)
+    return Path(shutil.copytree(made, tmp_path / "whole"))
+
+
+def files(folder):
+    """Every file below a folder with its bytes."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def flip(path, at=-1):
+    data = bytearray(path.read_bytes())
+    data[at] ^= 1
+    path.write_bytes(data)
+
+
+def swap(one, other):
+    first, second = one.read_bytes(), other.read_bytes()
+    assert first != second
+    one.write_bytes(second)
+    other.write_bytes(first)
+
+
+def link(path):
+    content = path.with_name("elsewhere")
+    path.rename(content)
+    path.symlink_to(content)
+
+
+CHUNK = "results.zarr/mean_velocity/c.1.0"
+DAMAGE = {  # what is done to a store, and the tiles that are then damaged
+    "a chunk is removed": (lambda place: (place / CHUNK).unlink(), ["1.0"]),
+    "a chunk is empty": (lambda place: (place / CHUNK).write_bytes(b""), ["1.0"]),
+    "a chunk is cut": (lambda place: os.truncate(place / CHUNK, 20), ["1.0"]),
+    "a bit of a chunk is flipped": (lambda place: flip(place / CHUNK, 12), ["1.0"]),
+    "a chunk is longer": (lambda place: (place / CHUNK).write_bytes((place / CHUNK).read_bytes() + b"more"), ["1.0"]),
+    "a chunk is a link": (lambda place: link(place / CHUNK), ["1.0"]),
+    "a chunk is a folder": (lambda place: ((place / CHUNK).unlink(), (place / CHUNK).mkdir()), ["1.0"]),
+    "two chunks are swapped": (
+        lambda place: swap(place / CHUNK, place / "results.zarr/mean_velocity/c.0.2"),
+        ["0.2", "1.0"],
+    ),
+    "a chunk is that of another array": (
+        lambda place: shutil.copy(place / "results.zarr/window_start/c.1.0", place / "results.zarr/status/c.1.0"),
+        ["1.0"],
+    ),
+    "two whole tiles are swapped": (
+        lambda place: [
+            swap(mark, mark.with_name(mark.name.replace("1.0", "0.2")))
+            for mark in [place / "done/1.0", *place.glob("results.zarr/*/c.1.0")]
+            if mark.read_bytes() != mark.with_name(mark.name.replace("1.0", "0.2")).read_bytes()
+        ],
+        ["0.2", "1.0"],
+    ),
+    "a mark is empty": (lambda place: (place / "done/1.0").write_bytes(b""), ["1.0"]),
+    "a bit of a mark is flipped": (lambda place: flip(place / "done/1.0", 30), ["1.0"]),
+    "a mark is that of another tile": (lambda place: shutil.copy(place / "done/0.0", place / "done/1.0"), ["1.0"]),
+    "an array's folder is emptied": (
+        lambda place: [path.unlink() for path in place.glob("results.zarr/word/c.*")],
+        ["0.0", "0.1", "0.2", "1.0", "1.1", "1.2"],
+    ),
+}
+ELSEWHERE = {  # the same of what belongs to no tile
+    "metadata are cut": lambda place: os.truncate(place / "results.zarr/zarr.json", 30),
+    "metadata are removed": lambda place: (place / "results.zarr/word/zarr.json").unlink(),
+    "metadata are altered": lambda place: (place / "results.zarr/word/zarr.json").write_bytes(
+        (place / "results.zarr/mean_velocity/zarr.json").read_bytes()
+    ),
+    "a coordinate is altered": lambda place: flip(place / "results.zarr/machine.mass_ratio/c.0", 12),
+    "a coordinate is removed": lambda place: (place / "results.zarr/friction.law/c.0").unlink(),
+    "an array is removed": lambda place: shutil.rmtree(place / "results.zarr/settled"),
+    "all results are removed": lambda place: shutil.rmtree(place / "results.zarr"),
+    "all marks are removed": lambda place: shutil.rmtree(place / "done"),
+    "a mark is of no tile": lambda place: shutil.copy(place / "done/0.0", place / "done/7.0"),
+}
+
+
+@pytest.mark.parametrize("what", DAMAGE)
+def test_a_damaged_tile_is_found_named_and_computed_again(tmp_path, whole, cheap, what, capsys):
+    before = files(whole)
+    done, tiles = DAMAGE[what]
+    done(whole)
+    found = verify_study(whole)
+    assert (found.ok, found.tiles, found.stored) == (False, TILES, TILES)
+    assert [".".join(map(str, index)) for index in found.damaged] == tiles
+    assert main(["verify", str(whole)]) == 3
+    assert all(f"damaged    tile {name}: " in capsys.readouterr().out for name in tiles[:1])
+    with pytest.raises(StoreError, match=r"is damaged: tile .*--resume"):
+        open_study(whole).load()
+    cheap.clear()
+    if what.endswith("a folder"):
+        (whole / CHUNK).rmdir()
+    with pytest.warns(DamageWarning, match=rf"whole: is damaged, and mended: tile {tiles[0]}: "):
+        stored(whole, resume=True)
+    assert sum(len(next(iter(over.values()))) for over in cheap) == 2 * len(tiles)
+    assert {name: data for name, data in files(whole).items() if "elsewhere" not in name} == before
+    assert verify_study(whole).finished
+
+
+@pytest.mark.parametrize("what", ELSEWHERE)
+def test_damage_that_belongs_to_no_tile_is_found_and_mended(whole, what, capsys):
+    before = files(whole)
+    ELSEWHERE[what](whole)
+    assert not verify_study(whole).ok
+    assert main(["verify", str(whole)]) == 3
+    assert "damaged" in capsys.readouterr().out
+    with pytest.warns(DamageWarning, match="is damaged, and mended: "):
+        stored(whole, resume=True)
+    assert files(whole) == before
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda path: path.unlink(), "study.json is"),
+        (lambda path: flip(path, 40), "study.json is damaged"),
+        (lambda path: flip(path, -10), "study.json is damaged"),
+        (lambda path: os.truncate(path, 200), "study.json is damaged"),
+        (lambda path: path.write_bytes(b""), "study.json is damaged"),
+        (lambda path: path.write_text(path.read_text().replace("1.4, ", "1.5, ")), "study.json is damaged"),
+    ],
+)
+def test_a_lost_or_damaged_study_is_found_and_nothing_is_wiped(whole, damage, said):
+    damage(whole / "study.json")
+    before = files(whole)
+    assert not verify_study(whole).ok
+    assert said in verify_study(whole).lines()[0]
+    assert main(["verify", str(whole)]) == 3
+    for resume in (True, False):
+        with pytest.raises(CaseError, match=r"study\.json"):
+            stored(whole, resume=resume)
+    with pytest.raises(CaseError, match=r"study\.json"):
+        open_study(whole)
+    assert files(whole) == before
+
+
+def test_a_whole_store_and_none(tmp_path, whole, capsys):
+    found = verify_study(whole)
+    assert (found.ok, found.finished, found.stored, found.damaged, found.others) == (True, True, TILES, {}, ())
+    assert main(["verify", str(whole)]) == 0
+    assert f"whole: whole; {TILES} of {TILES} tiles are stored." in capsys.readouterr().out
+    (whole / "done" / "0.1").unlink()  # as if the study had been stopped before
+    found = verify_study(whole)
+    assert (found.ok, found.finished, found.stored) == (True, False, TILES - 1)
+    assert main(["verify", str(whole)]) == 0
+    for none in (tmp_path, tmp_path / "none"):
+        assert main(["verify", str(none)]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_tile_without_a_mark_is_not_there_even_if_some_of_its_chunks_are(whole):
+    (whole / "done" / "1.0").unlink()
+    (whole / "results.zarr" / "word" / "c.1.0").unlink()
+    found = open_study(whole).load()
+    assert (found.status[1, :2] == -1).all()
+    assert found.mean_velocity[1, :2].isnull().all()
+    assert (found.status[0] != -1).all()
+
+
+def test_stores_of_the_same_tiles_do_not_lend_each_other_chunks(tmp_path, whole):
+    """Another study's chunks are as whole as one's own."""
+    stored(tmp_path / "other", periods=33)
+    for name in ("results.zarr/mean_velocity/c.0.1", "done/0.1"):
+        shutil.copy(tmp_path / "other" / name, whole / name)
+    assert list(verify_study(whole).damaged) == [(0, 1)]
+
+
+def removed_in_midrun(monkeypatch, at, act):
+    """Do something to the folder when so many tiles have been asked for."""
+    inner = importlib.import_module("vibrocap.measures.ensemble").ensemble
+    calls = []
+
+    def interfering(system, over, **settings):
+        calls.append(over)
+        if len(calls) == at:
+            act()
+        return inner(system, over, **settings)
+
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", interfering)
+    return calls
+
+
+@pytest.mark.parametrize("what", ["", "results.zarr", "done", "results.zarr/word"])
+def test_a_folder_that_goes_away_in_midrun_is_noticed_at_the_next_tile(tmp_path, monkeypatch, what):
+    out = tmp_path / "out"
+    calls = removed_in_midrun(monkeypatch, 3, lambda: (out / what).rename(tmp_path / "away"))
+    with pytest.raises(StoreError, match=r"removed or (changed|replaced) .*while the study ran"):
+        stored(out)
+    assert len(calls) <= 4  # a tile is computed while another is stored
+    assert out.exists() == bool(what)
+
+
+def test_a_folder_that_is_replaced_in_midrun_is_noticed(tmp_path, monkeypatch):
+    out = tmp_path / "out"
+
+    def replace():
+        shutil.copytree(out, tmp_path / "copy")
+        out.rename(tmp_path / "away")
+        (tmp_path / "copy").rename(out)
+
+    removed_in_midrun(monkeypatch, 3, replace)
+    with pytest.raises(StoreError, match="removed or replaced while the study ran"):
+        stored(out)
+
+
+def test_a_chunk_that_goes_away_in_midrun_is_noticed_at_the_end(tmp_path, monkeypatch, capsys):
+    out = tmp_path / "out"
+    case = Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml"
+    removed_in_midrun(monkeypatch, 6, (out / "results.zarr" / "status" / "c.0").unlink)
+    monkeypatch.setattr(importlib.import_module("vibrocap.studies.tile"), "RUNS", 1)
+    assert main(["sweep", str(case), "--over", "machine.mass_ratio=1:3:8", "--out", str(out)]) == 3
+    said = capsys.readouterr().err
+    assert "files of 1 tiles are gone (0)" in said
+    assert "whole" not in said
+
+
+def test_numbers_of_a_mark_are_those_of_the_arrays(whole):
+    mark = json.loads((whole / "done" / "0.0").read_text())
+    names = {path.name for path in (whole / "results.zarr").iterdir() if path.is_dir()}
+    assert set(mark["chunks"]) == names - set(OVER)
+    assert np.unique([*mark["chunks"].values()]).size == len(mark["chunks"])

@@ -1,0 +1,300 @@
+"""A study may come from a stranger: nothing in it runs, and what this package does not write is refused."""
+
+import contextlib
+import importlib
+import json
+import os
+import pickle
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+
+import cheap_ensemble
+from vibrocap import Design, Exponential, Harmonic, PendulumCapsule, System, open_study, verify_study, write_study
+from vibrocap.case.case import CaseError
+from vibrocap.cli.main import main
+from vibrocap.studies.store.checked_store import unpacked_size
+from vibrocap.studies.store.checksums import checksum, sealed
+from vibrocap.studies.store.marks import chunk_place, mark_text
+from vibrocap.studies.store.record import record_text
+from vibrocap.studies.store.zarr_form import first_places
+from vibrocap.studies.sweep import sweep
+
+SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
+OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:6"}
+CASE = str(Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml")
+
+
+@pytest.fixture(autouse=True)
+def cheap(monkeypatch):
+    monkeypatch.setattr(importlib.import_module("vibrocap.measures.ensemble"), "ensemble", cheap_ensemble.ensemble)
+    monkeypatch.setattr(os, "fsync", lambda handle: None)
+
+
+def stored(out, **changes):
+    return sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "word"), "out": out, "tile_runs": 20} | changes)
+
+
+@pytest.fixture
+def study(tmp_path, tmp_path_factory):
+    made = tmp_path_factory.getbasetemp() / "study-of-strangers"
+    if not made.exists():
+        stored(made)
+    return Path(shutil.copytree(made, tmp_path / "study"))
+
+
+def record_of(study):
+    record = json.loads((study / "study.json").read_text())
+    del record["checksum"]
+    return record
+
+
+def rewrite(study, record):
+    """What a stranger can do: all checksums fit what he wrote."""
+    for place in first_places(record):
+        if (study / "results.zarr" / place).is_file():
+            data = (study / "results.zarr" / place).read_bytes()
+            record["files"][place] = checksum(record["identity"], place, data)
+    (study / "study.json").write_bytes(record_text(record))
+
+
+def rechunk(study, name, data):
+    """Put a chunk of one's own in the first tile, with a mark that fits it."""
+    record, index = record_of(study), (0, 0)
+    (study / "results.zarr" / chunk_place(name, index)).write_bytes(data)
+    names = json.loads((study / "done" / "0.0").read_text())["chunks"]
+    chunks = {
+        chunk_place(each, index): (study / "results.zarr" / chunk_place(each, index)).read_bytes() for each in names
+    }
+    (study / "done" / "0.0").write_bytes(mark_text(record["identity"], index, chunks, None))
+
+
+class Payload:
+    """What a pickle runs when it is read."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.path),)
+
+
+def refused_everywhere(study, capsys, said):
+    """Reading, plotting, verifying, exporting and resuming all refuse, without a traceback."""
+    for read in (open_study, verify_study, lambda path: write_study(path, path.with_suffix(".csv"))):
+        with pytest.raises(CaseError, match=said):
+            read(study)
+    with pytest.raises(CaseError, match=said):
+        stored(study, resume=True)
+    assert main(["plot", str(study)]) == 2
+    assert main(["verify", str(study)]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_pickle_in_zarr_format_2_does_not_run(tmp_path, study, capsys, monkeypatch):
+    """A Zarr 2 array of objects, whose last filter is `pickle`, in the place of an array of ours.
+
+    The codec library is told to read it, as its older versions do unasked.
+    """
+    monkeypatch.setattr("numcodecs.pickles.ALLOW_UNSAFE_PICKLE_DECODE", True)
+    place, ran = study / "results.zarr" / "mean_velocity", tmp_path / "ran"
+    shutil.rmtree(place)
+    place.mkdir()
+    (study / "results.zarr" / "zarr.json").unlink()
+    (study / "results.zarr" / ".zgroup").write_text('{"zarr_format": 2}')
+    filters = [{"id": "vlen-utf8"}, {"id": "pickle", "protocol": 4}]
+    array = {"zarr_format": 2, "shape": [2, 6], "chunks": [2, 6], "dtype": "|O", "fill_value": None, "order": "C"}
+    (place / ".zarray").write_text(json.dumps(array | {"compressor": None, "filters": filters}))
+    (place / ".zattrs").write_text('{"_ARRAY_DIMENSIONS": ["friction.law", "machine.mass_ratio"]}')
+    (place / "0.0").write_bytes(pickle.dumps(np.array([Payload(ran)], dtype=object)))
+    rewrite(study, record_of(study))
+    refused_everywhere(study, capsys, "does not belong to the study")
+    assert not ran.exists()
+    with contextlib.suppress(Exception):
+        zarr.open_array(place, mode="r", zarr_format=2)[:]
+    assert ran.exists()  # so the payload would have run
+
+
+def changed(name, **entries):
+    """An alteration of an array's metadata."""
+
+    def alter(study):
+        path = study / "results.zarr" / name / "zarr.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | entries))
+
+    return alter
+
+
+ZSTD = {"name": "zstd", "configuration": {"level": 3, "checksum": True}}
+BYTES = {"name": "bytes", "configuration": {"endian": "little"}}
+METADATA = {
+    "another codec": (
+        changed("mean_velocity", codecs=[BYTES, {"name": "gzip", "configuration": {"level": 5}}]),
+        "codecs",
+    ),
+    "a codec of numcodecs": (
+        changed("mean_velocity", codecs=[BYTES, {"name": "numcodecs.pickle", "configuration": {}}]),
+        "codecs",
+    ),
+    "a further codec": (changed("mean_velocity", codecs=[BYTES, ZSTD, ZSTD]), "codecs"),
+    "a wild setting": (
+        changed("mean_velocity", codecs=[BYTES, {"name": "zstd", "configuration": {"level": 3000, "checksum": True}}]),
+        "codecs",
+    ),
+    "another type": (changed("mean_velocity", data_type="object"), "data_type"),
+    "a type that is not its own": (changed("settled", data_type="int8", fill_value=0), "data_type"),
+    "an extension": (changed("mean_velocity", data_type={"name": "numpy.datetime64"}), "data_type"),
+    "enormous chunks": (
+        changed("word", chunk_grid={"name": "regular", "configuration": {"chunk_shape": [2, 10**15]}}),
+        "chunk_shape",
+    ),
+    "an enormous array": (changed("word", shape=[2, 10**15]), "shape"),
+    "other dimensions": (changed("word", dimension_names=["x", "y"]), "dimension_names"),
+    "an unknown key": (changed("word", must_understand=True), "must_understand"),
+    "an attribute that changes values": (changed("mean_velocity", attributes={"scale_factor": 2.0}), "scale_factor"),
+    "an infinite filling": (changed("status", fill_value=10**9), "fill_value"),
+    "deep nesting": (
+        lambda study: (study / "results.zarr/word/zarr.json").write_text('{"a":' * 20_000 + "1" + "}" * 20_000),
+        "zarr.json",
+    ),
+    "an array more": (
+        lambda study: shutil.copytree(study / "results.zarr/word", study / "results.zarr/more"),
+        "results.zarr/more does not belong",
+    ),
+    "an array elsewhere": (
+        lambda study: (
+            (study / "results.zarr/word").rename(study / "word"),
+            (study / "results.zarr/word").symlink_to(study / "word"),
+        ),
+        "results.zarr/word does not belong",
+    ),
+    "format 2 beside it": (lambda study: (study / "results.zarr/.zmetadata").write_text("{}"), "does not belong"),
+}
+
+
+@pytest.mark.parametrize("what", METADATA)
+def test_metadata_that_this_package_does_not_write_are_refused(study, what, capsys):
+    alter, said = METADATA[what]
+    alter(study)
+    rewrite(study, record_of(study))
+    refused_everywhere(study, capsys, said)
+
+
+def in_record(path, value):
+    """An alteration of study.json."""
+
+    def alter(record):
+        *way, last = path
+        for step in way:
+            record = record[step]
+        record[last] = value
+
+    return alter
+
+
+RECORDS = {
+    "a name that leaves the folder": in_record(("study", "measures"), ["mean_velocity", "../../word"]),
+    "a path that leaves the folder": in_record(("study", "plan", "axes", 0, "path"), "../x.y"),
+    "a name twice": in_record(("study", "measures"), ["word", "word"]),
+    "no axes": in_record(("study", "plan", "axes"), []),
+    "an unknown plan": in_record(("study", "plan"), {"kind": "pickle"}),
+    "a word for a number": in_record(("tile",), ["x", 1]),
+    "tiles of another shape": in_record(("tile",), [2]),
+    "enormous tiles": in_record(("tile",), [2, 10**12]),
+    "no tiles": in_record(("tile",), [0, 0]),
+    "a truth for a number": in_record(("study", "plan", "axes", 1, "values", 0), True),
+    "a further entry": in_record(("study", "more"), 1),
+    "endless runs": in_record(
+        ("study", "plan"),
+        {
+            "kind": "design",
+            "design": {"kind": "sobol", "runs": 2**60, "seed": 0},
+            "ranges": [{"path": "machine.mass_ratio", "low": 1.0, "high": 2.0, "logarithmic": False}],
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("what", RECORDS)
+def test_a_record_that_this_package_does_not_write_is_refused(study, what, capsys):
+    record = record_of(study)
+    RECORDS[what](record)
+    (study / "study.json").write_bytes(sealed(record, record["identity"], "study.json"))
+    refused_everywhere(study, capsys, r"study\.json: |tiles")
+
+
+def test_nested_beyond_reason(study, capsys):
+    (study / "study.json").write_text("[" * 100_000 + "]" * 100_000)
+    with pytest.raises(CaseError, match=r"study\.json is damaged"):
+        open_study(study)
+
+
+def zstd_frame(size):
+    """A Zstandard frame that says it holds so many zeros, and does so in one block of repetition."""
+    head = b"\x28\xb5\x2f\xfd\xe0" + size.to_bytes(8, "little")
+    return head + (1 | 1 << 1 | min(size, 2**17) << 3).to_bytes(3, "little") + b"\0"
+
+
+@pytest.mark.parametrize("name", ["mean_velocity", "word", "status"])
+@pytest.mark.parametrize("data", [b"", b"no frame", zstd_frame(2**40), zstd_frame(2**17), zstd_frame(8)])
+def test_a_chunk_that_unpacks_to_something_else_is_refused_before_it_is_unpacked(study, name, data, capsys):
+    rechunk(study, name, data)
+    with pytest.raises(OSError, match=rf"{name} is no array of 12 values"):
+        open_study(study).load()
+    assert main(["plot", str(study), "--measure", name]) == 3
+    said = capsys.readouterr().err
+    assert "Traceback" not in said
+    assert "is no array of 12 values" in said
+
+
+def test_the_size_in_a_frame():
+    from numcodecs.zstd import Zstd
+
+    for size in (0, 1, 255, 256, 257, 65_791, 65_792, 10**6):
+        assert unpacked_size(Zstd(level=3, checksum=True).encode(bytes(size))) == size
+    assert unpacked_size(zstd_frame(2**40)) == 2**40
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {},
+        {"over": None, "cases": [{"machine.mass_ratio": 1.0}, {"friction.law": "lugre", "initial.angle": 0.5}]},
+        {"over": {"machine.mass_ratio": (1.0, 2.0)}, "design": Design("halton", 9)},
+        {"over": {"machine.normal_load": "weight,1,2", "machine.mass_ratio": [1.0]}, "measures": ["drift"]},
+    ],
+    ids=["grid", "cases", "design", "words"],
+)
+def test_what_this_package_writes_is_read(tmp_path, how):
+    found = stored(tmp_path / "a", **how)
+    xr.testing.assert_identical(
+        found.load(), sweep(SYSTEM, **{"over": OVER, "measures": ("mean_velocity", "word")} | how)
+    )
+    assert verify_study(tmp_path / "a").finished
+
+
+def as_first_format(study):
+    """A store as the first format was: marks are empty, study.json is not sealed."""
+    record = record_of(study)
+    del record["files"]
+    record["format"] = "vibrocap study, format 1"
+    (study / "study.json").write_text(json.dumps(record))
+    for mark in (study / "done").iterdir():
+        mark.write_bytes(b"")
+
+
+def test_stores_of_the_first_format_are_read_and_not_gone_on_with(study, capsys):
+    before = open_study(study).load()
+    as_first_format(study)
+    xr.testing.assert_identical(open_study(study).load(), before)
+    assert (verify_study(study).ok, verify_study(study).checked) == (True, False)
+    assert main(["verify", str(study)]) == 0
+    assert "has no checksums" in capsys.readouterr().out
+    with pytest.raises(CaseError, match=r"an earlier format .* begin anew"):
+        stored(study, resume=True)
+    (study / "results.zarr" / "word" / "c.0.0").unlink()
+    assert verify_study(study).damaged == {(0, 0): "word is missing"}
