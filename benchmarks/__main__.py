@@ -56,7 +56,7 @@ def peers(name: str) -> dict[str, Run]:
     try:
         from benchmarks import peers_heyoka
     except ImportError:
-        print("  heyoka: not installed (pip install vibrocap[ref])")
+        print("  heyoka: not installed (pip install -e '.[ref]')")
     else:
         if name == "exponential":
             found["heyoka, tuned (fast_math)"] = peers_heyoka.prepare_exponential()

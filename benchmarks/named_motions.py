@@ -1,6 +1,6 @@
 """The motions that the benchmarks run, as bare numbers for every competitor, with final states known to 1e-11.
 
-First set of PHYSICS.md, section 4. The final states come from tests/independent.py, which finds the same ones at two
+First set of docs/model.md. The final states come from tests/independent.py, which finds the same ones at two
 tolerances a factor of 20 apart.
 """
 

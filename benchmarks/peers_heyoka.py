@@ -29,7 +29,7 @@ NUDGE = 1e-15
 
 
 def _equations():
-    """Variables, side (a parameter of the integrator), P, holding force and B of PHYSICS.md, section 1."""
+    """Variables, side (a parameter of the integrator), P, holding force and B of docs/model.md."""
     p = FIRST_SET
     theta, rate, position, velocity, bristle = hy.make_vars("theta", "rate", "position", "velocity", "bristle")
     cosine = hy.cos(theta)

@@ -1,7 +1,7 @@
 """An integrator of the pendulum capsule that shares nothing with the package: the yardstick of the reference tests.
 
-A yardstick must not contain the faults it is to find, so the equations are typed again from PHYSICS.md, the method is
-SciPy's DOP853 and stick and slip are switched by hand:
+A yardstick must not contain the faults it is to find, so the equations are typed again from docs/model.md, the method
+is SciPy's DOP853 and stick and slip are switched by hand:
 
 - between two events the direction of sliding is a constant `side` and the right-hand side is smooth;
 - after every accepted step the watched quantity (side * velocity, or the force to spare while stuck) is sampled on the
@@ -9,7 +9,7 @@ SciPy's DOP853 and stick and slip are switched by hand:
   *real* steps from the start of that step: an event time carries the accuracy of the method, not of its interpolant;
 - the motion restarts with the velocity exactly zero and in the mode that the holding force decides.
 
-`python -m tests.independent` (from the root of the repository) prints the reference table of PHYSICS.md, section 4, and
+`python -m tests.independent` (from the root of the repository) prints the reference table of docs/model.md, and
 writes tests/reference_motions.json anew: random systems with their final states, see `reference_table`.
 
 A system is a dict of numbers here, for the same reason (no class of the package is needed):
@@ -62,7 +62,7 @@ def drive(t: float, p: dict) -> float:
 
 
 def moment(t: float, y: Sequence[float], p: dict) -> float:
-    """P of PHYSICS.md, section 1: all that turns the pendulum but the capsule's acceleration."""
+    """P of docs/model.md: all that turns the pendulum but the capsule's acceleration."""
     return drive(t, p) + math.sin(y[ANGLE]) - p["stiffness"] * y[ANGLE] - p["damping"] * y[ANGLE_RATE]
 
 
@@ -327,7 +327,7 @@ FRICTION_OF_THE_PAPER = {
 
 
 def section_4() -> list[tuple[str, float, ReferenceMotion]]:
-    """The four motions of PHYSICS.md, section 4."""
+    """The four motions of docs/model.md."""
     found = []
     for stiffness, damping in ((2.0, 1.0), (4.0, 1.2)):
         for law in ("lugre", "exponential"):

@@ -3,11 +3,9 @@
 import dataclasses
 import random
 
-from pydantic import ValidationError
-
 from imposed_motion import settled_pieces
 from vibrocap.physics.catalogue import law, laws
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 
 WRAPPED = (
     "anisotropic-stribeck",
@@ -36,7 +34,7 @@ def varied(part, seed):
                     for name, value in values.items()
                 }
             )
-        except ValidationError:  # a number beyond its bounds
+        except ParameterError:  # a number beyond its bounds
             continue
 
 

@@ -116,7 +116,7 @@ def test_modes_of_a_law_are_no_ranges():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        ({"over": "friction.attraction"}, "is not a parameter"),
+        ({"over": "friction.attraction"}, "there is no such parameter in this system"),
         ({"over": "machine.normal_load", "system": "weight"}, "should be a parameter that is a number"),
         ({"between": (3.0, 1.0)}, "between should be finite with low < high"),
         ({"between": 3.0}, "between should be two numbers"),
@@ -132,7 +132,7 @@ def test_bad_input_to_a_diagram_is_refused(arguments, complaint):
     if arguments.pop("system", None):
         system = system.with_parameters({"machine.normal_load": "weight"})
     given = {"over": "drive.amplitude", "between": (1.0, 3.0), **arguments}
-    with pytest.raises((ValueError, KeyError), match=complaint):
+    with pytest.raises(ValueError, match=complaint):
         bifurcation_diagram(system, **given)
 
 

@@ -220,7 +220,7 @@ def test_closing_map_of_a_capsule_is_its_half_period_map():
     growth = (moved.mismatch - here.mismatch) / 1e-5
     assert np.allclose(here.derivative @ [1.0, 0.5, 0.3, 2.0], growth, atol=1e-3)
     half = np.linalg.eigvals(here.jacobian)
-    assert np.max(np.abs(half**2)) == pytest.approx(2.566591252, abs=1e-4)  # PHYSICS.md: multipliers of the period
+    assert np.max(np.abs(half**2)) == pytest.approx(2.566591252, abs=1e-4)  # of the period
     assert np.min(half.real) < -1.0  # the direction that breaks the symmetry changes its sign in half a period
 
 

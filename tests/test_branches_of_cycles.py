@@ -30,7 +30,7 @@ def belt(damping=0.0):
 
 
 def closed_form(static=STATIC, stiffness=STIFFNESS, speed=SPEED):
-    """PHYSICS.md section 5: (stick time, slip time)."""
+    """docs/model.md: (stick time, slip time)."""
     drop, w = (static - KINETIC) / stiffness, np.sqrt(stiffness)
     return 2.0 * drop / speed, 2.0 / w * (math.pi - np.arctan(w * drop / speed))
 

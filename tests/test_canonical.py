@@ -52,7 +52,7 @@ def test_coulomb_breaks_away_at_its_static_level_at_any_rate():
 
 
 def test_coulomb_stick_slip_is_the_closed_form():
-    """Fs 1.5, Fk 1, k 2, m 1, v 0.1 (PHYSICS.md, section 5)."""
+    """Fs 1.5, Fk 1, k 2, m 1, v 0.1 (docs/model.md)."""
     found = stick_slip_test(COULOMB, stiffness=2.0, speed=0.1)
     assert found.regime == "stick-slip"
     assert found.settled

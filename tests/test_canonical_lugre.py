@@ -1,4 +1,4 @@
-"""LuGre's canonical tests with its authors' own parameters (PHYSICS.md, section 5), and closed forms of the law."""
+"""LuGre's canonical tests with its authors' own parameters (docs/model.md), and closed forms of the law."""
 
 import dataclasses
 import math

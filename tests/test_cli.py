@@ -140,6 +140,29 @@ def test_everything_wrong_is_named_at_once_and_nothing_is_made(case, tmp_path, c
     assert list(tmp_path.iterdir()) == [case]
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "simulate CASE --out a/b/x.csv",
+        "simulate CASE --plot a/b/x.png",
+        "simulate CASE --animate a/b/x.gif",
+        "sweep CASE --over drive.amplitude=1,2 --export a/b/x.csv",
+        "branch CASE --over drive.amplitude=1:2 --plot a/b/x.png",
+        "basins CASE --plane angle,angle_rate --plot a/b/x.png",
+        "friction show lugre --plot a/b/x.png",
+        "friction test lugre --plot a/b/x.png",
+        "fit CASE --law lugre --plot a/b/x.png",
+        "stick-slip CASE --plot a/b/x.png",
+    ],
+)
+def test_files_go_into_folders_that_are_there(words, case, capsys, monkeypatch):
+    monkeypatch.chdir(case.parent)
+    folder = str(Path("a") / "b")
+    message = refused(capsys, *(str(case) if word == "CASE" else word for word in words.split()))
+    assert f"{words.split()[-2]}: there is no folder {folder!r}; make it first, or give another name" in message
+    assert list(case.parent.iterdir()) == [case]
+
+
 @pytest.mark.parametrize("option", ["--out x.csv", "--plot x.png", "--animate x.gif"])
 def test_folder_that_cannot_be_written(option, case, capsys, monkeypatch):
     name, file = option.split()
@@ -159,8 +182,8 @@ def test_missing_extras_and_ffmpeg_are_named(case, capsys, monkeypatch):
     monkeypatch.setattr("shutil.which", lambda name: None)
     files = ("--out", case.parent / "a.nc", "--plot", case.parent / "a.png")
     message = refused(capsys, "simulate", case, *files)
-    assert "pip install 'vibrocap[export]'" in message
-    assert "pip install 'vibrocap[plot]'" in message
+    assert f"--out: needs xarray and h5netcdf; install with: {sys.executable} -m pip install xarray h5netcdf" in message
+    assert f"--plot: needs matplotlib; install with: {sys.executable} -m pip install matplotlib" in message
     monkeypatch.setattr("importlib.util.find_spec", found)
     assert "ffmpeg" in refused(capsys, "simulate", case, "--animate", case.parent / "a.mp4")
 
@@ -286,7 +309,7 @@ def test_run_that_fails_at_once_is_still_reported(kind, case, capsys):
 @pytest.mark.parametrize("law", ["exponential", "lugre"])
 def test_export_can_be_run_again_to_the_same_bits(kind, law, case, capsys):
     case.write_text(CASE.replace("exponential", law))
-    out = case.parent / "results" / f"run.{kind}"
+    out = case.parent / f"run.{kind}"
     first = printed_json(capsys, "simulate", case, "--json", "--periods", "4", "--out", out)
     assert read_source(out) == read_case(case, periods=4.0)
     assert printed_json(capsys, "simulate", out, "--json") == first
@@ -460,6 +483,34 @@ def test_second_call_compiles_nothing_and_loads_little(case, tmp_path):
     assert "vibrocap.numerics.compiler.library" in imported
     assert "vibrocap.numerics.compiler.lowering" not in imported
     assert not imported & {"matplotlib", "xarray", "zarr", "dask", "pandas", "scipy.optimize", "scipy.stats"}
+
+
+def test_values_of_a_case_are_replaced_by_options(case, lugre, capsys):
+    """The run is that of a file that says so; another law has its defaults, and no start that it does not know."""
+    text = lugre.read_text().replace('"lugre"', '"lugre"\nbristle_damping = 5.0')
+    lugre.write_text(text.replace("[run]", "bristle = 1e-3\n[run]"))
+    values = ("--set", "friction.decay_rate=5,run.periods=4", "--set", "friction.law=exponential")
+    found = printed_json(capsys, "simulate", lugre, "--json", *values, "--initial", "angle=0.5")
+    case.write_text(CASE.replace('"exponential"', '"exponential"\ndecay_rate = 5').replace("1.0471975511965976", "0.5"))
+    assert found == printed_json(capsys, "simulate", case, "--json", "--periods", "4")
+
+
+def test_values_that_do_not_fit_are_named_by_their_option(case, capsys):
+    values = "--set machine.mas_ratio=2 --set machine.damping=-1 --set machin.x=1 --set run=3 --set x"
+    starts = "--initial angel=2 --initial angle=x --set initial.position=1 --initial position=1 --periods 0"
+    message = refused(capsys, "simulate", case, *values.split(), *starts.split())
+    for complaint in (
+        "--set machine.mas_ratio: no such key for kind = 'pendulum-capsule'; did you mean 'mass_ratio'?",
+        "--set machine.damping: should be at least 0, got -1",
+        "--set machin.x: no such section of a case; did you mean 'machine'?",
+        "--set run: should be a path such as run.NAME",
+        "--set x: should be PATH=VALUE, such as machine.mass_ratio=2.0",
+        "--initial angel: no such state; did you mean 'angle'?",
+        "--initial angle: should be a finite number, got 'x'",
+        "--initial position: is given by --set too",
+        "--periods: should be a positive number, got 0.0",
+    ):
+        assert f"{complaint}\n" in message
 
 
 def test_exit_codes_reach_the_shell(case):

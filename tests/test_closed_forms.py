@@ -1,4 +1,4 @@
-"""Motions with a closed form (PHYSICS.md, sections 2 and 5), those that the pendulum capsule or a carriage can show.
+"""Motions with a closed form (docs/model.md), those that the pendulum capsule or a carriage can show.
 
 Den Hartog's oscillator, the blocks on belts and LuGre's own pulled mass need machines of their own, with their tests.
 """

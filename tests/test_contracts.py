@@ -6,12 +6,14 @@ Every part is taken with its defaults and with random values in which no paramet
 import dataclasses
 import inspect
 import itertools
+import pickle
 import pkgutil
 import re
 from importlib import import_module
 
 import numpy as np
 import pytest
+from pydantic_core import PydanticUndefined
 
 import vibrocap as vc
 from law_instances import draws, instances, random_internal, varied
@@ -19,7 +21,7 @@ from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 
 EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
@@ -322,8 +324,36 @@ def test_parameters_can_be_read_and_changed_by_path(system):
             assert changed.parameter(path) == 1.01 * value
             assert changed.with_parameters({path: value}) == system
     near = system.parameter_paths[0]
-    with pytest.raises(KeyError, match=re.escape(near)):
+    with pytest.raises(ValueError, match=f"no such parameter in this system; did you mean {near!r}"):
         system.parameter(near + "s")
+
+
+RECORDS = [*CLASSES, law_of("anisotropic-lugre"), vc.PendulumCapsuleInSI, vc.Scales]
+
+
+@pytest.mark.parametrize("part", RECORDS, ids=lambda part: part.__name__)
+def test_names_and_values_that_a_part_does_not_take_are_refused_in_our_words(part):
+    """Of every part: the field, what would be right, and nothing of the library that looks at them."""
+    given = {info.name: info.default for info in parameter_table(part)}
+    given = {name: 1.0 if value is PydanticUndefined else value for name, value in given.items()}
+    name = next(name for name, value in given.items() if isinstance(value, float))
+    with pytest.raises(ParameterError) as caught:
+        part(**{**{key: value for key, value in given.items() if key != name}, f"{name}_": 1.0})
+    assert f"{name}_: there is no such parameter; did you mean '{name}'?" in caught.value.complaints
+    with pytest.raises(ParameterError) as caught:
+        part(**{**given, name: "much"})
+    assert str(caught.value) == f"{part.__name__}: {name}: should be a number, got 'much'"
+    assert caught.value.__context__ is None
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_all_that_a_part_refuses_is_named_at_once():
+    with pytest.raises(ValueError, match="mas_ratio: there is no such parameter; did you mean 'mass_ratio'") as caught:
+        vc.PendulumCapsule(mas_ratio=1, damping=-1.0)  # type: ignore[call-arg]
+    assert "damping: should be at least 0, got -1.0" in str(caught.value)
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    with pytest.raises(ValueError, match=r"^the system: machine.mass_ratio: should be greater than 0, got -1.0$"):
+        system.with_parameters({"machine.mass_ratio": -1.0})
 
 
 def test_a_part_in_the_wrong_place_is_refused():

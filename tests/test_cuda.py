@@ -284,7 +284,7 @@ def bindings_found() -> bool:
     return importlib.util.find_spec("cuda") is not None and importlib.util.find_spec("cuda.bindings") is not None
 
 
-@pytest.mark.skipif(not bindings_found(), reason='cuda-bindings is not installed (pip install "vibrocap[gpu]")')
+@pytest.mark.skipif(not bindings_found(), reason="cuda-bindings is not installed (pip install cuda-bindings)")
 def test_without_a_card_the_message_says_what_was_found():
     """The driver is told to show no card; where there is no driver, that is what the message says."""
     call = "from vibrocap.numerics.run.cuda import cuda_problem; print(cuda_problem())"
@@ -294,7 +294,7 @@ def test_without_a_card_the_message_says_what_was_found():
     assert 'device="cpu"' in done.stdout
 
 
-@pytest.mark.skipif(not bindings_found(), reason='cuda-bindings is not installed (pip install "vibrocap[gpu]")')
+@pytest.mark.skipif(not bindings_found(), reason="cuda-bindings is not installed (pip install cuda-bindings)")
 def test_the_driver_has_what_is_asked_of_it():
     """All functions and properties by name."""
     source = Path(on_card.__file__).read_text()

@@ -210,7 +210,7 @@ def test_wrong_input_ends_with_code_2(one_set, monkeypatch, capsys, tmp_path):
     assert "--to:" in capsys.readouterr().err
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert main(["datasets", "fetch", "basalt-velocity-step"]) == WRONG_INPUT
-    assert "needs pooch; install it with: pip install 'vibrocap[fit]'" in capsys.readouterr().err
+    assert "needs pooch; install with: " in capsys.readouterr().err
 
 
 def test_pooch_keeps_its_log_to_itself(one_set, caplog):

@@ -1,7 +1,7 @@
 """From the paper's energies to the code: (2)-(5) and (9) derived with SymPy, and the code proven equal to them.
 
 The first half is the paper on its own: the Lagrangian gives (2) and (3), the scales give (4) and (5), these solved for
-the accelerations give (9), and from (9) follow the identities of PHYSICS.md, section 2. The second half hands the same
+the accelerations give (9), and from (9) follow the identities of docs/model.md. The second half hands the same
 symbols to the functions of the package, which compute on anything that knows `+ - * /`, sin, cos and exp.
 """
 
@@ -16,7 +16,7 @@ import sympy as sp
 import vibrocap as vc
 from vibrocap.physics import elementary
 
-# Dimensionless, as in PHYSICS.md, section 1. `turn` and `push` are theta'' and X'', R is N f, D the drive's torque.
+# Dimensionless, as in docs/model.md. `turn` and `push` are theta'' and X'', R is N f, D the drive's torque.
 lam, rho, nu, amplitude, omega, load = sp.symbols("lambda rho nu h omega N", positive=True)
 theta, rate, position, velocity, turn, push = sp.symbols("theta theta_1 X X_1 theta_2 X_2", real=True)
 tau, D, R = sp.symbols("tau D R", real=True)

@@ -123,6 +123,13 @@ def test_index_names_every_page():
     assert {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"} <= linked
 
 
+def test_pages_that_the_sources_cite_are_there():
+    sources = (path for folder in ("src", "tests", "benchmarks", "examples") for path in (ROOT / folder).rglob("*.py"))
+    for path in sources:
+        for cited in re.findall(r"(?<![\w{}*/])((?:docs/)?[A-Za-z-]+\.md)\b", path.read_text(encoding="utf-8")):
+            assert any((folder / cited).exists() for folder in (ROOT, ROOT / "docs")), f"{path}: {cited}"
+
+
 def test_picture_is_small_enough_to_load_with_the_page():
     assert (ROOT / "docs" / "images" / "travel.png").stat().st_size < 200_000
 

@@ -1,8 +1,8 @@
 """Measures taken during the run: the same from the stored motion, and the same as the measures written with arrays."""
 
 import functools
+import importlib
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.motion import recorded_run
 
-BRIDGE = sys.modules["vibrocap.measures.ensemble"]  # the module, whose name in the package is the function's
+BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
 RATIOS = {"exponential": (0.5, 1.0, 2.5, 6.0), "lugre": (1.0, 2.5)}
 START = {"angle": math.pi / 3}
@@ -355,6 +355,18 @@ def test_asking_for_less_leaves_the_rest_as_it_is():
         assert np.array_equal(small_ensemble([1.0, 2.5], measures=[name])[name], together[name])
 
 
+def test_the_window_fits_the_run_unless_told():
+    """The last ten periods, or all where a run has fewer; a window that is asked for has to fit."""
+    for periods, expected in ((2, 2), (12, 10)):
+        found = small_ensemble([2.5], periods=periods, window=None, measures=["drift"])
+        assert found["window_periods"].tolist() == [expected]
+        motion = vc.simulate(SYSTEM, periods=periods, initial=START)
+        assert vc.mean_velocity(motion).window == ((periods - expected) * motion.period, periods * motion.period)
+        assert vc.measured(motion, "displacement") == vc.measured(motion, "displacement", window=expected)
+    with pytest.raises(ValueError, match="window should be a whole number from 1 to 2, got 10"):
+        small_ensemble([2.5], periods=2, window=10)
+
+
 def test_initial_states_and_parameters_reach_the_run():
     over = {"initial.angle": [0.4, 1.0], "drive.frequency": [1.0, 1.2], "friction.decay_rate": [10.0, 8.0]}
     found = vc.ensemble(SYSTEM, over, measures=["displacement", "mean_velocity"], periods=4, window=4)
@@ -437,7 +449,7 @@ def test_no_travel_costs_infinitely_much():
         ({"machine.mass_ratio": [1.0, math.nan]}, {}, "should be finite numbers, got nan for run 1"),
         ({"machine.mass_ratio": [1.0, -2.0]}, {}, "machine.mass_ratio: should be greater than 0, got -2.0 for run 1"),
         ({"machine.mass_ratio": [True]}, {}, "should be numbers, got True for run 0"),
-        ({"machine.mass_ratio": ["heavy"]}, {}, "machine.mass_ratio: should be a valid number, got 'heavy' for run 0"),
+        ({"machine.mass_ratio": ["heavy"]}, {}, "machine.mass_ratio: should be a number, got 'heavy' for run 0"),
         ({"machine.normal_load": ["heavy"]}, {}, "machine.normal_load: .* for run 0"),
         ({"initial.angle": ["far"]}, {}, "initial.angle: should be numbers, got 'far' for run 0"),
         ({"initial.anlge": [0.1]}, {}, "did you mean 'initial.angle'"),
@@ -445,7 +457,7 @@ def test_no_travel_costs_infinitely_much():
         (
             {"friction.static_coefficient": [0.5, 0.3], "friction.coulomb_coefficient": [0.4, 0.31]},
             {},
-            "friction.static_coefficient should be at least coulomb_coefficient .* for run 1",
+            "friction.static_coefficient: should be at least coulomb_coefficient .* for run 1",
         ),
         ({"machine.damping": [1.0]}, {"periods": 2.5}, "periods should be a whole number"),
         ({"machine.damping": [1.0]}, {"window": 61}, "window should be a whole number from 1 to 60, got 61"),

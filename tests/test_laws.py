@@ -20,7 +20,7 @@ def test_coulomb_has_two_levels_and_a_jump():
     forces = [law.force(v, (), side, 1.5)[0] for v, side in ((0.0, 1), (0.3, 1), (-7.0, -1))]
     assert forces == pytest.approx([0.3, 0.3, -0.3], rel=4 * EPSILON)
     assert law.holding_limit(1.5) == 0.75
-    with pytest.raises(ValueError, match="static_coefficient should be at least coulomb_coefficient"):
+    with pytest.raises(ValueError, match="static_coefficient: should be at least coulomb_coefficient"):
         vc.Coulomb(coulomb_coefficient=0.5, static_coefficient=0.2)
 
 
@@ -96,7 +96,7 @@ def test_dahls_virgin_curve(exponent):
 )
 @pytest.mark.parametrize("amplitude", [5e-4, 3e-3])
 def test_loop_of_a_contact_at_constant_level(law, amplitude):
-    """|xi|max = g tanh(A/g), area 4 Fc [A - g tanh(A/g)] (PHYSICS.md, section 5): one formula for Dahl and LuGre."""
+    """|xi|max = g tanh(A/g), area 4 Fc [A - g tanh(A/g)] (docs/model.md): one formula for Dahl and LuGre."""
     g = 0.15 / 100.0
     largest = g * math.tanh(amplitude / g)
     there = stroke(law, 0.01, 200 * amplitude, (-largest,), samples=2001, tolerance=1e-11)
@@ -211,7 +211,7 @@ def test_rate_and_state_is_regular_at_rest(law):
     for x in (0.3, 1.0, 40.0, 1e5):
         force = law.force(x * width, (state,), 1, 1.7)[0]
         assert force == pytest.approx(1.7 * law.direct_effect * math.asinh(x), rel=1e-13)
-    with pytest.raises(ValueError, match=r"direct_effect should be at least reference_coefficient/300 = 0\.002"):
+    with pytest.raises(ValueError, match=r"direct_effect: should be at least reference_coefficient/300 = 0\.002"):
         type(law)(reference_coefficient=0.6, direct_effect=0.001)
 
 

@@ -57,7 +57,7 @@ def test_bouc_wen_level():
     law = vc.BoucWen(amplitude=1.5, dissipative_shape=0.4, elastic_shape=0.2, knee_exponent=3.0)
     found = stroke(law, -SPEED, 5.0, load=0.8)
     assert found.friction[-1] == pytest.approx(-0.8 * 0.15 * 2.5 ** (1 / 3), rel=1e-9)
-    with pytest.raises(ValueError, match=r"elastic_shape should be greater than -dissipative_shape, -0\.5, got -0\.6"):
+    with pytest.raises(ValueError, match=r"elastic_shape: should be greater than -dissipative_shape, -0\.5, got -0\.6"):
         vc.BoucWen(elastic_shape=-0.6)
     with pytest.raises(ValueError, match="knee_exponent"):
         vc.BoucWen(knee_exponent=0.5)
@@ -214,7 +214,7 @@ def test_maxwell_slip_says_when_it_can_give_energy():
     slow = stroke(vc.MaxwellSlip(), 0.3, 3.0, samples=2)
     lost, _ = vc.MaxwellSlip().losses(1e-3, slow.end, 1, 1.0)
     assert lost < 0.0
-    with pytest.raises(ValueError, match=r"share_1, share_2 and share_3 should add up to less than 1, got 1\.1"):
+    with pytest.raises(ValueError, match=r"share_1, share_2 and share_3: should add up to less than 1, got 1\.1"):
         vc.MaxwellSlip(share_1=0.6)
 
 
@@ -234,7 +234,7 @@ def test_anisotropic_levels_and_what_is_held():
 
 
 def test_anisotropic_contact_under_an_oscillation_has_no_mean_force_at_the_known_drift():
-    """v = V + b sin(phi) with V = b sin[(pi/2)(k_back - k_fwd)/(k_back + k_fwd)] (PHYSICS.md, section 5)."""
+    """v = V + b sin(phi) with V = b sin[(pi/2)(k_back - k_fwd)/(k_back + k_fwd)] (docs/model.md)."""
     law = vc.anisotropic(vc.Coulomb)(forward_ratio=1.0, back_ratio=1.6)
     share = math.sin(0.5 * math.pi * 0.6 / 2.6)
     phi = (np.arange(200_000) + 0.5) * 2 * math.pi / 200_000

@@ -17,7 +17,7 @@ from vibrocap.orbits.maps import stroboscopic_map
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 START = {"angle": math.pi / 3}
-NEAR = {  # the first set of PHYSICS.md section 4, after 40 periods
+NEAR = {  # the first set of docs/model.md, after 40 periods
     "exponential": {"angle": 0.61055219, "angle_rate": 1.50592954, "velocity": 0.2974614},
     "lugre": {"angle": 0.612854564, "angle_rate": 1.50530877, "velocity": 0.285652635, "bristle": 0.00150072416},
 }
@@ -216,7 +216,7 @@ def test_symmetric_motions_are_recognised():
 
 @pytest.mark.slow
 def test_block_on_a_belt_with_static_and_kinetic_friction():
-    """PHYSICS.md section 5: period 2D/v + (2/w)(pi - atan(w D/v)); sticking forgets all but the way along the cycle."""
+    """docs/model.md: period 2D/v + (2/w)(pi - atan(w D/v)); sticking forgets all but the way along the cycle."""
     level, speed, k = 0.25, 0.1, 2.0
     belt = vc.System(
         vc.Oscillator(mass=1.0, stiffness=k, damping=0.0, belt_speed=speed),
@@ -250,7 +250,7 @@ def test_leines_block_on_a_belt():
 @pytest.mark.slow
 @pytest.mark.parametrize(("r", "beta"), [(0.8, 0.5), (0.9, 0.5), (1.5, 0.3), (1.5, 0.6), (2.0, 0.2)])
 def test_den_hartogs_amplitude(r, beta):
-    """PHYSICS.md section 5; time t of x'' + x + beta sgn(x') = cos(r t), an orbit that is its own mirror image."""
+    """docs/model.md; time t of x'' + x + beta sgn(x') = cos(r t), an orbit that is its own mirror image."""
     system = vc.System(
         vc.Oscillator(mass=1.0, stiffness=1.0, damping=0.0, belt_speed=0.0),
         vc.Coulomb(static_coefficient=beta, coulomb_coefficient=beta),
@@ -293,6 +293,19 @@ def test_a_run_that_fails_is_no_orbit(monkeypatch):
 def test_bad_input_is_refused(arguments, complaint):
     with pytest.raises(ValueError, match=complaint):
         shoot(**{"system": system_with(vc.Exponential()), "start": START, **arguments})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"response_period": 0}, "response_period should be a whole number"),
+        ({"settle_periods": 0}, "settle_periods should be a whole number"),
+        ({"tolerance": 1.0}, "tolerance should be a number from"),
+    ],
+)
+def test_bad_input_is_refused_before_a_motion_is_followed(arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        vc.orbit(system_with(vc.Exponential()), initial=START, **arguments)
 
 
 def test_half_period_search_needs_the_symmetry():

@@ -1,4 +1,4 @@
-"""The oscillator: closed forms of dry friction's oldest machine (PHYSICS.md, section 5); it does not travel."""
+"""The oscillator: closed forms of dry friction's oldest machine (docs/model.md); it does not travel."""
 
 import math
 

@@ -347,7 +347,12 @@ def test_an_unknown_figure_is_refused():
 
 def test_one_figure_is_written_with_its_claims(tmp_path):
     shares = []
+    whole = [tmp_path / "out" / name for name in ("report.html", "claims.json", "claims.csv")]
+    (tmp_path / "out").mkdir()
+    for path in whole:
+        path.write_text("of the whole paper")
     made = reproduce(tmp_path / "out", "fig03", lambda what, share: shares.append(share))
+    assert [path.read_text() for path in whole] == ["of the whole paper"] * 3
     assert made.finished
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
@@ -356,7 +361,8 @@ def test_one_figure_is_written_with_its_claims(tmp_path):
     assert "data:image/png;base64," in page
     assert not re.search(r'(src|href)="(?!data:|#)', page)  # self-contained
     assert "loop-of-imposed-sliding" in page
-    rows = json.loads((tmp_path / "out" / "claims.json").read_text(encoding="utf-8"))
+    assert made.report.name == "report-fig03.html"
+    rows = json.loads((tmp_path / "out" / "claims-fig03.json").read_text(encoding="utf-8"))
     assert [row["key"] for row in rows] == [verdict.claim.key for verdict in made.claims]
     with (tmp_path / "out" / "figures" / "fig03.csv").open(encoding="utf-8") as file:
         points = list(csv.DictReader(file))
@@ -371,10 +377,10 @@ def test_what_is_done_is_written_when_interrupted(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         reproduce(tmp_path, "fig03", interrupt)
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "report-fig03.html").read_text(encoding="utf-8")
     assert "did not finish" in page
     assert "data:image/png;base64," in page
-    assert json.loads((tmp_path / "claims.json").read_text(encoding="utf-8")) == []
+    assert json.loads((tmp_path / "claims-fig03.json").read_text(encoding="utf-8")) == []
 
 
 @pytest.mark.slow

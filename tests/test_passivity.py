@@ -187,7 +187,7 @@ def test_least_loss_is_that_of_the_storage_function():
 
 
 def test_cycle_of_the_dahl_law_is_its_loop():
-    """xi = g tanh at the turns, and 4 F_c (A - g tanh(A/g)) of energy (PHYSICS.md, section 5); A is half the way."""
+    """xi = g tanh at the turns, and 4 F_c (A - g tanh(A/g)) of energy (docs/model.md); A is half the way."""
     law = laws()["dahl"]()
     half, length = 2e-3, 1.5e-3
     cycle = closed_cycle(recorded_law(law), [1.0, -1.0], [2 * half, 2 * half], [0.0], [length])

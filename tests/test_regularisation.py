@@ -172,7 +172,7 @@ def test_errors_that_cannot_be_asked_for():
 
 @pytest.mark.slow
 def test_travel_of_the_reference_motion():
-    """PHYSICS.md, section 4: -62 % at 1e-2, -9.2 % at 1e-3, -1.3 % at 1e-4, -0.02 % at 1e-6."""
+    """docs/model.md: -62 % at 1e-2, -9.2 % at 1e-3, -1.3 % at 1e-4, -0.02 % at 1e-6."""
     report = regularisation_error(SYSTEM, "displacement", [1e-2, 1e-3, 1e-4, 1e-6], initial=START)
     assert report.exact.value == pytest.approx(6.8597399, abs=1e-7)
     np.testing.assert_allclose(100.0 * report.relative_errors, [-62.3, -9.16, -1.26, -0.0191], rtol=0.005)

@@ -1,4 +1,4 @@
-"""SI <-> dimensionless: the definitions of the paper, the equations in SI, keys with units, and the way back."""
+"""SI <-> dimensionless: the definitions of docs/model.md, the equations in SI, keys with units, and the way back."""
 
 import dataclasses
 import math

@@ -57,7 +57,7 @@ CASES = [(name, side) for name, system in SYSTEMS.items() for side in (1, -1, 0)
 
 
 def typed_again(system, t, y, side):
-    """y' of PHYSICS.md, section 1, in mpmath; side 0 is the stuck capsule. Also the force that would hold it."""
+    """y' of docs/model.md, in mpmath; side 0 is the stuck capsule. Also the force that would hold it."""
     m, f, d = system.machine, system.friction, system.drive
     theta, rate, v = y[0], y[1], y[3]
     load = m.mass_ratio + 1 if m.normal_load == "weight" else m.normal_load

@@ -1,4 +1,4 @@
-"""Motions against independent solvers: the table of PHYSICS.md, section 4, and random systems (independent.py)."""
+"""Motions against independent solvers: the table of docs/model.md, and random systems (independent.py)."""
 
 import dataclasses
 import json
@@ -82,7 +82,7 @@ def test_stick_fraction():
 
 
 def test_smoothed_friction_would_be_told_from_this():
-    """The table can tell the exact contact from tanh(v/1e-6), which PHYSICS.md puts at -0.02 % of X(40T)."""
+    """The table can tell the exact contact from tanh(v/1e-6), which docs/model.md puts at -0.02 % of X(40T)."""
     assert 1000 * half_a_unit("6.8597399") < 0.0002 * 6.8597399
 
 

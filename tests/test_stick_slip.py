@@ -29,7 +29,7 @@ shared = pytest.mark.skipif(not PAPER.is_dir(), reason="needs ../shared/data/pap
 
 @dataclasses.dataclass(frozen=True)
 class Belt:
-    """A block on a belt with static and kinetic Coulomb friction, x = w D/V (PHYSICS.md section 5)."""
+    """A block on a belt with static and kinetic Coulomb friction, x = w D/V (docs/model.md)."""
 
     x: float
     static: float = 1.5

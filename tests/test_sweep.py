@@ -105,6 +105,35 @@ def test_cases_with_values_of_their_own(cheap):
     np.testing.assert_array_equal(found.mean_velocity, expected)
 
 
+def test_cases_beside_a_word_of_the_system(cheap, tmp_path):
+    """A case without a value stands at the system's own, a word, beside numbers: all of them are stored as text."""
+    system = System(PendulumCapsule(normal_load="weight"), Exponential(), Harmonic())
+    cases = [{"machine.mass_ratio": 2.0}, {"machine.normal_load": 3.0}]
+    found = sweep(system, cases=cases)
+    assert list(found.coords["machine.normal_load"].values) == ["weight", "3.0"]
+    np.testing.assert_array_equal(found.coords["machine.mass_ratio"], [2.0, 2.5])
+    written_out = [{"machine.normal_load": "weight", **case} for case in cases]
+    np.testing.assert_array_equal(found.mean_velocity, sweep(system, cases=written_out).mean_velocity)
+    xr.testing.assert_identical(found, sweep(system, cases=cases, out=tmp_path / "a").load())
+
+
+@pytest.mark.parametrize(("missing", "options"), [("xarray", {}), ("zarr", {"out": "a"}), ("dask", {"workers": 2})])
+def test_missing_packages_are_named_before_any_work(missing, options, monkeypatch):
+    found = importlib.util.find_spec
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == missing else found(name))
+    monkeypatch.setattr(
+        importlib.import_module("vibrocap.measures.ensemble"), "ensemble", lambda *_, **__: pytest.fail("ran")
+    )
+    with pytest.raises(
+        ModuleNotFoundError, match=f"^a sweep needs {missing}; install with: .* -m pip install {missing}"
+    ):
+        sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]}, **options)
+
+
+def test_a_short_study_is_measured_over_all_of_it(cheap):
+    assert sweep(SYSTEM, over={"machine.mass_ratio": [1.0, 2.0]}, periods=3).attrs["window"] == 3
+
+
 def test_a_design_lies_along_its_runs(cheap, tmp_path):
     ranges = {"machine.mass_ratio": "log:0.1:8", "machine.stiffness": (1, 3)}
     found = sweep(SYSTEM, over=ranges, design=Design("sobol", 64, seed=2))

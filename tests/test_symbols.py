@@ -61,7 +61,7 @@ def test_the_page_of_symbols_is_the_one_that_is_written():
 
 
 def test_the_page_agrees_with_the_specification():
-    """Rows of PHYSICS.md, section 1, typed again."""
+    """Rows of docs/model.md, typed again."""
     known = {(symbol, name) for symbol, name, _ in page_rows("")}
     assert known >= {
         ("λ", "mass_ratio"),

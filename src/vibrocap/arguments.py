@@ -2,8 +2,10 @@
 
 import contextlib
 import difflib
+import importlib.util
 import math
 import numbers
+import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -107,3 +109,18 @@ def check_threshold(field: str, value: Any) -> None:
     """ArgumentError for what is neither None nor a threshold to which motions can settle."""
     if value is not None and not (is_number(value) and 0.0 < value < math.inf):
         raise ArgumentError(field, f"should be None or a positive threshold such as 1e-6, got {shown(value)}")
+
+
+def lacking(*packages: str) -> str:
+    """What to say where packages are not installed, with the command that installs them; empty where they are."""
+    missing = [package for package in packages if importlib.util.find_spec(package) is None]
+    if not missing:
+        return ""
+    python = f'"{sys.executable}"' if " " in sys.executable else sys.executable or "python"
+    return f"needs {listed(missing, ' and ')}; install with: {python} -m pip install {' '.join(missing)}"
+
+
+def require(what: str, *packages: str) -> None:
+    """ModuleNotFoundError, which says how to install them, where packages are missing that `what` needs."""
+    if said := lacking(*packages):
+        raise ModuleNotFoundError(f"{what} {said}")

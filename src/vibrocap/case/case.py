@@ -7,15 +7,13 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.catalogue import drives, laws, machines
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
 
@@ -23,6 +21,7 @@ from vibrocap.physics.system import System
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 SECTIONS = (*CHOICES, "scales", "initial", "run")
 LARGEST = 2**24  # bytes of a case file
+KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
 
 class CaseError(ValueError):
@@ -80,8 +79,8 @@ RUN_DEFAULTS: dict[str, Any] = {
 }
 
 
-def read_case(path: str | Path, **run: Any) -> Case:
-    """The case in a TOML file; `run` replaces settings of its section [run].
+def read_case(path: str | Path, changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
+    """The case in a TOML file; `changes` and `run` replace what it says, see `case_from_text`.
 
     Raises CaseError with every complaint at once.
     """
@@ -100,20 +99,40 @@ def read_case(path: str | Path, **run: Any) -> Case:
         raise CaseError([f"cannot be read: {error.strerror or error}"], str(path)) from None
     if len(raw) > LARGEST:
         raise CaseError([f"should be a case file of at most {LARGEST // 2**20} MB"], str(path))
-    return case_from_text(text, str(path), **run)
+    return case_from_text(text, str(path), changes, **run)
 
 
-def case_from_text(text: str, source: str = "the case", **run: Any) -> Case:
-    """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML."""
+def case_from_text(text: str, source: str = "the case", changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
+    """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML.
+
+    changes: values by path that replace those of the text, such as {"machine.mass_ratio": 2.0, "initial.angle": 0.5};
+        with another kind of part ("friction.law") that part has its kind's defaults but for further changes
+    run: the same for settings of the section [run], by name
+    """
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # besides what is no TOML: numbers and nesting beyond Python's limits
         said = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
         reason, _, place = said.partition(" (at ")
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
-    if run and isinstance(data.get("run", {}), dict):
-        data["run"] = data.get("run", {}) | run
+    changes = {**(changes or {}), **{f"run.{name}": value for name, value in run.items()}}
+    for path in sorted(changes, key=lambda path: path not in KINDS):  # kinds first
+        _change(data, path, changes[path])
     return case_from_dict(data, source)
+
+
+def _change(data: dict[str, Any], path: str, value: Any) -> None:
+    """Put a value into the sections of a case."""
+    section, _, key = path.partition(".")
+    given = data.setdefault(section, {})
+    if not isinstance(given, dict):  # is complained of
+        return
+    if path in KINDS and value != given.get(key):
+        if section == "friction" and isinstance(start := data.get("initial"), dict):
+            law = laws().get(given.get(key, ""))
+            data["initial"] = {name: x for name, x in start.items() if law is None or name not in law.internal}
+        given.clear()
+    given[key] = value
 
 
 def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
@@ -211,60 +230,25 @@ def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complain
     for _ in range(2):  # all values; then the good ones, for what is to be said between them
         try:
             return cls(**values)
-        except ValidationError as error:
-            for problem in error.errors():
-                field, wanted = _said(problem)
-                if problem["loc"] or not any(name in f"{field} {wanted}" for name in bad):
-                    complaints.add(f"{section}.{field}", wanted)
-                    bad.add(field)
+        except ParameterError as error:
+            found = [each for each in error.complaints if not any(name in each for name in bad)]
+            complaints += [each.about(f"{section}.{each.field}") for each in found]
+            bad |= {each.field for each in found}
             values = {name: value for name, value in values.items() if name not in bad}
     return cls()
 
 
 def _scales(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Scales | None:
     """What the units of a machine are, or None with complaints."""
-    before = len(complaints)
-    known = {info.name: info for info in parameter_table(cls)}
-    for name in given:
-        if name not in known:
-            complaints.add(f"{section}.{name}", f"no such key; {suggestion(name, known)}")
-    for name, info in known.items():
-        if name not in given and not isinstance(info.default, float):
-            complaints.add(f"{section}.{name}", f"is missing; a case in SI needs the {info.meaning}")
-    if len(complaints) > before:
-        return None
     try:
         return cls(**given)
-    except ValidationError as error:
-        for problem in error.errors():
-            field, wanted = _said(problem)
-            complaints.add(f"{section}.{field}", wanted)
+    except ParameterError as error:
+        complaints += [each.about(f"{section}.{each.field}") for each in error.complaints]
         return None
 
 
 def _has(cls: Any, name: str) -> bool:
     return any(info.name == name for info in parameter_table(cls))
-
-
-def _said(problem: Any) -> tuple[str, str]:
-    """(field, what would be right and what was given) in our words, from one of pydantic's errors."""
-    context = problem.get("ctx", {})
-    place = ".".join(str(step) for step in problem["loc"])
-    if problem["type"] == "value_error":  # raised by a part itself, in its own words
-        wanted = str(context["error"])
-        if not place:
-            field, _, rest = wanted.partition(" ")
-            return field, rest
-    else:
-        wanted = {
-            "greater_than": f"should be greater than {context.get('gt', 0):g}",
-            "greater_than_equal": f"should be at least {context.get('ge', 0):g}",
-            "less_than": f"should be less than {context.get('lt', 0):g}",
-            "less_than_equal": f"should be at most {context.get('le', 0):g}",
-            "finite_number": "should be a finite number",
-            "float_type": "should be a number",
-        }.get(problem["type"], problem["msg"].replace("Input should", "should"))
-    return place, f"{wanted}, got {shown(problem['input'])}"
 
 
 def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, complaints: Complaints) -> None:

@@ -39,7 +39,9 @@ def as_text(
             head = f'units = "{DIMENSIONLESS}"\n\n' if units == DIMENSIONLESS or system.units is None else ""
         sections["initial"] = dict(initial)
     sections["run"] = dict(run)
-    blocks = (f"[{name}]\n" + "".join(f"{k} = {toml(x)}\n" for k, x in rows.items()) for name, rows in sections.items())
+    blocks = (
+        f"[{name}]\n" + "".join(f"{k} = {toml_value(x)}\n" for k, x in rows.items()) for name, rows in sections.items()
+    )
     return head + "\n".join(blocks)
 
 
@@ -64,7 +66,7 @@ def _in_si(
     return None if start is None else found | {"initial": start}
 
 
-def toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
     """A word or a number as TOML writes it."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -193,7 +193,6 @@ def _fitted(
     if plot is not None:
         from vibrocap.plotting.fits import plot_fit
 
-        made_folder(plot.parent)
         written.append(plot_fit(found, plot))
     if json:
         print(json_text(as_data(found)))
@@ -222,7 +221,6 @@ def _compared(
     for picture in pictures if good else ():
         from vibrocap.plotting.fits import plot_comparison
 
-        made_folder(picture.parent)
         written.append(plot_comparison(found, picture))
     if json:
         print(json_text(comparison_record(found)))

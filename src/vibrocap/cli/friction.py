@@ -208,10 +208,8 @@ def print_sheet(page: Page, name: str, sheet: Any) -> None:
 
 def _law(name: str, settings: list[str]) -> Law:
     """The law of that name with the parameters set; refused with the nearest name and every bad value."""
-    from pydantic import ValidationError
-
     from vibrocap.physics.catalogue import law, laws, wrappers
-    from vibrocap.physics.parameters import parameter_table
+    from vibrocap.physics.parameters import ParameterError, parameter_table
 
     try:
         kind = law(name)
@@ -237,6 +235,5 @@ def _law(name: str, settings: list[str]) -> Law:
             raise Refusal(f"--set {setting}: {text!r} should be a number") from None
     try:
         return kind(**values)
-    except ValidationError as error:
-        faults = "; ".join(f"{'.'.join(map(str, each['loc'])) or name}: {each['msg']}" for each in error.errors())
-        raise Refusal(f"--set: {faults}") from None
+    except ParameterError as error:
+        raise Refusal(*(f"--set {each}" for each in error.complaints)) from None

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
@@ -26,6 +26,7 @@ from vibrocap.cli.orbit import crossing, orbit
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.records import datasets, stick_slip
 from vibrocap.cli.simulate import limits, simulate
+from vibrocap.cli.start import examples, new
 from vibrocap.cli.sweep import measures, plot, sweep
 from vibrocap.cli.terminal import (
     BROKEN_PIPE,
@@ -67,13 +68,13 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
     out
         folder for report.html, the figures and their data; made where it is missing
     only
-        one figure and its claims, such as fig09
+        one figure and its claims, such as fig09; the report is report-fig09.html then
     """
     from vibrocap.paper.figures import KEYS
 
     if only is not None and only not in KEYS:
         raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
-    needs("reproduce", "plot", "matplotlib")
+    needs("reproduce", "matplotlib")
     writable_folder("--out", out)
     from vibrocap.report.reproduce import reproduce as reproduced
 
@@ -102,6 +103,27 @@ def print_claims(result: Any) -> None:
     page.say(f"Report: {result.report}")
 
 
+def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, install: bool = False) -> int:
+    """The script that lets a shell complete the commands and options of vibrocap.
+
+    Example: vibrocap completion bash
+    Example: vibrocap completion zsh --install
+
+    Parameters
+    ----------
+    shell
+        bash, zsh, fish or powershell
+    install
+        write it to where the shell looks for such scripts, instead of printing it; for bash and zsh with a line in
+        .bashrc or .zshrc
+    """
+    if install:
+        Page().say(f"Written: {app.install_completion(shell=shell)}\nIt works in the next shell.")
+    else:
+        print(app.generate_completion(shell=shell))
+    return OK
+
+
 app = App(
     name="vibrocap",
     help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
@@ -112,10 +134,18 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
-WITHOUT_PARTS = (reproduce, plot, friction, stick_slip, datasets)  # they know no part, or see to it themselves
+WITHOUT_PARTS = (
+    examples,
+    completion,
+    reproduce,
+    plot,
+    friction,
+    stick_slip,
+    datasets,
+)  # they know no part, or see to it themselves
 for command in (
-    reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing, friction, fit,
-    stick_slip, datasets,
+    new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
+    friction, fit, stick_slip, datasets, completion,
 ):  # fmt: skip
     app.command(command if command in WITHOUT_PARTS else taking_parts(command))
 

@@ -1,16 +1,22 @@
 """Options: how their texts are read, and the checks of what a command is to write, all of it before any work."""
 
 import contextlib
-import importlib.util
 import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Annotated, Any
 
-from vibrocap.arguments import Complaint, Complaints
+from cyclopts import Parameter
+
+from vibrocap.arguments import Complaint, Complaints, lacking, suggestion
+from vibrocap.case.case import SECTIONS
 
 PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv"), (".mp4", ".gif")
+
+
+Settings = Annotated[list[str] | None, Parameter(name="--set")]
 
 
 class Refusal(ValueError):
@@ -58,6 +64,36 @@ def pairs(option: str, texts: "list[str] | None", complaints: Complaints, wanted
     return found
 
 
+def changes(
+    set_: "list[str] | None", initial: "list[str] | None", complaints: Complaints
+) -> dict[str, tuple[str, Any]]:
+    """What --set PATH=VALUE and --initial NAME=VALUE change in a case, by path: (the option, the value)."""
+    found = {}
+    for path, text in pairs("set", split(set_), complaints, "PATH=VALUE, such as machine.mass_ratio=2.0").items():
+        section, _, name = path.partition(".")
+        if section not in SECTIONS:
+            complaints.add(f"--set {path}", f"no such section of a case; {suggestion(section, SECTIONS)}")
+        elif not name:
+            complaints.add(f"--set {path}", f"should be a path such as {section}.NAME")
+        else:
+            found[path] = f"--set {path}", value_of(text)
+    for name, text in pairs("initial", split(initial), complaints, "NAME=VALUE, such as angle=0.5").items():
+        if f"initial.{name}" in found:
+            complaints.add(f"--initial {name}", "is given by --set too")
+        found[f"initial.{name}"] = f"--initial {name}", value_of(text)
+    return found
+
+
+def value_of(text: str) -> int | float | str:
+    """A whole number, a number or a word."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text.strip("\"'")
+
+
 def range_of(
     text: str, option: str = "--over", example: str = "machine.mass_ratio=0.2:8.1"
 ) -> tuple[str, float, float]:
@@ -72,7 +108,7 @@ def range_of(
 
 # --- what is written --------------------------------------------------------------------------------------------------
 def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> None:
-    """Refusal for a file that cannot be written; its folder is made when it comes to that. None is no file."""
+    """Refusal for a file that cannot be written, or whose folder is not there. None is no file."""
     if path is None:
         return
     if path.suffix.lower() not in kinds:
@@ -80,6 +116,8 @@ def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> None:
         raise Refusal(f"{option}: should end in {' or '.join(kinds)}, but {str(path)!r} {given}")
     if path.is_dir():
         raise Refusal(f"{option}: {str(path)!r} is a folder; give the name of a file in it")
+    if not path.parent.exists():
+        raise Refusal(f"{option}: there is no folder {str(path.parent)!r}; make it first, or give another name")
     writable_folder(option, path.parent)
     if path.exists() and not os.access(path, os.W_OK):
         raise Refusal(f"{option}: {str(path)!r} exists and cannot be overwritten; give another name")
@@ -89,14 +127,14 @@ def writable_picture(option: str, path: Path | None) -> None:
     """Refusal for a picture that cannot be drawn or written. None is no picture."""
     if path is not None:
         writable_file(option, path, PICTURES)
-        needs(option, "plot", "matplotlib")
+        needs(option, "matplotlib")
 
 
 def writable_film(option: str, path: Path | None) -> None:
     """Refusal for a film that cannot be made or written. None is no film."""
     if path is not None:
         writable_file(option, path, FILMS)
-        needs(option, "plot", "matplotlib")
+        needs(option, "matplotlib")
         if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
             raise Refusal(
                 f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
@@ -104,10 +142,10 @@ def writable_film(option: str, path: Path | None) -> None:
 
 
 def writable_table(option: str, path: Path | None, *packages: str) -> None:
-    """Refusal for numbers that cannot be written as NetCDF, for which packages are needed, or CSV. None is no file."""
+    """Refusal for numbers that cannot be written, as NetCDF (with packages besides its own) or CSV. None is no file."""
     writable_file(option, path, TABLES)
     if path is not None and path.suffix.lower() == ".nc":
-        needs(option, "export", *packages)
+        needs(option, *packages, "h5netcdf", "h5py")
 
 
 def writable_folder(option: str, folder: Path) -> None:
@@ -123,8 +161,7 @@ def writable_folder(option: str, folder: Path) -> None:
         raise Refusal(f"{option}: {reason}; give a folder that can be written") from None
 
 
-def needs(option: str, extra: str, *packages: str) -> None:
-    """Refusal if packages of an optional extra are not installed."""
-    missing = [package for package in packages if importlib.util.find_spec(package) is None]
-    if missing:
-        raise Refusal(f"{option}: needs {' and '.join(missing)}; install it with: pip install 'vibrocap[{extra}]'")
+def needs(option: str, *packages: str) -> None:
+    """Refusal if packages that the core does not need are not installed."""
+    if said := lacking(*packages):
+        raise Refusal(f"{option}: {said}")

@@ -277,7 +277,7 @@ def _crossings_record(found: Any) -> dict[str, Any]:
 
 def _other(system: Any, text: str) -> Any:
     """The system with another friction law, which takes over the parameters that both have, or another parameter."""
-    from vibrocap.physics.catalogue import law, laws
+    from vibrocap.physics.catalogue import law
     from vibrocap.physics.parameters import given_parameters
 
     path, _, wanted = text.partition("=")
@@ -293,5 +293,4 @@ def _other(system: Any, text: str) -> Any:
     except KeyError as error:
         raise Refusal(f"--against {text}: {error.args[0]}") from None
     except ValueError as error:
-        told = f"; there is {', '.join(laws())}" if path == "friction.law" else ""
-        raise Refusal(f"--against {text}: {error}{told}") from None
+        raise Refusal(f"--against {text}: {error}") from None

@@ -10,7 +10,6 @@ from cyclopts import App
 from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.options import Refusal, needs, pairs, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
-from vibrocap.files import made_folder
 from vibrocap.io.json_text import json_text
 
 if TYPE_CHECKING:
@@ -122,7 +121,6 @@ def _draw(found: "list[StickSlip]", path: Path) -> None:
     from vibrocap.plotting.stick_slip import plot_regimes, plot_stick_slip
     from vibrocap.records.regime_diagram import regime_diagram
 
-    made_folder(path.parent)
     if len(found) == 1:
         plot_stick_slip(found[0], path)
         return
@@ -270,7 +268,7 @@ def fetch(name: str, /, *, to: Path | None = None) -> int:
     if name not in DATA_SETS:
         begun = next((each for each in DATA_SETS if name and each.startswith(name)), name)
         raise Refusal(f"no data set is called {name!r}; {suggestion(begun, DATA_SETS)}")
-    needs("datasets fetch", "fit", "pooch")
+    needs("datasets fetch", "pooch")
     writable_folder("--to", to if to is not None else data_root())
     try:
         with progress(f"Fetching {name}") as report:

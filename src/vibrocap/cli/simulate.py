@@ -9,15 +9,21 @@ from rich.table import Table
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CHOICES, CaseError
-from vibrocap.cli.options import Refusal, by_option, writable_film, writable_picture, writable_table
+from vibrocap.cli.options import (
+    Refusal,
+    Settings,
+    by_option,
+    changes,
+    writable_film,
+    writable_picture,
+    writable_table,
+)
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
-from vibrocap.files import made_folder
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
 
-VELOCITY_PERIODS = 10  # the mean velocity is taken over the last so many whole periods, or all where there are fewer
 # kind of event: what the contact does
 EVENTS = {
     "stick": "comes to rest and sticks",
@@ -47,6 +53,8 @@ def simulate(
     out: Path | None = None,
     plot: Path | None = None,
     animate: Path | None = None,
+    set_: Settings = None,
+    initial: list[str] | None = None,
     periods: float | None = None,
     tolerance: float | None = None,
 ) -> int:
@@ -66,32 +74,35 @@ def simulate(
         draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
     animate
         film the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
+    set_
+        PATH=VALUE in place of the case's, such as machine.mass_ratio=2 or friction.law=lugre; may be repeated
+    initial
+        NAME=VALUE in place of the case's start, such as angle=0.5; may be repeated
     periods
         drive periods to run, instead of the case's
     tolerance
         error per step relative to the states' natural size, instead of the case's
     """
-    settings = {name: value for name, value in (("periods", periods), ("tolerance", tolerance)) if value is not None}
     refused = Complaints()
+    changed = changes(set_, initial, refused)
+    settings = {"periods": periods, "tolerance": tolerance}
+    changed |= {f"run.{name}": (f"--{name}", value) for name, value in settings.items() if value is not None}
     with refused.collected():
-        writable_table("--out", out, "xarray", "h5netcdf")
+        writable_table("--out", out, "xarray")
     with refused.collected():
         writable_picture("--plot", plot)
     with refused.collected():
         writable_film("--animate", animate)
     try:
-        setup = read_source(case, **settings)
+        setup = read_source(case, {path: value for path, (_, value) in changed.items()})
     except CaseError as error:
-        named = by_option(error.complaints, {f"run.{name}": f"--{name}" for name in settings})
+        named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
         raise CaseError([*named, *refused], error.source) from None
     if animate is not None and "angle" not in setup.system.state_names:
         machine = setup.system.machine.name
         refused.append(f"--animate: draws the pendulum capsule only, not the machine {machine!r}")
     if refused:
         raise Refusal(*refused)
-    for path in (out, plot, animate):
-        if path is not None:
-            made_folder(path.parent)
     with progress("Simulating") as report:
         motion = setup.simulate(report)
         record = motion_record(motion)
@@ -143,7 +154,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
     velocity: dict[str, Any] = {"value": None, "window": None, "settled": False}
     travels = whole > 0 and motion.system.machine.cyclic is not None
     if travels:
-        velocity = dataclasses.asdict(mean_velocity(motion, min(VELOCITY_PERIODS, whole)))
+        velocity = dataclasses.asdict(mean_velocity(motion))
     counts = collections.Counter(motion.event_kinds)
     certificate = motion.certificate.record() if started else None
     return plain(

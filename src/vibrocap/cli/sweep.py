@@ -20,7 +20,7 @@ from vibrocap.cli.terminal import (
     progress,
     table,
 )
-from vibrocap.files import WriteError, made_folder
+from vibrocap.files import WriteError
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def sweep(
     periods
         drive periods of a run at most, a whole number, instead of the case's
     window
-        drive periods at the end over which a run is measured that does not settle [default: 10]
+        drive periods at the end over which a run is measured that does not settle [default: 10, or all]
     settle
         how near to a steady motion a run ends, as a share of each state's size; 0: never [default: 1e-6]
     tolerance
@@ -126,7 +126,6 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            made_folder(export.parent)
             write_study(dataset if out is None else out, export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
@@ -302,8 +301,7 @@ def plot(
     dead_band
         travel up to this size is none [default: 10 times the threshold to which the runs settled, or 1e-6]
     """
-    needs("plot", "sweep", "xarray", "zarr")
-    needs("plot", "plot", "matplotlib")
+    needs("plot", "xarray", "zarr", "matplotlib")
     from vibrocap.plotting.study_view import first_measure, study_view
 
     complaints = Complaints()
@@ -325,7 +323,6 @@ def plot(
         if not complaints:
             from vibrocap.plotting.maps import plot_view
 
-            made_folder(path.parent)
             plot_view(view, path, border)
     if complaints:
         raise Refusal(*dict.fromkeys(complaints))

@@ -13,7 +13,6 @@ from vibrocap.io.motion_file import read_source
 if TYPE_CHECKING:
     from vibrocap.studies.study import Study
 
-WINDOW = 10
 DEVICES = ("cpu", "cuda")
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
 
@@ -53,7 +52,7 @@ class SweepRequest:
         from vibrocap.studies.designs import Design
         from vibrocap.studies.planning import planned_study
 
-        needs("sweep", "sweep", "xarray", "zarr")
+        needs("sweep", "xarray", "zarr")
         complaints = Complaints([*self._destination_complaints(), *self._execution_complaints()])
         over = pairs("over", self.over, complaints, "PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
         if not self.over and self.cases is None:
@@ -104,7 +103,7 @@ class SweepRequest:
                 if (self.out / "study.json").exists() and not self.resume:
                     found.add("--out", f"{self.out} holds a study already; go on with --resume, or name another folder")
         with found.collected():
-            writable_table("--export", self.export, "h5netcdf")
+            writable_table("--export", self.export)
         return found
 
     def _execution_complaints(self) -> list[str]:
@@ -154,8 +153,6 @@ class SweepRequest:
         if 1 <= periods < 1e9 and periods == int(periods):
             settings["periods"] = int(periods)
         settings["window"] = self.window
-        if self.window is None:
-            settings["window"] = int(min(WINDOW, max(1, periods))) if periods == periods else WINDOW
         settings["settle"] = self.settle or None
         if self.settle is None:
             tolerance = settings["tolerance"]

@@ -1,13 +1,14 @@
 """Motions as files, NetCDF and CSV, that carry their case: such a file can be run again."""
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import lacking
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
 from vibrocap.files import replacing
 from vibrocap.io.json_text import json_text
@@ -65,13 +66,16 @@ def write_motion(motion: Trajectory, case: Case, path: Path) -> Path:
     return path
 
 
-def read_source(path: Path, **run: Any) -> Case:
-    """The case in a case file, or the one that an exported motion carries; CaseError with every complaint at once."""
+def read_source(path: Path, changes: Mapping[str, Any] | None = None, **run: Any) -> Case:
+    """The case in a case file, or the one that an exported motion carries; CaseError with every complaint at once.
+
+    changes, run: what replaces values of the case, see `case_from_text`
+    """
     kind = path.suffix.lower()
     if kind not in (".nc", ".csv") or not path.is_file():
-        return read_case(path, **run)
+        return read_case(path, changes, **run)
     text = _case_in_netcdf(path) if kind == ".nc" else _case_in_csv(path)
-    return case_from_text(text, str(path), **run)
+    return case_from_text(text, str(path), changes, **run)
 
 
 def _meaning(name: str) -> str:
@@ -169,12 +173,10 @@ def _case_in_csv(path: Path) -> str:
 
 
 def _case_in_netcdf(path: Path) -> str:
-    try:
-        import h5netcdf
-    except ImportError:
-        raise CaseError(
-            ["needs h5netcdf to be read; install it with: pip install 'vibrocap[export]'"], str(path)
-        ) from None
+    if said := lacking("h5netcdf", "h5py"):
+        raise CaseError([said], str(path))
+    import h5netcdf
+
     try:
         with h5netcdf.File(path, "r") as file:
             if "case" in file.attrs:

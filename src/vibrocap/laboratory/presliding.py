@@ -75,7 +75,7 @@ def presliding_loop(
     From rest the contact is moved to +A, then in whole cycles x = A cos(phi). Below break-away it yields like a spring
     that loses a little (presliding), beyond it slides. LuGre at a constant level Fc, with g = Fc/sigma0:
 
-        |xi|max = g tanh(A/g),      area = 4 Fc [A - g tanh(A/g)]                          PHYSICS.md, section 5
+        |xi|max = g tanh(A/g),      area = 4 Fc [A - g tanh(A/g)]                          docs/model.md
 
     amplitude: A, by default the displacement at which the contact breaks away (`contact_sizes`)
     cycles: whole cycles after the first loading, of which the last is measured

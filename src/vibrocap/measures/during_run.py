@@ -14,7 +14,7 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
 from vibrocap.measures.standard import TRAVEL, standard_measures
 from vibrocap.measures.travel import travelling
-from vibrocap.measures.windows import whole_periods
+from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import ASK_INTEGRALS, ASK_PEAK, replayed
@@ -30,13 +30,13 @@ def measured(
     motion: Trajectory,
     measures: str | Measure | Iterable[str | Measure],
     *,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
 ) -> dict[str, Any]:
     """Measures of a stored motion, taken by the very code that takes them during a run.
 
     measures: names of `measure_table()`, or measures of one's own
-    window: the last so many whole drive periods are measured where nothing settles
+    window: the last so many whole drive periods are measured where nothing settles; 10, or all where there are fewer
     settle: None, or the threshold of `settling`: then one response period is measured from the mark on at which the
         motion has settled, as in an ensemble that stops there
 
@@ -47,6 +47,7 @@ def measured(
     done = whole_periods(motion)
     if not motion.status.ok:
         raise ValueError(f"the motion did not go to its end: {motion.status.text}")
+    window = usual_window(done) if window is None else window
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)
     recording = equations(motion.system)

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
+from vibrocap.measures.windows import usual_window
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.trajectory import Status
@@ -20,6 +20,7 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import PARTS, System
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
@@ -42,7 +43,7 @@ def ensemble(
     measures: Sequence[str | Measure] = ("mean_velocity",),
     initial: Mapping[str, float] | None = None,
     periods: int = 60,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
@@ -58,7 +59,8 @@ def ensemble(
     measures: names of `measure_table()`, or measures of one's own
     initial: start of all runs by state; what is not named starts at zero
     periods: whole drive periods, the budget of a run
-    window: whole drive periods at the end of the budget over which is measured where nothing settles
+    window: whole drive periods at the end of the budget over which is measured where nothing settles; 10, or all where
+        there are fewer
     settle: None, or the threshold of `measures.settling`, as a share of the natural size of each state: a run then ends
         as soon as its stroboscopic state has come that near to a steady motion, and is measured over one response
         period (one or more drive periods) more
@@ -80,6 +82,7 @@ def ensemble(
     columns = _columns(system, over)  # without units from here on
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     check_whole("periods", periods, 1, MOST_PERIODS)
+    window = usual_window(periods) if window is None else window
     check_whole("window", window, 1, int(periods))
     check_whole("threads", 1 if threads is None else threads, 1, 2**16)
     if device not in DEVICES:
@@ -238,13 +241,8 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     for run in runs:
         try:
             _system_of_run(system, columns, run)
-        except ValidationError as error:
-            problem = error.errors()[0]
-            part = next((part for part in PARTS if type(getattr(system, part)).__name__ == error.title), error.title)
-            wanted = problem["msg"].removeprefix("Value error, ").replace("Input should", "should")
-            if problem["loc"]:  # else the part itself compared two fields, and named both
-                wanted = f"{problem['loc'][0]}: {wanted}, got {problem['input']!r}"
-            raise ValueError(f"{part}.{wanted} for run {run}") from None
+        except ParameterError as error:
+            raise ValueError(f"{error.complaints[0]} for run {run}") from None
         except ValueError as error:
             raise ValueError(f"{error} for run {run}") from None
 

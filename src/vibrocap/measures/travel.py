@@ -3,7 +3,7 @@
 import dataclasses
 
 from vibrocap.measures.settling import settling
-from vibrocap.measures.windows import period_index, whole_periods, window_times
+from vibrocap.measures.windows import period_index, usual_window, whole_periods, window_times
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.machines.machine import Machine
 
@@ -35,8 +35,8 @@ def drift(motion: Trajectory, period: int = -1) -> float:
     return float(motion.sections[index + 1, column] - motion.sections[index, column])
 
 
-def mean_velocity(motion: Trajectory, periods: int = 10, *, threshold: float | None = None) -> MeanVelocity:
-    """Mean velocity over the last `periods` whole periods.
+def mean_velocity(motion: Trajectory, periods: int | None = None, *, threshold: float | None = None) -> MeanVelocity:
+    """Mean velocity over the last `periods` whole periods: the last ten unless told, or all where there are fewer.
 
     Over whole periods the swing within a period cancels, so what is left is travel. `settled` says whether the motion
     was settled (`settling.settling`, with that threshold) from the start of the window on: if it was not, part of the
@@ -44,8 +44,9 @@ def mean_velocity(motion: Trajectory, periods: int = 10, *, threshold: float | N
 
     Raises ValueError for more periods than the motion has.
     """
-    window = window_times(motion, periods=periods)
     done, column = whole_periods(motion), _cyclic(motion)
+    periods = usual_window(done) if periods is None else periods
+    window = window_times(motion, periods=periods)
     gained = motion.sections[done, column] - motion.sections[done - periods, column]
     found = settling(motion, threshold=threshold)
     settled = found.settled and found.since is not None and found.since <= done - periods

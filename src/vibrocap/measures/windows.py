@@ -6,6 +6,13 @@ import numpy as np
 
 from vibrocap.motion.trajectory import Trajectory
 
+WINDOW = 10  # whole drive periods
+
+
+def usual_window(periods: float) -> int:
+    """The last periods that are measured where no one says how many: ten, or all where a run has fewer."""
+    return int(min(WINDOW, max(1, periods)))
+
 
 def whole_periods(motion: Trajectory) -> int:
     """Number of drive periods that the motion completed."""

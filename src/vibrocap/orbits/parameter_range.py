@@ -21,8 +21,8 @@ def checked_range(system: System, over: str, between: Any) -> tuple[float, float
     """The range of a parameter that is a number, both of whose ends the system can have."""
     try:
         value = system.parameter(over)
-    except KeyError as error:
-        raise ValueError(f"over: {error.args[0]}") from None
+    except ValueError as error:
+        raise ValueError(f"over: {error}") from None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"over should be a parameter that is a number, but {over} is {value!r}")
     low, high = checked_pair("between", between)

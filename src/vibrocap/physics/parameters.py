@@ -1,17 +1,19 @@
 """Records of parameters: frozen, checked when they are made, each field with its symbol, its meaning and its role.
 
-A part of a system (a machine, a law, a drive) is such a record. Wrong values are refused with pydantic's
-ValidationError (a ValueError) that names every bad field, what was given and what would be right.
+A part of a system (a machine, a law, a drive) is such a record. Wrong values and unknown names are refused with a
+ParameterError (a ValueError) that names every bad field, what was given and what would be right.
 """
 
 import dataclasses
 import functools
+from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar, dataclass_transform
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, ValidationError
 from pydantic.dataclasses import dataclass as _checked_dataclass
 from pydantic.dataclasses import is_pydantic_dataclass
 
+from vibrocap.arguments import Complaint, shown, suggestion
 from vibrocap.physics.roles import Dimension, dimension_of_role, dimension_of_unit
 
 Record = TypeVar("Record")
@@ -35,10 +37,40 @@ def parameter(default: Any, symbol: str, meaning: str, role: str = "", *, unit: 
     return Field(default=default, description=meaning, json_schema_extra=extra)
 
 
+class ParameterError(ValueError):
+    """Parameters that a part does not take: `complaints` holds every one, with its field and what would be right."""
+
+    def __init__(self, owner: str, complaints: Iterable[Complaint]):
+        self.owner, self.complaints = owner, tuple(complaints)
+        super().__init__(f"{owner}: " + "; ".join(self.complaints))
+
+    def __reduce__(self):
+        return type(self), (self.owner, self.complaints)
+
+    def within(self, part: str) -> "ParameterError":
+        """The same for a part of a system, with fields such as "machine.mass_ratio"."""
+        return ParameterError("the system", (each.about(f"{part}.{each.field}") for each in self.complaints))
+
+
 @dataclass_transform(frozen_default=True)
 def parameters(cls: type[Record]) -> type[Record]:
     """Class decorator: a frozen dataclass whose fields are checked and whose unknown names are refused."""
-    return _checked_dataclass(frozen=True, config=ConfigDict(extra="forbid"))(cls)  # type: ignore[return-value]
+    made: Any = _checked_dataclass(frozen=True, config=ConfigDict(extra="forbid"))(cls)
+    checked = made.__init__
+
+    @functools.wraps(checked)
+    def __init__(self, *values, **named):
+        try:
+            checked(self, *values, **named)
+        except ValidationError as error:
+            known = [info.name for info in parameter_table(type(self))]
+            complaints = [_complaint(problem, known) for problem in error.errors()]
+        else:
+            return
+        raise ParameterError(type(self).__name__, complaints)  # out of the block, so that it shows no other error
+
+    made.__init__ = __init__
+    return made
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,3 +116,30 @@ def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
         known = extra.get("symbol", ""), field.description or "", field.default
         found.append(ParameterInfo(name, *known, extra.get("role", ""), extra.get("dimension")))
     return tuple(found)
+
+
+def _complaint(problem: Any, known: list[str]) -> Complaint:
+    """One of pydantic's errors in our words: the field, what would be right and what was given."""
+    kind, context = problem["type"], problem.get("ctx", {})
+    field = ".".join(str(step) for step in problem["loc"])
+    if kind == "unexpected_keyword_argument":
+        return Complaint(field, f"there is no such parameter; {suggestion(field, known)}")
+    if kind == "unexpected_positional_argument":
+        return Complaint(f"value {int(field) + 1}", f"there are {len(known)} parameters: {', '.join(known)}")
+    if kind in ("missing", "missing_argument"):
+        return Complaint(field, "is missing")
+    if kind == "value_error":  # raised by a part itself, in its own words
+        wanted = str(context["error"])
+        if not field:
+            field, between, rest = wanted.partition(" should ")
+            return Complaint(field, f"should {rest}") if between else Complaint("parameters", wanted)
+    else:
+        wanted = {
+            "greater_than": f"should be greater than {context.get('gt', 0):g}",
+            "greater_than_equal": f"should be at least {context.get('ge', 0):g}",
+            "less_than": f"should be less than {context.get('lt', 0):g}",
+            "less_than_equal": f"should be at most {context.get('le', 0):g}",
+            "finite_number": "should be a finite number",
+            "float_type": "should be a number",
+        }.get(kind, problem["msg"].replace("Input should", "should"))
+    return Complaint(field, f"{wanted}, got {shown(problem['input'])}")

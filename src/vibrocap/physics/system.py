@@ -7,7 +7,7 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.system_in_si import parts_without_units
@@ -150,12 +150,12 @@ class System:
         return tuple(f"{part}.{info.name}" for part in PARTS for info in parameter_table(getattr(self, part)))
 
     def parameter(self, path: str) -> Any:
-        """The value of the parameter at a path such as "machine.mass_ratio"."""
+        """The value of the parameter at a path such as "machine.mass_ratio"; ValueError for a path that is none."""
         part, name = self._resolved(path)
         return getattr(getattr(self, part), name)
 
     def with_parameters(self, values: dict[str, Any]) -> "System":
-        """The same system with other values at the given parameter paths."""
+        """The same system with other values at the given parameter paths; ValueError for what a part does not take."""
         changes: dict[str, dict[str, Any]] = {}
         for path, value in values.items():
             part, name = self._resolved(path)
@@ -163,12 +163,15 @@ class System:
         parts: dict[str, Any] = {}
         for part, fields in changes.items():
             given: Any = getattr(self, part)
-            parts[part] = dataclasses.replace(given, **fields)
+            try:
+                parts[part] = dataclasses.replace(given, **fields)
+            except ParameterError as error:
+                raise error.within(part) from None
         return dataclasses.replace(self, **parts)
 
     def _resolved(self, path: str) -> tuple[str, str]:
         if path not in self.parameter_paths:
             near = suggestion(path, self.parameter_paths, cutoff=0.0)
-            raise KeyError(f"{path!r} is not a parameter of this system; {near}")
+            raise ArgumentError(str(path), f"there is no such parameter in this system; {near}")
         part, name = path.split(".", 1)
         return part, name

@@ -3,11 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import ValidationError
-
-from vibrocap.arguments import ArgumentError
+from vibrocap.arguments import ArgumentError, Complaint, shown
 from vibrocap.physics.conversion import part_without_units
-from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.units import Units, parameter_keys, same_without_units
@@ -17,44 +15,53 @@ def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tupl
     """(the parts without units, the scales of the machine), of parts some of which are in SI.
 
     scales: those of a machine that is not given in SI
-    Raises ArgumentError for parts of which some are in SI and others not, and for values that do not serve.
+    Raises ArgumentError for parts of which some are in SI and others not, ParameterError for values that do not serve.
     """
     machine = given["machine"]
     if not isinstance(machine, PartInSI):
         if scales is None:
-            raise ArgumentError(
-                "machine", f"should be in SI like the other parts, {type(machine).__name__}.in_si(...), got {machine!r}"
-            )
+            kind = type(machine).__name__
+            raise ArgumentError("machine", f"should be in SI like the other parts, {kind}.in_si(...), got {machine!r}")
         in_si = {name: part for name, part in given.items() if isinstance(part, PartInSI)}
-        return {**given, **{n: _without_units(n, part, scales, machine.effort) for n, part in in_si.items()}}, scales
+        return {**given, **_without_units(in_si, scales, machine.effort)}, scales
     fields = [info.name for info in parameter_table(machine.part.si_scales)]
-    own: Scales = _made("machine", machine.part.si_scales, {n: x for n, x in machine.values.items() if n in fields}, {})
-    rest = PartInSI(machine.part, {name: value for name, value in machine.values.items() if name not in fields})
-    parts = {**given, "machine": rest}
-    return {name: _without_units(name, part, own, machine.part.effort) for name, part in parts.items()}, own
-
-
-def _without_units(name: str, part: Any, scales: Scales, effort: str) -> Any:
-    if not isinstance(part, PartInSI):
-        keys = parameter_keys(type(part), effort)
-        if not all(same_without_units(keys, info.name) for info in parameter_table(part)):
-            kind = type(part).__name__
-            raise ArgumentError(name, f"should be in SI like the machine, {kind}.in_si(...), got {part!r}")
-        return part
-    found = part_without_units(part.part, part.values, Units(scales, effort, {}))
-    for complaint in found.complaints:
-        raise ArgumentError(f"{name}.{complaint.field}", complaint.text)  # type: ignore[attr-defined]
-    return _made(name, part.part, found.values, {own: (key, part.values[key]) for own, key in found.keys.items()})
-
-
-def _made(name: str, record: Any, values: Mapping[str, Any], given: Mapping[str, tuple[str, Any]]) -> Any:
-    """A record; what it refuses is named by the key under which it was given."""
     try:
-        return record(**values)
-    except ValidationError as error:
-        problem = error.errors()[0]
-        field = ".".join(map(str, problem["loc"]))
-        key, value = given.get(field, (field, problem["input"]))
-        wanted = problem["msg"].removeprefix("Value error, ").replace("Input should", "should")
-        got = f", got {value!r}" if key and problem["type"] != "missing" else ""
-        raise ArgumentError(f"{name}.{key}" if key else name, f"{wanted}{got}") from None
+        own: Scales = machine.part.si_scales(**{name: x for name, x in machine.values.items() if name in fields})
+    except ParameterError as error:
+        raise error.within("machine") from None
+    rest = PartInSI(machine.part, {name: value for name, value in machine.values.items() if name not in fields})
+    return _without_units({**given, "machine": rest}, own, machine.part.effort), own
+
+
+def _without_units(given: Mapping[str, Any], scales: Scales, effort: str) -> dict[str, Any]:
+    """The parts without units; ParameterError with every complaint, named by the keys that were given."""
+    found: dict[str, Any] = {}
+    complaints: list[Complaint] = []
+    for name, part in given.items():
+        if not isinstance(part, PartInSI):
+            keys = parameter_keys(type(part), effort)
+            if not all(same_without_units(keys, info.name) for info in parameter_table(part)):
+                kind = type(part).__name__
+                raise ArgumentError(name, f"should be in SI like the machine, {kind}.in_si(...), got {part!r}")
+            found[name] = part
+            continue
+        plain = part_without_units(part.part, part.values, Units(scales, effort, {}))
+        complaints += [each.about(f"{name}.{each.field}") for each in plain.complaints]  # type: ignore[attr-defined]
+        try:
+            found[name] = part.part(**plain.values)
+        except ParameterError as error:
+            complaints += [_as_given(each, name, part.values, plain.values, plain.keys) for each in error.complaints]
+    if complaints:
+        raise ParameterError("the system", complaints)
+    return found
+
+
+def _as_given(
+    complaint: Complaint, part: str, given: Mapping[str, Any], plain: Mapping[str, Any], keys: Mapping[str, str]
+) -> Complaint:
+    """A complaint about a value without units, about what was given."""
+    name = complaint.field
+    if name not in keys:
+        return complaint.about(f"{part}.{name}")
+    text, got, _ = complaint.text.rpartition(f", got {shown(plain[name])}")
+    return Complaint(f"{part}.{keys[name]}", f"{text}, got {shown(given[keys[name]])}" if got else complaint.text)

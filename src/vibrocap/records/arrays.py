@@ -1,6 +1,5 @@
 """Tables in files of named arrays: NPZ of NumPy, MAT of MATLAB."""
 
-import importlib.util
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -9,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import lacking
 from vibrocap.records.checks import RecordError
 from vibrocap.records.columns import Table, quantity_of
 
@@ -60,14 +60,9 @@ def mat_variables(path: Path) -> dict[str, Any]:
 
 
 def _variables_7_3(path: Path) -> dict[str, Any]:
-    if importlib.util.find_spec("h5py") is None:
-        raise RecordError(
-            [
-                "is a .mat of version 7.3 (HDF5), which needs h5py; install it with: pip install 'vibrocap[export]', "
-                "or save it in MATLAB with the option '-v7'"
-            ],
-            str(path),
-        )
+    if said := lacking("h5py"):
+        wanted = f"is a .mat of version 7.3 (HDF5), which {said}, or save it in MATLAB with the option '-v7'"
+        raise RecordError([wanted], str(path))
     import h5py
 
     size = 0

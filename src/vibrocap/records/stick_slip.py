@@ -114,7 +114,7 @@ def stick_slip(
     """Stick-slip in the force record of a slider that is pulled through a spring at constant speed.
 
     While the slider sticks the force rises at k V; it slips when the static friction is reached. For static and kinetic
-    Coulomb friction (PHYSICS.md section 5, belt), with D = (F_s - F_k)/k and w = sqrt(k/m),
+    Coulomb friction (docs/model.md, belt), with D = (F_s - F_k)/k and w = sqrt(k/m),
 
         stick time 2 D/V, slip time (2/w)(pi - atan(w D/V)), slip 2 D + V (slip time)
 

@@ -38,7 +38,8 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     """Draw the paper's figures from our own runs, judge its claims, and write everything into a folder.
 
     out: made if it does not exist: report.html (self-contained), claims.json, claims.csv, figures/figNN.png and .csv
-    only: the key of one figure, such as "fig09", which is drawn with its claims alone
+    only: the key of one figure, such as "fig09", which is drawn with its claims alone; its report and claims have its
+        name too (report-fig09.html, claims-fig09.json), so that those of the whole paper stay as they are
     progress: called with what is being done and the share done
 
     What is done is written even if the run is interrupted or fails, marked as not finished. Raises ValueError for an
@@ -47,7 +48,9 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     wanted = chosen_figures(only)
     out = Path(out)
     made_folder(out / "figures")
-    write_text(out / "claims.json", "[]\n")
+    name = "" if only is None else f"-{only}"
+    if not (out / f"claims{name}.json").exists():  # a folder that takes no files is noticed before any work
+        write_text(out / f"claims{name}.json", "[]\n")
     began, runs = time.perf_counter(), Runs()
     tell = progress or (lambda what, share: None)
     result = Result(only=only)
@@ -68,8 +71,8 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     finally:
         result.seconds = time.perf_counter() - began
         claims = tuple(verdict for chapter in result.verdicts.values() for verdict in chapter)
-        write_claims(claims, out)
-        report = write_report(result, out / "report.html")
+        write_claims(claims, out / f"claims{name}.json")
+        report = write_report(result, out / f"report{name}.html")
     tell("report", 1.0)
     return Reproduction(report, claims, tuple(path for _, path in result.figures.values()), result.seconds, True)
 
@@ -83,11 +86,11 @@ def write_data(figure: Figure, path: Path) -> None:
             writer.writerow((panel, curve, x_name, y_name, repr(x), repr(y)))
 
 
-def write_claims(claims: tuple[Verdict, ...], out: Path) -> None:
-    """The verdicts as JSON and as a table."""
+def write_claims(claims: tuple[Verdict, ...], path: Path) -> None:
+    """The verdicts as JSON, and beside it as a table."""
     rows = [verdict.row for verdict in claims]
-    write_text(out / "claims.json", json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
-    with replacing(out / "claims.csv") as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+    write_text(path, json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
+    with replacing(path.with_suffix(".csv")) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         names = (
             "key",

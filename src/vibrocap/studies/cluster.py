@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 Index = tuple[int, ...]
 AHEAD = 2  # tiles in flight per thread of the cluster: one that runs and one that waits
 PATIENCE = 30.0  # seconds until a file that a worker wrote shows on this machine, or until a scheduler answers
-EXTRA = "needs dask and distributed; install them with: pip install 'vibrocap[sweep]'"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -82,11 +81,8 @@ def run_on_cluster(
     Raises CaseError or StoreError as a tile does; CaseError where no scheduler answers or no worker can run a tile;
     StoreError where they store into another folder than this process sees.
     """
-    try:
-        from distributed import as_completed
-        from distributed.scheduler import KilledWorker
-    except ImportError:
-        raise CaseError([EXTRA], "the cluster") from None
+    from distributed import as_completed
+    from distributed.scheduler import KilledWorker
 
     waiting = iter(pending)
     sent = SentStudy.of(store.study) if store.study.own_parts else store.study

@@ -4,18 +4,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
-from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.case.case import CHOICES, RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.during_run import measure_table, resolved
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.windows import usual_window
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.system import System
 from vibrocap.studies.axes import Grid, axis_of
-from vibrocap.studies.cases import case_list
+from vibrocap.studies.cases import CaseList, Column, case_list
 from vibrocap.studies.checks import kind_choices, plan_complaints
 from vibrocap.studies.designs import Design, Drawn, range_from
 from vibrocap.studies.runs import Runs
 from vibrocap.studies.study import Study
-from vibrocap.studies.variation import kinds_chosen, path_complaints
+from vibrocap.studies.variation import KINDS, kinds_chosen, path_complaints
 
 
 def planned_study(
@@ -50,10 +51,11 @@ def planned_study(
     run |= {name: int(value) for name, value in run.items() if name != "tolerance"}
     run["tolerance"] = float(run["tolerance"])
     start = {name: float(value) for name, value in (initial or {}).items()}
-    settle = settings["settle"]
-    return Study(
-        Case(system, start, **run), plan, measures, int(settings["window"]), None if settle is None else float(settle)
-    )
+    settle, window = settings["settle"], settings["window"]
+    window = usual_window(run["periods"]) if window is None else int(window)
+    if isinstance(plan, CaseList):
+        plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
+    return Study(Case(system, start, **run), plan, measures, window, None if settle is None else float(settle))
 
 
 def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
@@ -64,7 +66,7 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
             check_run(**(RUN_DEFAULTS | {name: settings[name]}))
             if name == "periods" and settings[name] != int(settings[name]):
                 found.add("periods", f"a study runs whole drive periods, got {settings[name]!r}")
-    if not found and not is_whole(settings["window"], 1, settings["periods"]):
+    if not found and settings["window"] is not None and not is_whole(settings["window"], 1, settings["periods"]):
         limit = f"from 1 to the {settings['periods']} periods of a run"
         found.add("window", f"should be a whole number of drive periods {limit}, got {shown(settings['window'])}")
     with found.collected():
@@ -107,3 +109,19 @@ def _plan(over: Any, cases: Any, design: Any) -> tuple[Runs, list[str]]:
     ranges = [range_from(path, given) for path, given in over.items()]
     complaints = [*design.complaints(), *(complaint for _, found in ranges for complaint in found)]
     return Drawn(design, tuple(each for each, _ in ranges)), complaints
+
+
+def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Column:
+    """The column, with a word such as "weight" written out where a case gives no value and the system has that word.
+
+    So a column in which words may stand is seen to hold words, and is stored as text.
+    """
+    part, _, name = column.path.partition(".")
+    if part not in CHOICES or column.path in KINDS:
+        return column
+    values = list(column.values)
+    for number, value in enumerate(values):
+        if value is None:
+            own = getattr(kinds_chosen(system, plan.case(number))[part], name, None)
+            values[number] = own if isinstance(own, str) else None
+    return Column(column.path, tuple(values))

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import Complaints, check_whole
+from vibrocap.arguments import Complaints, check_whole, require
 from vibrocap.case.case import CaseError
 from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
@@ -50,7 +50,7 @@ def sweep(
     design: Design | None = None,
     initial: Mapping[str, float] | None = None,
     periods: int = 60,
-    window: int = 10,
+    window: int | None = None,
     settle: float | None = None,
     tolerance: float = 1e-8,
     max_events_per_period: int = 10_000,
@@ -90,8 +90,10 @@ def sweep(
     not on tiles, threads or machines, nor on interruptions, after which a store has the same bytes.
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
-    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept.
+    Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
+    where xarray (for `out` zarr, for a cluster Dask) is not installed.
     """
+    _require_packages(out, workers or scheduler)
     settings = {
         "window": window,
         "settle": settle,
@@ -133,6 +135,7 @@ def run_study(
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
+    _require_packages(out, workers or scheduler)
     study = dataclasses.replace(study, code=code_version(), device=device)
     if study.plan.count > max_runs and not yes:
         raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
@@ -141,6 +144,12 @@ def run_study(
     if out is None:
         return _in_memory(study, tile, threads, progress)
     return _stored(study, tile, Path(out), resume, threads, workers, scheduler, progress)
+
+
+def _require_packages(out: Any, cluster: Any) -> None:
+    """ModuleNotFoundError for what a study needs beyond the core."""
+    stored = () if out is None else ("zarr",)
+    require("a sweep", "xarray", *stored, *(("dask", "distributed") if cluster else ()))
 
 
 def size_in_words(study: Study, threads: int | None = None) -> str:

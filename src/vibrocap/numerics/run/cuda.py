@@ -136,7 +136,7 @@ class Card:
 
 def cuda_problem() -> str | None:
     """Why ensembles cannot run on a graphics card here, and what was found; None if they can."""
-    needs = 'device: "cuda" needs an NVIDIA card, its driver and the extra `gpu` (pip install "vibrocap[gpu]"); found:'
+    needs = 'device: "cuda" needs an NVIDIA card, its driver and the package cuda-bindings; found:'
     with contextlib.suppress(ModuleNotFoundError):
         if importlib.util.find_spec("cuda.bindings") is not None:
             try:
@@ -146,7 +146,7 @@ def cuda_problem() -> str | None:
                 reason = " ".join(str(error).split()) or type(error).__name__
             found = f"{needs} cuda-bindings, but: {reason.rstrip('.')}."
             return f'{found} Install what is missing, or choose device="cpu".'
-    return f'{needs} no cuda-bindings. Install the extra, or choose device="cpu".'
+    return f'{needs} no cuda-bindings. Install it with pip install "cuda-bindings>=12.8", or choose device="cpu".'
 
 
 def cuda_ensemble_run(

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.measures.sticking import spelled
-from vibrocap.motion.simulate import initial_state, simulate
+from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
@@ -98,15 +98,18 @@ def orbit(
         `initial`, and only if none closes from where a simulation leads; finds unstable orbits too
     settle_periods: most drive periods simulated before it counts as not settled
     tolerance: of the runs, error per step over the natural size of each state
-    Returns an `Orbit`; its `status` says whether it closed, and `status.advice` what to try if not.
+    Returns an `Orbit`; its `status` says whether it closed, and `status.advice` what to try if not. Raises ValueError,
+    naming the argument, before any work.
     """
     start = np.array(list(initial_state(system, initial).values()))
+    _check_response(system, 1 if response_period is None else response_period, half)
+    check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
+    check_whole("settle_periods", settle_periods, 1)
     if not is_driven(system):
         return Orbit.of(autonomous_orbit(system, start, settle_periods, tolerance))
     map_ = StroboscopicMap(system, tolerance)
     asked = None
     if response_period is not None or half:
-        _check_response(system, response_period or 1, half)
         asked = closed(map_, start, response_period or 1, half)
         if asked.status is OrbitStatus.CONVERGED:
             return Orbit.of(asked)

@@ -1,0 +1,164 @@
+"""`vibrocap new` and `vibrocap examples`: cases to begin with."""
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.case.case import CHOICES, RUN_DEFAULTS
+from vibrocap.cli.options import Refusal, writable_file, writable_folder
+from vibrocap.cli.terminal import OK, Page, table
+
+HEAD = """\
+# A case: a machine on a contact, moved by a drive. Run it with
+#
+#     vibrocap simulate {file}
+#
+# Every value is its default; what is left out has it too. All are dimensionless (docs/case-files.md).
+"""
+COLUMN = 40  # where the comments begin
+RUN = {
+    "periods": "drive periods",
+    "tolerance": "error per step, relative to the natural size of each state",
+    "max_events_per_period": "a run with more of them is stopped",
+    "max_steps": "of a run",
+}
+
+
+def new(
+    kind: str = "pendulum-capsule",
+    /,
+    *,
+    law: str = "exponential",
+    drive: str = "harmonic",
+    out: Path | None = None,
+    overwrite: bool = False,
+) -> int:
+    """A new case: every parameter of its parts with its default, its symbol and what it means.
+
+    Example: vibrocap new pendulum-capsule --law lugre --out case.toml
+
+    Parameters
+    ----------
+    kind
+        of the machine: pendulum-capsule or oscillator
+    law
+        of friction, as `vibrocap friction list` shows them
+    drive
+        its waveform: harmonic, biharmonic, constant, ramp or loading
+    out
+        FILE.toml to write instead of printing the case
+    overwrite
+        write it even if there is such a file
+    """
+    chosen, complaints = {"machine": kind, "friction": law, "drive": drive}, Complaints()
+    options = {"machine": "KIND", "friction": "--law", "drive": "--drive"}
+    for part, name in chosen.items():
+        known = CHOICES[part][1]()
+        if name not in known:
+            complaints.add(options[part], f"there is no {name!r}; {suggestion(name, known)}")
+    with complaints.collected():
+        writable_file("--out", out, (".toml",))
+        if out is not None and out.exists() and not overwrite:
+            complaints.add("--out", f"{str(out)!r} is there already; name another file, or say --overwrite")
+    if complaints:
+        raise Refusal(*complaints)
+    text = new_case(chosen, "case.toml" if out is None else str(out))
+    if out is None:
+        print(text, end="")
+        return OK
+    out.write_text(text, encoding="utf-8")
+    Page().say(f"Written: {out}\nNext: vibrocap simulate {out}")
+    return OK
+
+
+def new_case(chosen: Mapping[str, str], file: str) -> str:
+    """A case of these kinds of parts with a comment on every line; file: under which name it is run."""
+    from vibrocap.case.text import toml_value
+    from vibrocap.physics.parameters import parameter_table
+    from vibrocap.physics.symbols import STATES
+
+    def line(name: str, value: Any, words: str) -> str:
+        return f"{f'{name} = {toml_value(value)}':<{COLUMN}}# {words}"
+
+    lines, classes = [HEAD.format(file=file)], {}
+    for section, (key, catalogue) in CHOICES.items():
+        classes[section] = part = catalogue()[chosen[section]]
+        others = ", ".join(name for name in catalogue() if name != part.name)
+        others = "see `vibrocap friction list` for the others" if section == "friction" else f"or {others}"
+        lines += [f"[{section}]", line(key, part.name, others)]
+        for info in parameter_table(part):
+            words = f"{info.symbol}: {info.meaning}"
+            lines.append(f"# {info.name}: {words}" if info.default is None else line(info.name, info.default, words))
+        lines.append("")
+    lines.append("[initial]")
+    for state in (*classes["machine"].states, *classes["friction"].internal):
+        symbol, meaning = STATES.get(state, (state, state))
+        lines.append(line(state, 0.0, f"{symbol}: {meaning}"))
+    lines += ["", "[run]", *(line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]
+    return "\n".join(lines) + "\n"
+
+
+def examples(*names: str, to: Path | None = None) -> int:
+    """The example cases that come with vibrocap: what each shows, and a copy of them to work with.
+
+    Without names and --to they are listed. Files that are there already are left as they are.
+
+    Example: vibrocap examples
+    Example: vibrocap examples mirror-twin weight-as-load --to cases
+
+    Parameters
+    ----------
+    names
+        which, as the list shows them [default: all]
+    to
+        folder for the copies, made if it is not there [default: examples, where names are given]
+    """
+    known = {path.stem: path for path in sorted(examples_folder().glob("*.toml"))}
+    complaints = Complaints()
+    for name in names:
+        if name.removesuffix(".toml") not in known:
+            complaints.add(name, f"there is no such example; {suggestion(name, known)}")
+    if to is not None:
+        with complaints.collected():
+            writable_folder("--to", to)
+    if complaints:
+        raise Refusal(*complaints)
+    page = Page()
+    if to is None and not names:
+        made = table(None, "example", "what it shows", no_wrap=1)
+        for name, path in known.items():
+            made.add_row(name, shows(path))
+        page.print(made)
+        page.say("Next: vibrocap examples --to examples; vibrocap simulate examples/travels-by-stick-slip.toml")
+        return OK
+    folder = to or Path("examples")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names or known:
+        source = known[name.removesuffix(".toml")]
+        target = folder / source.name
+        if target.exists():
+            same = target.read_bytes() == source.read_bytes()
+            page.say(f"{target} is there already" + ("" if same else ", and another; it is left as it is"))
+            continue
+        shutil.copyfile(source, target)
+        page.say(f"Written: {target}")
+    return OK
+
+
+def examples_folder() -> Path:
+    """The example cases: in the package where it was installed from a wheel, else in the folder of the sources."""
+    package = Path(__file__).resolve().parents[1]
+    inside = package / "examples"
+    return inside if inside.is_dir() else package.parents[1] / "examples"
+
+
+def shows(path: Path) -> str:
+    """What an example shows: the first sentence of its head."""
+    words = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if not line.removeprefix("#").strip():
+            break
+        words.append(line.removeprefix("#").strip())
+    return " ".join(words).partition(". ")[0].rstrip(".:")

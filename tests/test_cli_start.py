@@ -1,0 +1,121 @@
+"""The commands new, examples and completion: what a user begins with."""
+
+import itertools
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import vibrocap as vc
+from vibrocap.case.case import RUN_DEFAULTS, case_from_text
+from vibrocap.cli.main import app, main
+from vibrocap.cli.start import examples_folder
+from vibrocap.cli.terminal import OK, WRONG_INPUT
+from vibrocap.physics.catalogue import drives, laws, machines
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+COMMANDS = [name for name in app if not name.startswith("-")]
+
+
+@pytest.fixture(autouse=True)
+def empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+# --- new -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("machine", "drive"), list(itertools.product(machines(), drives())))
+def test_a_new_case_is_the_default_of_its_parts(machine, drive, capsys):
+    law = "lugre" if drive == "harmonic" else "exponential"
+    assert main(["new", machine, "--law", law, "--drive", drive]) == OK
+    text = capsys.readouterr().out
+    case = case_from_text(text)
+    assert case.system == vc.System(machines()[machine](), laws()[law](), drives()[drive]())
+    assert case.run == RUN_DEFAULTS
+    assert set(case.initial) == set(case.system.state_names)
+    assert not any(case.initial.values())
+    values = [line for line in text.splitlines() if " = " in line and not line.startswith("#")]
+    assert all(" # " in line and not line.endswith("# ") for line in values)
+
+
+def test_a_new_case_is_written_once(capsys):
+    words = ["new", "oscillator", "--law", "backlash-dahl", "--out", "case.toml"]
+    assert main(words) == OK
+    first = Path("case.toml").read_text()
+    assert "simulate case.toml" in first
+    assert main([*words, "--drive", "ramp"]) == WRONG_INPUT
+    assert "--out: 'case.toml' is there already; name another file, or say --overwrite" in capsys.readouterr().err
+    assert Path("case.toml").read_text() == first
+    assert main([*words, "--drive", "ramp", "--overwrite"]) == OK
+    assert case_from_text(Path("case.toml").read_text()).system.drive == vc.Ramp()
+
+
+def test_unknown_kinds_are_named_at_once(capsys):
+    assert main(["new", "oscilator", "--law", "lugr", "--drive", "harmonc", "--out", "case"]) == WRONG_INPUT
+    message = capsys.readouterr().err
+    for part in ("KIND: there is no 'oscilator'; did you mean 'oscillator'?", "--law: there is no 'lugr'", "--drive: "):
+        assert part in message
+    assert "--out: should end in .toml" in message
+    assert list(Path().iterdir()) == []
+
+
+# --- examples --------------------------------------------------------------------------------------------------------
+
+
+def test_examples_are_listed_with_what_they_show(capsys):
+    assert main(["examples"]) == OK
+    text = capsys.readouterr().out
+    for path in EXAMPLES.glob("*.toml"):
+        assert f"  {path.stem} " in text
+    assert "A symmetric machine that travels" in text
+    assert list(Path().iterdir()) == []
+
+
+def test_examples_are_copied_and_what_is_there_is_left(capsys):
+    assert examples_folder() == EXAMPLES
+    assert main(["examples", "--to", "examples"]) == OK
+    assert sorted(path.name for path in Path("examples").iterdir()) == sorted(p.name for p in EXAMPLES.glob("*.toml"))
+    Path("examples/mirror-twin.toml").write_text("mine")
+    capsys.readouterr()
+    assert main(["examples", "mirror-twin", "weight-as-load.toml"]) == OK
+    text = capsys.readouterr().out
+    assert f"{Path('examples/mirror-twin.toml')} is there already, and another; it is left as it is\n" in text
+    assert f"{Path('examples/weight-as-load.toml')} is there already\n" in text
+    assert Path("examples/mirror-twin.toml").read_text() == "mine"
+
+
+def test_unknown_examples_are_named(capsys):
+    assert main(["examples", "miror-twin", "--to", "a"]) == WRONG_INPUT
+    assert "miror-twin: there is no such example; did you mean 'mirror-twin'?" in capsys.readouterr().err
+    assert not Path("a").exists()
+
+
+# --- completion ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
+def test_completion_knows_commands_and_options(shell, capsys):
+    assert main(["completion", shell]) == OK
+    script = capsys.readouterr().out
+    for word in (*COMMANDS, "tolerance", "response-period"):
+        assert word in script
+    if shutil.which(shell) and shell != "powershell":
+        Path("script").write_text(script)
+        subprocess.run([shell, "-n", "script"], check=True, timeout=60)
+
+
+def test_completion_of_bash_completes():
+    """As bash itself would ask: `vibrocap sim<TAB>`."""
+    if shutil.which("bash") is None:
+        pytest.skip("bash is not installed")
+    Path("script").write_text(app.generate_completion(shell="bash"))
+    ask = "source ./script; COMP_WORDS=(vibrocap simu); COMP_CWORD=1; _vibrocap; echo ${COMPREPLY[*]}"
+    asked = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, timeout=60, check=True)
+    assert asked.stdout.split() == ["simulate"], asked.stderr
+
+
+def test_an_unknown_shell_is_refused(capsys):
+    assert main(["completion", "tcsh"]) == WRONG_INPUT
+    assert "zsh" in capsys.readouterr().err
