@@ -19,10 +19,9 @@ from vibrocap.physics import catalogue
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
-from vibrocap.physics.part_files import file_of, load_parts
+from vibrocap.physics.part_files import PartsError, file_of, load_parts
 from vibrocap.studies import axes
 from vibrocap.studies.own_parts import part_fingerprint, receive, sources_of
-from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.study import Study
 
 FILE = Path(__file__).with_name("own_laws.py")
@@ -315,10 +314,10 @@ def test_workers_load_the_file_and_refuse_another(folder, monkeypatch):
     receive(sources)
     assert catalogue.law("long-tail") is law
     (folder / "mylaws.py").write_text("\n")
-    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*mylaws.py: has changed"):
+    with pytest.raises(PartsError, match=r"a worker on .* lacks parts of the study: .*mylaws.py: has changed"):
         receive(sources)
     (folder / "mylaws.py").unlink()
-    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*cannot be read"):
+    with pytest.raises(PartsError, match=r"a worker on .* lacks parts of the study: .*cannot be read"):
         receive(sources)
 
 

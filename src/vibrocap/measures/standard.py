@@ -17,6 +17,7 @@ from vibrocap.numerics.api import (
     ASK_WORD,
 )
 from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_units
 
@@ -41,6 +42,7 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         COST_OF_TRANSPORT,
         *FRICTION,
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
+        *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
     return {measure.name: measure for measure in found}
 
@@ -157,6 +159,25 @@ FRICTION = (
         "work against friction per drive period, the area of the loop of friction against displacement",
         Standard(lambda runs: _area(runs, 1), ASK_INTEGRALS),
         si_unit="J",
+    ),
+)
+
+
+REACTION = (
+    Measure.mean(
+        "mean_reaction", "mean normal reaction of the ground over the window", lambda now: now.reaction, si_unit="N"
+    ),
+    Measure.least(
+        "least_reaction",
+        "least normal reaction of the ground in the window; below 0 the machine would have lifted off",
+        lambda now: now.reaction,
+        si_unit="N",
+    ),
+    Measure.largest(
+        "largest_reaction",
+        "largest normal reaction of the ground in the window",
+        lambda now: now.reaction,
+        si_unit="N",
     ),
 )
 

@@ -4,11 +4,11 @@ import dataclasses
 import functools
 from typing import Any
 
-from vibrocap.numerics.expressions.balance import Balance
+from vibrocap.numerics.expressions.balance import Balance, NormalBalance
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.system import PARTS, System
+from vibrocap.physics.system import LOCATED, PARTS, Flow, System
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -35,6 +35,9 @@ class Equations:
     hold: Expression | None  # over the middle of what the contact can hold
     limit: Expression | None
     switches: tuple[Expression, ...]  # guards of the pieces of the law
+    loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
+    bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
+    located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
     after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
     after_reversal: tuple[Expression, ...]  # states
     kinked: bool
@@ -42,6 +45,11 @@ class Equations:
     base: int  # states of the motion itself; tangents may follow them
     balance: Balance | None  # of momentum, where it gives the acceleration of the contact
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
+
+    @property
+    def guards(self) -> tuple[Expression, ...]:
+        """Of the pieces of the law, then the bounds: a step ends where one of them falls to zero."""
+        return (*self.switches, *self.bounds)
 
 
 def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
@@ -134,7 +142,14 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         friction=expression(flow.sliding_friction),
         share=expression(1.0) if flow.holding_limit is None else side * side,
         acceleration=expression(flow.rates[contact]),
+        normal=_normal_balance(graph, recorded, mechanical, flow),
     )
+    if flow.bounds and flow.holding_limit is not None:
+        observables |= {"holding_limit": flow.holding_limit, "holding_middle": flow.holding_middle}
+    reaction = recorded.machine.reaction(graph.node("time"), mechanical, flow.drive)
+    if reaction is not None:
+        inertia, own, slope = reaction
+        observables["reaction"] = (own + slope * flow.friction) / inertia
     if type(system.machine).outer_force is not Machine.outer_force:
         observables["outer_force"] = recorded.machine.outer_force(graph.node("time"), mechanical, flow.drive)
     return Equations(
@@ -158,12 +173,29 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
+        loads=tuple(expression(load) for load in flow.loads),
+        bounds=tuple(expression(bound) for bound in flow.bounds),
+        located=LOCATED[: len(flow.bounds)],
         after_switch=tuple(tuple(map(expression, (*mechanical, *states))) for states in flow.after_switch),
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked",
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
         balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
+    )
+
+
+def _normal_balance(graph: Graph, system: System, mechanical: tuple, flow: Flow) -> NormalBalance | None:
+    """The balance of momentum normal to the ground, where the load of the law follows from it."""
+    momentum = system.machine.vertical_momentum(graph.node("time"), mechanical)
+    if not flow.loads or momentum is None:
+        return None
+    moving, at_rest = map(graph.expression, flow.loads)
+    return NormalBalance(
+        momentum=graph.expression(momentum),
+        mean=graph.expression(system.machine.load()),
+        moving=moving,
+        at_rest=at_rest,
     )
 
 

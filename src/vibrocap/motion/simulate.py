@@ -11,13 +11,13 @@ from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import Certificate, Status, Trajectory
 from vibrocap.numerics.api import Recorded, memory, recorded_run
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.physics.system import System
+from vibrocap.physics.system import BOUNDS, System
 from vibrocap.physics.units import state_keys
 
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `memory_layout`.
-EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch"])
+EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS])
 STATUSES = {
     memory.DONE: Status.FINISHED,
     memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
@@ -25,6 +25,7 @@ STATUSES = {
     memory.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
     memory.UNDECIDED: Status.UNDECIDED_CONTACT,
     memory.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+    **{memory.BEYOND_BOUND + i: Status(kind.replace("_", " ")) for i, kind in enumerate(BOUNDS)},
 }
 POINTS = 9  # per piece at which a certificate looks
 METHOD = 4  # place of the method among the numbers of a piece: 0 of a Taylor step, 1 of an implicit one
@@ -203,10 +204,14 @@ def _certificate(
     stuck = side == 0
     ratio = None
     if motion.system.friction.kind == "set-valued":
-        load = motion.system.machine.load()
-        limit = float(motion.system.friction.holding_limit(load))
-        largest = float(np.max(np.abs(friction[stuck] - motion.system.friction.holding_middle(load)), initial=0.0))
-        ratio = largest / limit if limit > 0.0 else (0.0 if largest == 0.0 else math.inf)
+        if motion.system.machine.follows_load:
+            limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index[stuck], s[stuck])
+        else:
+            load = motion.system.machine.load()
+            limit, middle = motion.system.friction.holding_limit(load), motion.system.friction.holding_middle(load)
+        force, limit = np.abs(friction[stuck] - middle), np.broadcast_to(limit, friction[stuck].shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
     slack = 64 * np.finfo(float).eps * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
     failures = []

@@ -25,6 +25,8 @@ class Status(enum.Enum):
     UNDECIDED_CONTACT = "undecided contact"
     TOO_MANY_STEPS = "too many steps"
     NOT_CERTIFIED = "not certified"
+    LIFT_OFF = "lift off"
+    PARADOX = "paradox"
 
     @property
     def ok(self) -> bool:
@@ -60,6 +62,15 @@ _STATUS_TEXT = {
         "The run went to its end, but its certificate says that it is not the motion of the equations (see "
         "certificate.failures). Try a smaller tolerance; if that does not help, please report the case."
     ),
+    Status.LIFT_OFF: (
+        "The ground would have to pull from here on: the machine lifts off, and its equations end. Drive it less, or "
+        "make the body on the ground heavier."
+    ),
+    Status.PARADOX: (
+        "Friction and normal load raise one another without end: here the equations of rigid bodies have no answer, or "
+        "two (Painleve's paradox). A pendulum capsule is safe from it while the largest friction coefficient is below "
+        "2 sqrt(lambda (lambda + 1)), lambda its mass ratio."
+    ),
 }
 
 
@@ -69,7 +80,8 @@ class Event:
 
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
     sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
-    another of its pieces).
+    another of its pieces), "lift_off" and "paradox" (the run ends: no load is left, or it no longer follows from the
+    forces).
     """
 
     time: float

@@ -75,6 +75,9 @@ QUANTITIES = {
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
     "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator)"),
+    "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
+    "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
+    "holding_middle": ("R_mid", "their middle"),
     **{
         f"{name}_rate": (f"{symbol}'", f"rate of {name}")
         for name, (symbol, _) in STATES.items()
@@ -85,6 +88,7 @@ QUANTITIES = {
     "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
     "contact_sliding_work": ("W_slide", "work lost by sliding since the start"),
     "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
+    "contact_storage_work": ("W_store", "work that bristles gave back less what they took, under such a load"),
     "impulse": ("J", "integral of the friction force since the start"),
 }
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
@@ -14,6 +15,12 @@ from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")
+
+
+# Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
+# balance of forces, as friction and load raise one another without end (Painleve 1895).
+BOUNDS = ("paradox", "lift_off", "lift_off")
+LOCATED = (False, True, False)  # whether it is a located event, or is looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,6 +42,8 @@ class Flow:
     powers: tuple  # one per channel, positive into the system
     energy: Any  # of the machine
     contact_energy: Any  # stored in the contact
+    bounds: tuple  # by BOUNDS, positive while the equations hold; none with a constant load
+    loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,6 +52,16 @@ class System:
 
     The state vector holds the machine's states, then the internal states of the law. A set-valued law is given the
     force that holds the contact wherever it sticks (side 0), so that one set of equations serves sliding and sticking.
+
+    A load that follows the motion depends on the friction that it makes, b N = n + s R (`Machine.reaction`). The law is
+    then taken per load, R = mu N with all that it says at the load 1, so that both follow at once:
+
+        slip   N = n/(b - s mu)            stick   N = (n + s R)/b,  R the force that holds
+
+    A law's stiffness and damping at the contact then grow with the load as well as its levels. As long as n > 0 a
+    contact at rest has one and only one way to go on, stuck or slipping to one side. Where n <= 0 it has lifted off;
+    but if b - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with b - s mu <= 0
+    has no way to go on, or could as well be at rest.
 
     units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
     system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).
@@ -85,8 +104,23 @@ class System:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of the energy channels, in the order of `Flow.powers`."""
-        return (*self.machine.channels, "contact_sliding", "bristle_loss")
+        """Names of the energy channels, in the order of `Flow.powers`.
+
+        Under a load that follows the motion bristles give back another energy than they took: all that they take counts
+        as `contact_storage`, and none is kept.
+        """
+        storage = ("contact_storage",) if self.stores_under_load else ()
+        return (*self.machine.channels, "contact_sliding", "bristle_loss", *storage)
+
+    @property
+    def stores_under_load(self) -> bool:
+        """Whether the contact stores energy under a load that follows the motion."""
+        return self.machine.follows_load and bool(self.friction.internal)
+
+    @property
+    def law_load(self) -> Any:
+        """The load that the law is given: 1 where the load follows the motion, see above."""
+        return 1.0 if self.machine.follows_load else self.machine.load()
 
     @property
     def symmetry(self) -> tuple[int, ...]:
@@ -96,7 +130,7 @@ class System:
 
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
-        return (*self.machine.scales(self.drive.period), *self.friction.internal_scales(self.machine.load()))
+        return (*self.machine.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
 
     @property
     def mirrored(self) -> bool:
@@ -106,38 +140,61 @@ class System:
     def flow(self, t, y, side) -> Flow:
         """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
         mechanical, internal = y[: len(self.machine.states)], y[len(self.machine.states) :]
+        machine, law, load = self.machine, self.friction, self.law_load
+        sticks = law.kind == "set-valued"
         drive = self.drive.value(t)
-        load = self.machine.load()
-        velocity = self.machine.contact_velocity(t, mechanical)
-        hold = self.machine.holding_force(t, mechanical, drive)
-        force, internal_rates = self.friction.force(velocity, internal, side, load)
+        velocity = machine.contact_velocity(t, mechanical)
+        hold = machine.holding_force(t, mechanical, drive)
+        force, internal_rates = law.force(velocity, internal, side, load)
+        sliding_loss, bristle_loss = law.losses(velocity, internal, side, load)
+        slipping = side * side if sticks else 1.0
+        limit = law.holding_limit(load) if sticks else None
+        middle = law.holding_middle(load)
+        bounds = loads = ()
+        if machine.follows_load:
+            inertia, own, slope = machine.reaction(t, mechanical, drive)
+            clear = inertia - slope * force
+            moving, at_rest = loads = own / clear, (own + slope * hold) / inertia
+            bounds = clear, moving
+            force, sliding_loss, bristle_loss = force * moving, sliding_loss * moving, bristle_loss * moving
+            if limit is not None:
+                jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
+                resting = 1.0 - slipping
+                bounds = (
+                    slipping * clear + resting * (0.5 * (own + jams + sqrt((own - jams) * (own - jams)))),  # the larger
+                    slipping * moving + resting,
+                    slipping + resting * own,
+                )
+                limit, middle = limit * at_rest, middle * at_rest
         sliding_friction = force
-        sliding_loss, bristle_loss = self.friction.losses(velocity, internal, side, load)
-        limit = None
-        if self.friction.kind == "set-valued":
-            slipping = side * side
+        if sticks:
             force = hold + slipping * (force - hold)
             sliding_loss = slipping * sliding_loss
-            limit = self.friction.holding_limit(load)
-        switches = self.friction.switches(velocity, internal, side, load)
+        contact = -sliding_loss, -bristle_loss
+        stored = law.stored_energy(internal)
+        if self.stores_under_load:
+            contact, stored = (*contact, sliding_loss + bristle_loss - force * velocity), 0.0
+        switches = law.switches(velocity, internal, side, load)
         return Flow(
-            rates=(*self.machine.rates(t, mechanical, drive, force), *internal_rates),
+            rates=(*machine.rates(t, mechanical, drive, force), *internal_rates),
             drive=drive,
             contact_velocity=velocity,
             friction=force,
             sliding_friction=sliding_friction,
-            outer_force=self.machine.outer_force(t, mechanical, drive),
+            outer_force=machine.outer_force(t, mechanical, drive),
             holding_force=hold,
-            holding_middle=self.friction.holding_middle(load),
+            holding_middle=middle,
             holding_limit=limit,
             switches=switches,
             after_switch=tuple(
-                self.friction.after_switch(which, velocity, internal, side, load) for which in range(len(switches))
+                law.after_switch(which, velocity, internal, side, load) for which in range(len(switches))
             ),
-            after_reversal=self.friction.after_reversal(internal, side, load),
-            powers=(*self.machine.powers(t, mechanical, drive, force), -sliding_loss, -bristle_loss),
-            energy=self.machine.energy(t, mechanical),
-            contact_energy=self.friction.stored_energy(internal),
+            after_reversal=law.after_reversal(internal, side, load),
+            powers=(*machine.powers(t, mechanical, drive, force), *contact),
+            energy=machine.energy(t, mechanical),
+            contact_energy=stored,
+            bounds=bounds,
+            loads=loads,
         )
 
     def rates(self, t, y, side) -> tuple:

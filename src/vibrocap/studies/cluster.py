@@ -13,6 +13,7 @@ import numpy as np
 from vibrocap.case.case import CaseError
 from vibrocap.measures.measure import Measure
 from vibrocap.motion.trajectory import Status
+from vibrocap.physics.part_files import PartsError
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.own_parts import receive, sources_of
 from vibrocap.studies.store.record import read_record
@@ -45,7 +46,10 @@ class SentStudy:
 
     def study(self) -> Study:
         """The study again; StoreError where this machine does not have its parts."""
-        receive(self.sources)
+        try:
+            receive(self.sources)
+        except PartsError as error:
+            raise StoreError(str(error)) from None
         return Study.from_record(self.record, self.measures)
 
 

@@ -16,7 +16,6 @@ from vibrocap.case.case import CHOICES, Case, CaseError
 from vibrocap.physics.catalogue import register
 from vibrocap.physics.part_files import PartsError, file_of, load_parts
 from vibrocap.studies.fingerprint import function_fingerprint
-from vibrocap.studies.store.writing import StoreError
 
 OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
 
@@ -78,7 +77,7 @@ def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
 
 
 def receive(sources: Iterable[tuple[str, str]]) -> None:
-    """Load the parts that a study needs; StoreError where this machine does not have them, or has others."""
+    """Load the parts that a study needs; PartsError where this machine does not have them, or has others."""
     for place, what in sources:
         try:
             if place.endswith(".py"):
@@ -86,4 +85,4 @@ def receive(sources: Iterable[tuple[str, str]]) -> None:
             else:
                 register(functools.reduce(getattr, what.split("."), importlib.import_module(place)))
         except (PartsError, ImportError, AttributeError) as error:
-            raise StoreError(f"a worker on {socket.gethostname()} lacks parts of the study: {error}") from None
+            raise PartsError(f"a worker on {socket.gethostname()} lacks parts of the study: {error}") from None

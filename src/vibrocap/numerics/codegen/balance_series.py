@@ -20,13 +20,15 @@ class BalanceWriter:
         self.writer, self.balance = writer, balance
         self._levels: dict[int, int | None] = {}
         self._simples: dict[int, bool] = {}
+        normal = balance.normal
+        self.loads = (-1, -1) if normal is None else (normal.moving.index, normal.at_rest.index)
 
     def level(self, index: int) -> int | None:
         """0, 1 or None: see above."""
         if index not in self._levels:
             op, *operands = self.writer.graph.nodes[index]
             self._levels[index] = None  # of a state that is met on the way to itself
-            if index == self.balance.acceleration.index:
+            if index in (self.balance.acceleration.index, self.loads[0]):
                 level = 0
             elif op == "state":
                 level = 1 if self.level(self.writer.rates[operands[0]].index) == 0 else None
@@ -41,7 +43,12 @@ class BalanceWriter:
     @property
     def usable(self) -> bool:
         """Whether momentum is made of states whose rates contain the acceleration by sums and products only."""
-        return self.level(self.balance.momentum.index) == 1 and self._simple(self.balance.momentum.index)
+        momenta = [self.balance.momentum]
+        if self.balance.normal is not None:
+            momenta.append(self.balance.normal.momentum)
+            if not self.is_open(self.balance.friction.index):
+                return False
+        return all(self.level(momentum.index) == 1 and self._simple(momentum.index) for momentum in momenta)
 
     def _simple(self, index: int) -> bool:
         """Whether a node contains the acceleration, if at all, by sums and products only."""
@@ -52,18 +59,22 @@ class BalanceWriter:
 
     def _made_simply(self, index: int) -> bool:
         op, *operands = self.writer.graph.nodes[index]
-        if self.level(index) is None or index == self.balance.acceleration.index:
+        if self.level(index) is None or index in (self.balance.acceleration.index, self.loads[0]):
             return True
         if op == "state":
             return self._simple(self.writer.rates[operands[0]].index)
-        if op == "mul" and self.level(operands[0]) is not None and self.level(operands[1]) is not None:
-            return False
+        if op == "mul":
+            a, b = (self.level(i) for i in operands)
+            if a is not None and b is not None:  # of the levels 0 and 1: the other factor is known before a_k
+                return a + b == 1 and self._simple(operands[0 if a == 0 else 1])
         return op in ("add", "sub", "neg", "mul") and all(self._simple(i) for i in operands)
 
     def formula(self, index: int, op: str, operands: list, k: int) -> str | None:
         """The coefficient k of a node, where it is written in another way than elsewhere."""
         if index == self.balance.acceleration.index:
             return self.acceleration(k)
+        if index in self.loads:
+            return self._load(index, k)
         if op == "mul" and self.level(index) is not None and operands[0] != operands[1]:
             fixed, open_ = self._sides(index)
             if fixed is None:
@@ -104,6 +115,8 @@ class BalanceWriter:
         op, *operands = self.writer.graph.nodes[index]
         if index == self.balance.acceleration.index:
             return []
+        if index == self.loads[0]:
+            return [(1, self.writer.coefficient(self.loads[1], k))]
         if op == "mul":
             fixed, open_ = self._sides(index)
             assert fixed is not None
@@ -145,6 +158,20 @@ class BalanceWriter:
         value = self.writer.latency.sum(self._holding(k))
         return value if value == "0.0" else self.writer.named(("hold", k), f"hold_{k}", value)
 
+    def _load(self, index: int, k: int) -> str:
+        """Coefficient k of the normal load while the contact slides, or but for what a_k adds."""
+        writer, normal = self.writer, self.balance.normal
+        assert normal is not None
+        if index == self.loads[1]:
+            mean = [(1, writer.coefficient(normal.mean.index, 0))] if k == 0 else []
+            return writer.latency.sum([*mean, *self.rate_without(normal.momentum.index, k + 1)])
+        slope = writer.coefficient(self.balance.slope(normal.momentum, writer.rates).index, 0)
+        return f"{writer.coefficient(self.loads[1], k)} + {slope} * {writer.coefficient(self._acceleration, k)}"
+
+    @property
+    def _acceleration(self) -> int:
+        return self.balance.acceleration.index
+
     def acceleration(self, k: int) -> str:
         """a_k."""
         force = self._force(k)
@@ -157,7 +184,8 @@ class BalanceWriter:
             held = self._holding(k)
         else:
             held = [] if self.holding(k) == "0.0" else [(1, self.holding(k))]
-        friction = writer.signed_terms(self.balance.friction.index, k)
+        friction = self.balance.friction.index
+        friction = writer.signed_terms(friction, k) if self.level(friction) is None else self.without(friction, k)
         force = writer.latency.sum(combined("sub", [held, friction]))
         return force if force == "0.0" else writer.named(("force", k), f"force_{k}", force)
 

@@ -58,11 +58,16 @@ class Sharpness:
 
 
 def sharpness(
-    graph: Graph, rates: Sequence[Expression], contact: Expression, internal: Sequence[Expression]
+    graph: Graph,
+    rates: Sequence[Expression],
+    contact: Expression,
+    internal: Sequence[Expression],
+    bounded: Sequence[Expression] = (),
 ) -> Sharpness:
     """What in these rates could hide within a step.
 
     contact: the contact velocity; internal: the internal states of the law
+    bounded: quotients that are watched elsewhere
     """
     on_contact, on_internal = {contact.index}, {state.index for state in internal}
     found, arguments, of_internal = [], [], False
@@ -70,7 +75,8 @@ def sharpness(
         op, *operands = graph.nodes[index]
         varying = operands[1:] if op == "div" else operands_of(graph, index)
         by_internal = any(i in on_internal for i in varying)
-        if op in SHARP_FUNCTIONS and (by_internal or any(i in on_contact for i in varying)):
+        watched = any(index == other.index for other in bounded)
+        if op in SHARP_FUNCTIONS and not watched and (by_internal or any(i in on_contact for i in varying)):
             found.append(index)
             of_internal = of_internal or by_internal
             if op in STEEP and not by_internal:
@@ -84,7 +90,9 @@ def sharpness(
 def system_sharpness(equations: Any) -> Sharpness:
     """What in the equations of a system could hide within a step."""
     internal = [equations.graph.node("state", i) for i in equations.internal_states]
-    return sharpness(equations.graph, equations.rates, equations.contact_velocity, internal)
+    # A load that the motion makes is a quotient whose divisor is one of the equations' bounds: before it vanishes the
+    # load grows without end, and shortens the steps.
+    return sharpness(equations.graph, equations.rates, equations.contact_velocity, internal, equations.loads)
 
 
 def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: np.ndarray, load: float) -> np.ndarray:

@@ -29,6 +29,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "BASE": equations.base,
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
+        "BRANCHES": len(equations.switches),
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
@@ -91,8 +92,10 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         if k == 1 and equations.hold is None:
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
-        for i, guard in enumerate(equations.switches, start=rows + 4):
-            keep(i, k, writer.coefficient(guard.index, k) if k < order else "0.0")
+        located = (*(True for _ in equations.switches), *equations.located)
+        for i, guard in enumerate(equations.guards):
+            moves = k == 0 or (located[i] and k < order)
+            keep(rows + 4 + i, k, writer.coefficient(guard.index, k) if moves else "0.0")
     body = [*head, *writer.lines]
     if abreast:
         constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
@@ -164,11 +167,13 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
 
 
 def holding_source(equations: Any) -> str:
-    """`holding_force` of one lane; 0 for a law that cannot stick."""
-    writer = ScalarWriter(equations.graph)
-    hold = "0.0" if equations.hold is None else writer.name(equations.hold)
-    head = "def holding_force(real, t, point, lane):"
-    return "\n".join([head, *_indented([*writer.lines, f"return {hold}"], 4), ""])
+    """`holding_force` and `holding_limit` of one lane; 0 for a law that cannot stick."""
+    found = []
+    for name, value in (("holding_force", equations.hold), ("holding_limit", equations.limit)):
+        writer = ScalarWriter(equations.graph)
+        result = "0.0" if value is None else writer.name(value)
+        found += [f"def {name}(real, t, point, lane):", *_indented([*writer.lines, f"return {result}"], 4), ""]
+    return "\n".join(found)
 
 
 def branches_source(equations: Any) -> str:
@@ -183,13 +188,15 @@ def branches_source(equations: Any) -> str:
             if chosen:
                 found.append(f"    if {chosen} == {number}:")
             found.extend(_indented([*writer.lines, *body], 8 if chosen else 4))
+        if not outcomes:
+            found.append('    """There is none."""')
         found.append("")
 
     if equations.guard_tangents:
         function("guard_tangents(real, t, point, side, lane, out)", [equations.guard_tangents])
-    if not equations.switches:
+    if not equations.guards:
         return "\n".join(found)
-    function("switches(real, t, point, side, lane, out)", [equations.switches])
+    function("switches(real, t, point, side, lane, out)", [equations.guards])
     function("after_switch(real, t, point, side, lane, which, out)", equations.after_switch, "which")
     function("after_reversal(real, t, point, side, lane, out)", [equations.after_reversal])
     return "\n".join(found)

@@ -8,6 +8,9 @@ acceleration follows from its momentum p, whose rate is the force from outside l
 where all of (p)_(k+1) is known but for a_k, which stands in it with one and the same factor d at every order: that of
 the highest derivatives in the rate of p. So a_k = (F_k - R_k - what (p)_(k+1) (k+1) is without a_k)/d, one division per
 step. Without R, that numerator is the series of the force that holds a resting contact.
+
+A normal load that the motion makes follows likewise from the momentum q normal to the ground, N = mean + q'. Its
+coefficient N_k contains a_k with a factor e, and so does R_k with r e, r the slope of R by N: the divisor is d + r e.
 """
 
 import dataclasses
@@ -21,10 +24,24 @@ POINTS = 5  # at which the balance is compared with the equations
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class NormalBalance:
+    """load = mean + momentum', normal to the ground.
+
+    moving, at_rest: the load as a function of the state, while the contact slides and where it rests
+    """
+
+    momentum: Expression
+    mean: Expression
+    moving: Expression
+    at_rest: Expression
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class Balance:
     """momentum' = outer - slipping friction, and the acceleration of the contact that follows from it.
 
-    friction: while the contact slides; share: 1 where it slides, 0 where it sticks
+    friction: while the contact slides; share: 1 where it slides, 0 where it sticks; normal: of a load that the motion
+    makes, or None
     """
 
     momentum: Expression
@@ -32,14 +49,22 @@ class Balance:
     friction: Expression
     share: Expression
     acceleration: Expression
+    normal: NormalBalance | None = None
 
     def inertia(self, rates: Sequence[Expression]) -> Expression:
-        """d, the slope of the rate of momentum with respect to the acceleration."""
+        """d + r e: see above."""
+        result = self.slope(self.momentum, rates)
+        if self.normal is not None:
+            share = sensitivity(self.friction, self.normal.moving.index, {})
+            result = result + share * self.slope(self.normal.momentum, rates)
+        return result
+
+    def slope(self, momentum: Expression, rates: Sequence[Expression]) -> Expression:
+        """Slope of the rate of a momentum with respect to the acceleration."""
         result = self.acceleration.graph.constant(0.0)
         memory: dict = {}
         for i, rate in enumerate(rates):
-            slope = sensitivity(rate, self.acceleration.index, memory)
-            result = result + derivative(self.momentum, i) * slope
+            result = result + derivative(momentum, i) * sensitivity(rate, self.acceleration.index, memory)
         return result
 
     def holds(self, rates: Sequence[Expression], parameters: int) -> bool:
@@ -47,11 +72,22 @@ class Balance:
         draw = np.random.default_rng(0)
         states, values = draw.uniform(0.1, 0.9, (len(rates), POINTS)), draw.uniform(0.5, 1.5, (parameters, POINTS))
         time = draw.uniform(0.1, 0.9, POINTS)
-        found = derivative(self.momentum, -1)
-        for i, rate in enumerate(rates):
-            found = found + derivative(self.momentum, i) * rate
-        wanted = self.outer - self.friction
+        pairs = [(_rate(self.momentum, rates), self.outer - self.friction)]
+        if self.normal is not None:
+            pairs.append((self.normal.mean + _rate(self.normal.momentum, rates), self.normal.moving))
+        sides = [side for pair in pairs for side in pair]
         with np.errstate(all="ignore"):
-            left, right, inertia = evaluate([found, wanted, self.inertia(rates)], time, states, 1.0, values)
-        close = np.abs(left - right) <= 1e-9 * (1.0 + np.abs(left) + np.abs(right))
-        return bool(np.all(close) and np.all(np.abs(inertia) > 0.0))
+            *values, inertia = evaluate([*sides, self.inertia(rates)], time, states, 1.0, values)
+        close = all(
+            np.all(np.abs(left - right) <= 1e-9 * (1.0 + np.abs(left) + np.abs(right)))
+            for left, right in zip(values[::2], values[1::2], strict=True)
+        )
+        return bool(close and np.all(np.abs(inertia) > 0.0))
+
+
+def _rate(momentum: Expression, rates: Sequence[Expression]) -> Expression:
+    """Rate of a function of time and state."""
+    found = derivative(momentum, -1)
+    for i, rate in enumerate(rates):
+        found = found + derivative(momentum, i) * rate
+    return found

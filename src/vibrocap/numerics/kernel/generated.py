@@ -50,6 +50,7 @@ MIRROR = (-1,)
 # force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 SWITCHES = 1  # how many guards there are
+BRANCHES = 1  # how many of them are the law's; behind them stand bounds at which a run ends
 BASE = 2  # states of the motion itself, where tangents follow them
 
 
@@ -106,6 +107,11 @@ def holding_force(real, t, point, lane):
 
     Only of laws that can stick.
     """
+    raise NotImplementedError
+
+
+def holding_limit(real, t, point, lane):
+    """How far the forces that the contact of one lane can hold reach from their middle, at a state."""
     raise NotImplementedError
 
 

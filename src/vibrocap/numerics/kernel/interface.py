@@ -22,7 +22,12 @@ def repeat_to(real, whole, lane, h) -> None:
     raise NotImplementedError
 
 
-# The branches of the law on each side of rest.
+# The branches of the law on each side of rest, and the bounds of the equations.
+
+
+def within_bounds(real, whole, tape, lane) -> bool:
+    """Whether the equations hold at the start of the step; if not, the run ends."""
+    raise NotImplementedError
 
 
 def branch_holds(real, whole, tape, lane) -> bool:

@@ -19,6 +19,7 @@ NOT_FINITE = 4
 TOO_MANY_EVENTS = 5
 UNDECIDED = 6
 TOO_MANY_STEPS = 7
+BEYOND_BOUND = 8  # the first of the equations' bounds; the next ones have the next numbers
 
 # Kinds of event.
 STICK = 0
@@ -27,6 +28,7 @@ SLIP_BACK = 2
 REVERSAL = 3
 GRAZE = 4
 SWITCHED = 5  # the law goes over to another of its pieces
+BOUND_REACHED = 6  # the first of the equations' bounds; the next ones have the next numbers
 FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
 
 # Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).

@@ -18,7 +18,7 @@ class Slot:
 STEP = Slot("choice of step", ("chosen_step", "polished_step", "repeat_to"), ("step.explicit", "step.method_choice"))
 BRANCHES = Slot(
     "law branches",
-    ("branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),
+    ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),
     ("events.one_branch", "events.law_branches"),
 )
 TANGENT = Slot(

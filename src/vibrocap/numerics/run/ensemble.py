@@ -68,7 +68,7 @@ def ensemble_source(
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
-    parameters, switches = len(equations.parameter_paths), len(equations.switches)
+    parameters, switches = len(equations.parameter_paths), len(equations.guards)
     layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches)
     generated = [generated_source(equations, layout, loop), integrands.text]
     tangent = layout.states > equations.base

@@ -49,7 +49,7 @@ def series_order(tolerance: float) -> int:
 def kernel(equations: Any, order: int, plain: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
     states = len(equations.rates)
-    switches = len(equations.switches)
+    switches = len(equations.guards)
     layout = Layout(1, states, states, order, len(equations.parameter_paths), switches=switches)
     text = linked_source(generated_source(equations, layout), motion_recipe(equations.hold is None, switches > 0))
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text)

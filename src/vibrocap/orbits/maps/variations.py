@@ -53,10 +53,11 @@ def variational_equations(equations: Equations) -> Equations:
         limit=None if equations.limit is None else moved(equations.limit),
         symmetry=equations.symmetry * 2,
         switches=tuple(map(moved, equations.switches)),
+        bounds=tuple(map(moved, equations.bounds)),
         after_switch=tuple(map(both, equations.after_switch)),
         after_reversal=both(equations.after_reversal),
         observables={name: moved(value) for name, value in equations.observables.items()},
         guard_tangents=tuple(
-            map(along, (equations.contact_velocity, equations.hold, equations.limit, *equations.switches))
+            map(along, (equations.contact_velocity, equations.hold, equations.limit, *equations.guards))
         ),
     )

@@ -65,9 +65,28 @@ class Machine(Part):
         """Speed at which the ground moves under the contact."""
         return 0.0
 
+    @property
+    def follows_load(self) -> bool:
+        """Whether the normal load of the contact is that of `reaction`, which the motion makes, and no constant."""
+        return False
+
     def load(self):
-        """Normal load of the contact."""
+        """Normal load of the contact, where it is constant."""
         raise NotImplementedError
+
+    def reaction(self, t, y, drive) -> Any:
+        """Normal reaction N of the ground, which may depend on the friction force R: (b, n, s) with b N = n + s R.
+
+        b: positive. None for a machine that does not say what its motion does to the ground.
+        """
+        return None
+
+    def vertical_momentum(self, t, y) -> Any:
+        """Momentum normal to the ground, whose rate is the reaction less its mean: N = load() + d/dt of it.
+
+        Given, it makes the load of a motion a short series. None: `reaction` alone is used.
+        """
+        return None
 
     def contact_velocity(self, t, y):
         """Sliding velocity of the contact."""

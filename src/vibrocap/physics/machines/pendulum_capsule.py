@@ -9,11 +9,16 @@ from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Sc
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 
+LOADS = ("weight", "dynamic")
+
 
 def _checked_load(given: Any) -> Any:
-    if given == "weight" or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given < 1e300):
+    number = isinstance(given, (int, float)) and not isinstance(given, bool)
+    if given in LOADS if isinstance(given, str) else number and 0 <= given < 1e300:
         return given
-    raise ValueError('should be a finite number >= 0 (in units of m g) or "weight" (mass_ratio + 1)')
+    raise ValueError(
+        'should be a finite number >= 0 (in units of m g), "weight" (mass_ratio + 1) or "dynamic" (of the motion)'
+    )
 
 
 @parameters
@@ -56,15 +61,23 @@ class PendulumCapsule(Machine):
 
     Time is in units of sqrt(l/g), length in l, mass in m: `PendulumScales`. N = 1, the default without units, is the
     weight of the pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1).
-    In SI there is no default: which of the two is meant has to be said. The load does not follow the pendulum's
-    vertical motion.
+    In SI there is no default: what is meant has to be said. A constant load does not follow the pendulum, whose bob
+    rises and falls. With normal_load = "dynamic" it does: from the
+    vertical balance, N = lambda + 1 + (cos(theta))'', and with eq. 9
+
+        B N = (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2 + sin(theta) cos(theta) R
+
+    Its mean over a period of a motion that repeats is lambda + 1. The capsule lifts off where N falls to zero.
     """
 
     mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over pendulum mass, M/m", "mass")
     stiffness: NonNegative = parameter(2.0, "rho", "torsional spring, k/(m l^2 omega_n^2)", "torsional stiffness")
     damping: NonNegative = parameter(1.0, "nu", "viscous damper at the pivot, c/(m l^2 omega_n)", "torsional damping")
     normal_load: Annotated[Any, BeforeValidator(_checked_load)] = parameter(
-        1.0, "N", 'load on the contact over m g: a number or "weight" (lambda + 1)', "load"
+        1.0,
+        "N",
+        'load on the contact over m g: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes)',
+        "load",
     )
 
     name: ClassVar[str] = "pendulum-capsule"
@@ -77,13 +90,32 @@ class PendulumCapsule(Machine):
     si_scales: ClassVar = PendulumScales
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
     si_load: ClassVar = (
-        '"weight" for that of capsule and pendulum, (M + m) g; there is no default, because the one without units, 1, '
-        "is the weight of the pendulum alone"
+        '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
+        "default, because the one without units, 1, is the weight of the pendulum alone"
     )
 
+    @property
+    def follows_load(self) -> bool:
+        """Whether normal_load is "dynamic"."""
+        return isinstance(self.normal_load, str) and self.normal_load == "dynamic"
+
     def load(self):
-        """N."""
+        """N, where it is constant; of a load that follows the motion its mean, lambda + 1."""
         return self.mass_ratio + 1.0 if isinstance(self.normal_load, str) else self.normal_load
+
+    def _inertia(self, y):
+        """B."""
+        return self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
+
+    def reaction(self, t, y, drive):
+        """(B, (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
+        inertia, sine, cosine = self._inertia(y), sin(y[0]), cos(y[0])
+        own = (self.mass_ratio + 1.0) * (inertia - sine * self._torque(y, drive))
+        return inertia, own - self.mass_ratio * (cosine * (y[1] * y[1])), sine * cosine
+
+    def vertical_momentum(self, t, y):
+        """(cos(theta))' = -sin(theta) theta', of the bob."""
+        return -(sin(y[0]) * y[1])
 
     def contact_velocity(self, t, y):
         """X'."""
@@ -102,8 +134,7 @@ class PendulumCapsule(Machine):
 
         y: (theta, theta', X, X') [1]   drive: torque [1]   force: friction force R [1]
         """
-        inertia = self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
-        capsule = (self.holding_force(t, y, drive) - force) / inertia
+        capsule = (self.holding_force(t, y, drive) - force) / self._inertia(y)
         return self._torque(y, drive) + cos(y[0]) * capsule, capsule
 
     def rates(self, t, y, drive, force):

@@ -31,6 +31,7 @@ from vibrocap.numerics.kernel.generated import (
     WORK,
     ZEROS,
     holding_force,
+    holding_limit,
 )
 from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, turned
 from vibrocap.numerics.kernel.memory_layout import (
@@ -177,7 +178,8 @@ def cross(real, whole, tape, lane, event, h):
 def rest(real, whole, tape, lane, h):
     """A set-valued contact is at rest, at time h of its series: it sticks or turns back where that is beyond doubt.
 
-    The series of the holding force is that of a contact at rest; here it was sliding, so the equations are asked.
+    The series of holding force and limit are those of a contact at rest; here it was sliding, so the equations are
+    asked.
 
     Where the force that would hold it is near the limit, `decide` looks at the series of the contact held at rest.
     """
@@ -185,7 +187,7 @@ def rest(real, whole, tape, lane, h):
     for i in range(STATES):
         real[WORK + i] = real[STATE + i * LANES + lane]
     hold = holding_force(real, real[TIME + lane], WORK, lane)
-    limit = series_value(real, LIMIT + lane, h)
+    limit = holding_limit(real, real[TIME + lane], WORK, lane)
     if came_from * hold < -(1.0 + DOUBT) * limit:
         real[SIDE + lane] = -came_from
         whole[ZEROS + lane] = 1

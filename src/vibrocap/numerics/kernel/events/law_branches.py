@@ -1,12 +1,14 @@
-"""Laws of several branches: which guard ends the present one, and what changes there and at a reversal.
+"""Laws of several branches, and bounds: which guard ends the present branch, and what changes there and at a reversal.
 
 Which branch holds is written in switched states: whole numbers among the internal states of the law, of rate zero.
 A guard is positive within its branch; where one falls to zero, or is not positive where a step starts, the law says
-what the internal states are from there on.
+what the internal states are from there on. Behind the guards of the law stand those of the equations' bounds: beyond
+one of them they have no answer, and the run ends.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import first_root
 from vibrocap.numerics.kernel.generated import (
+    BRANCHES,
     EVENT_LIMIT,
     EVENTS,
     IDLE,
@@ -26,13 +28,22 @@ from vibrocap.numerics.kernel.generated import (
     switches,
 )
 from vibrocap.numerics.kernel.interface import on_event
-from vibrocap.numerics.kernel.memory_layout import FIRST_SWITCH, SWITCHED, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.memory_layout import BEYOND_BOUND, BOUND_REACHED, FIRST_SWITCH, SWITCHED, TOO_MANY_EVENTS
 from vibrocap.numerics.kernel.step.taylor import series_value, through_five
+
+
+def within_bounds(real, whole, tape, lane):
+    """Whether the equations hold at the start of the step; if not, the run ends."""
+    for i in range(BRANCHES, SWITCHES):
+        if not (real[SWITCH + i * (ORDER + 1) * LANES + lane] > 0.0):
+            begin_branch(real, whole, tape, lane, i)
+            return False
+    return True
 
 
 def branch_holds(real, whole, tape, lane):
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
-    for i in range(SWITCHES):
+    for i in range(BRANCHES):
         if not (real[SWITCH + i * (ORDER + 1) * LANES + lane] > 0.0):
             whole[IDLE + lane] += 1
             begin_branch(real, whole, tape, lane, i)
@@ -51,7 +62,11 @@ def first_switch(real, lane, event, h):
 
 
 def begin_branch(real, whole, tape, lane, which):
-    """The states become those after switch `which`."""
+    """The states become those after switch `which`; behind a bound the run ends."""
+    if which >= BRANCHES:
+        on_event(real, whole, tape, lane, BOUND_REACHED + which - BRANCHES, 0.0)
+        whole[STATUS + lane] = BEYOND_BOUND + which - BRANCHES
+        return
     whole[EVENTS + lane] += 1
     if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:
         whole[STATUS + lane] = TOO_MANY_EVENTS

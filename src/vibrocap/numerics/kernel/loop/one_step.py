@@ -49,8 +49,17 @@ from vibrocap.numerics.kernel.interface import (
     polished_step,
     repeat_to,
     tangent_waits,
+    within_bounds,
 )
-from vibrocap.numerics.kernel.memory_layout import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, STEP_UNDERFLOW, UNDECIDED
+from vibrocap.numerics.kernel.memory_layout import (
+    DONE,
+    FIRST_SWITCH,
+    GRAZE,
+    NOT_FINITE,
+    RUNNING,
+    STEP_UNDERFLOW,
+    UNDECIDED,
+)
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.taylor import move_to
 
@@ -64,6 +73,8 @@ def step(real, whole, tape, lane):
     """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
     if whole[IDLE + lane] > MOST_IDLE:
         whole[STATUS + lane] = UNDECIDED
+        return
+    if not within_bounds(real, whole, tape, lane):
         return
     if (KINKED or SET_VALUED) and not side_holds(real, whole, tape, lane):
         return  # the series must be made anew for the other side
@@ -109,6 +120,8 @@ def step(real, whole, tape, lane):
     whole[IDLE + lane] = 0
     if event != 0:
         cross(real, whole, tape, lane, event, h)
+        if whole[STATUS + lane] != RUNNING:
+            return
     if remaining - h <= 2.0 * EPSILON * real[PERIOD + lane]:
         turn_period(real, whole, tape, lane)
 
@@ -130,16 +143,24 @@ def first_event(real, whole, lane, h):
     """First event within the step, its time, and where a guard only touched zero (-1: nowhere).
 
     Events: 0: none, 1: velocity zero, +2 or -2: the hold gives way to that side, from FIRST_SWITCH on: a guard of the
-    law's pieces.
+    law's pieces or of the equations' bounds.
     """
     if not SET_VALUED and not KINKED:
-        return 0, h, -1.0
+        event, h = first_switch(real, lane, 0, h)
+        return event, h, -1.0
     side = real[SIDE + lane]
     if side != 0.0:
         root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h)
         event, h = (0, h) if root < 0.0 else (1, root)
         event, h = first_switch(real, lane, event, h)
         return event, h, touch
+    event, h, touch = first_release(real, lane, h)
+    event, h = first_switch(real, lane, event, h)
+    return event, h, touch
+
+
+def first_release(real, lane, h):
+    """As `first_event`, of a contact that sticks: where its hold gives way."""
     event = 0
     earliest = -1.0
     growth = 0.0

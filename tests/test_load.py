@@ -1,0 +1,205 @@
+"""The normal load that the pendulum makes: values found by another solver, identities, and where it ends."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+import vibrocap as vc
+from vibrocap.motion.equations import equations
+from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.physics.catalogue import laws
+
+SECOND_HARMONIC = 0.4
+START = {"angle": 0.2}
+
+
+def capsule(load="dynamic", law=None, amplitude=1.2, **parameters):
+    """The capsule of the reference rows: lambda 2.5, rho 2, nu 1, h2 0.4, and the first row's law."""
+    law = law or vc.Exponential(coulomb_coefficient=0.05, static_coefficient=0.1, decay_rate=10.0)
+    drive = vc.Biharmonic(amplitude=amplitude, frequency=1.0, second_amplitude=SECOND_HARMONIC)
+    return vc.System(vc.PendulumCapsule(normal_load=load, **parameters), law, drive)
+
+
+def second_row(load):
+    law = vc.Exponential(coulomb_coefficient=0.03, static_coefficient=0.06, decay_rate=10.0)
+    return capsule(load, law, amplitude=1.8, mass_ratio=4.0)
+
+
+def drift(motion):
+    place = motion.state_names.index("position")
+    return motion.sections[-1][place] - motion.sections[-2][place]
+
+
+# Displacement over 40 periods, drift per period, range of the load: from DOP853 with events at tight tolerances.
+@pytest.mark.parametrize(
+    ("system", "travel", "per_period", "least", "largest"),
+    [
+        (capsule("weight"), -15.6229235, -0.399736377565, None, None),
+        (capsule(), -12.7050130446, -0.325041471252, 1.7847, 4.9666),
+        (second_row("weight"), -6.6851639922, -0.172834731565, None, None),
+        (second_row("dynamic"), -3.0644049816, -0.078599968309, 1.826, 7.261),
+    ],
+)
+def test_travel_is_that_of_an_independent_solver(system, travel, per_period, least, largest):
+    motion = vc.simulate(system, periods=40, initial=START, tolerance=1e-12)
+    assert motion.certificate.ok
+    # So many digits are known of the travel and of the drift.
+    assert motion.state["position"] == pytest.approx(travel, abs=5e-8 if travel < -15 else 1e-9)
+    assert drift(motion) == pytest.approx(per_period, abs=2e-12)
+    if least is not None:
+        load = motion.at(np.linspace(0.0, motion.end, 20_001), "reaction")
+        # Turning points of the load fall between samples 0.0126 apart: at most N'' h^2/8, below 1e-3 of it.
+        assert (load.min(), load.max()) == pytest.approx((least, largest), abs=1.5e-3)
+
+
+def test_state_is_that_of_an_independent_solver():
+    motion = vc.simulate(capsule(), periods=40, initial=START, tolerance=1e-12)
+    known = {"angle": 0.188621822995, "angle_rate": 1.310110531562, "velocity": 0.236601626718}
+    assert {name: motion.state[name] for name in known} == pytest.approx(known, abs=1e-11)
+
+
+@pytest.mark.slow
+def test_mean_load_of_a_steady_motion_is_the_weight():
+    for system in (capsule(), second_row("dynamic"), capsule(law=vc.LuGre())):
+        found = vc.ensemble(
+            system,
+            over={"drive.frequency": np.array([0.8, 1.0, 1.3])},
+            initial=START,
+            periods=400,
+            settle=1e-11,
+            tolerance=1e-12,
+            measures=("mean_reaction", "least_reaction", "largest_reaction"),
+        )
+        assert np.all(found["settled"])
+        # The window is one response period; the momentum at its ends differs by what is not settled.
+        assert found["mean_reaction"] == pytest.approx(system.machine.mass_ratio + 1.0, abs=1e-10)
+        assert np.all((found["least_reaction"] < 3.0) & (found["largest_reaction"] > 4.0))
+
+
+def _known_laws():
+    return [law for law in laws().values() if law.name not in ("rate-and-state-slip", "rate-and-state-ageing")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", _known_laws(), ids=lambda law: law.name)
+def test_load_is_the_vertical_balance_and_friction_its_share(law):
+    """N = lambda + 1 + (cos theta)'' of the recorded polynomials, and R = N times the law at the load 1."""
+    system = capsule(law=law(), amplitude=1.5)
+    motion = vc.simulate(system, periods=4, initial=START, tolerance=1e-11)
+    assert motion.status.ok
+    assert motion.certificate.ok, motion.certificate.failures
+    index = np.repeat(np.arange(len(motion.piece_start)), 5)
+    s = np.tile(np.linspace(0.05, 0.95, 5), len(motion.piece_start)) * motion.piece_length[index]
+    states, slopes = motion.piece_states(index, s), motion.piece_slopes(index, s)
+    angle, rate, acceleration = states[0], states[1], slopes[1]
+    balance = system.machine.mass_ratio + 1.0 - np.sin(angle) * acceleration - np.cos(angle) * rate**2
+    reaction, friction = motion.piece_observables(("reaction", "friction"), index, s)
+    # A polynomial's slope leaves the equations by the certificate's defect over the length of the step.
+    assert np.max(np.abs(reaction - balance) * motion.piece_length[index]) < 2e3 * motion.tolerance
+    for i in np.flatnonzero(motion.piece_side[index] != 0)[::7]:
+        internal = tuple(states[4:, i].tolist())
+        share, _ = system.friction.force(float(states[3, i]), internal, float(motion.piece_side[index[i]]), 1.0)
+        assert friction[i] == pytest.approx(share * reaction[i], rel=1e-12, abs=1e-13)
+
+
+def bracket(mass_ratio, coefficient):
+    """Least b - s mu over all angles, with what the machine says."""
+    machine = vc.PendulumCapsule(mass_ratio=mass_ratio, normal_load="dynamic")
+
+    def clear(angle):
+        inertia, _, slope = machine.reaction(0.0, (angle, 0.0, 0.0, 0.0), 0.0)
+        return inertia - coefficient * abs(slope)
+
+    angles = np.linspace(0.0, np.pi / 2, 64)
+    start = angles[np.argmin([clear(angle) for angle in angles])]
+    return minimize_scalar(clear, bounds=(start - 0.05, start + 0.05), method="bounded", options={"xatol": 1e-9}).fun
+
+
+def test_bound_of_the_paradox_is_that_of_theory():
+    found = brentq(lambda mass_ratio: bracket(mass_ratio, 0.45), 0.01, 0.2, xtol=1e-12)
+    assert found == pytest.approx(0.048292805, abs=1e-8)
+    assert 2.0 * np.sqrt(found * (found + 1.0)) == pytest.approx(0.45, abs=1e-8)
+
+
+def test_light_capsule_lifts_off():
+    law = vc.Exponential(coulomb_coefficient=0.15, static_coefficient=0.45)
+    system = capsule(law=law, amplitude=1.8, mass_ratio=0.5)
+    motion = vc.simulate(system, periods=40, initial=START)
+    assert motion.status is vc.Status.LIFT_OFF
+    assert motion.events[-1].kind == "lift_off"
+    assert motion.events[-1].time == motion.end
+    assert 0.0 < motion.end < 2 * motion.period
+    load = motion.at(np.linspace(0.0, motion.end, 1001), "reaction")
+    assert np.all(load[:-1] > 0.0)
+    assert load[-1] == pytest.approx(0.0, abs=1e-8)  # it falls with a slope of order 10; the time is known to 1e-13
+    constant = dataclasses.replace(system, machine=dataclasses.replace(system.machine, normal_load="weight"))
+    assert vc.simulate(constant, periods=2, initial=START)["reaction"].min() < 0.0
+
+
+@pytest.mark.parametrize(("drive", "status"), [(-0.5, vc.Status.PARADOX), (2.0, vc.Status.PARADOX)])
+def test_start_in_the_region_of_the_paradox_is_a_status(drive, status):
+    """Sliding forward with b < s mu: n > 0 has no way to go on, n < 0 has two."""
+    law = vc.Coulomb(coulomb_coefficient=0.45, static_coefficient=0.45)
+    system = vc.System(vc.PendulumCapsule(mass_ratio=0.02, normal_load="dynamic"), law, vc.Harmonic(amplitude=drive))
+    start = {"angle": 0.14, "velocity": 0.5}
+    inertia, own, slope = system.machine.reaction(0.0, (0.14, 0.0, 0.0, 0.5), drive)
+    assert inertia - 0.45 * slope < 0.0
+    assert (own > 0.0) == (drive < 0.0)
+    motion = vc.simulate(system, periods=1, initial=start)
+    assert motion.status is status
+    assert motion.end == 0.0
+    back = vc.simulate(system, periods=1, initial=start | {"velocity": -0.5})
+    assert back.status is not status or back.end > 0.0  # sliding back, friction unloads the contact
+
+
+@pytest.mark.slow
+def test_statuses_of_ensembles_are_those_of_single_runs():
+    draw = np.random.default_rng(5)
+    ratios = np.concatenate((draw.uniform(0.1, 3.0, 12), draw.uniform(0.01, 0.06, 12)))
+    over = {"machine.mass_ratio": ratios, "drive.amplitude": draw.uniform(0.2, 2.5, 24)}
+    system = capsule(law=vc.Exponential())
+    found = vc.ensemble(system, over=over, initial=START, periods=6, window=2, tolerance=1e-9)
+    single = []
+    for i in range(24):
+        one = system.with_parameters({path: float(values[i]) for path, values in over.items()})
+        single.append(vc.simulate(one, periods=6, initial=START, tolerance=1e-9).run_status)
+    assert [list(vc.Status)[code] for code in found["status"]] == single
+    assert {vc.Status.FINISHED, vc.Status.LIFT_OFF, vc.Status.PARADOX} == set(single)
+
+
+@pytest.mark.slow
+def test_orbit_and_its_multipliers_follow_the_load():
+    """The monodromy with saltation against differences of the stroboscopic map."""
+    system = capsule()
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.drift == pytest.approx(-0.325041471252, abs=1e-9)
+    names = ("angle", "angle_rate", "velocity")
+    start, step = dict(orbit.state), 1e-6
+    columns = []
+    for name in names:
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = start | {name: start[name] + sign * step}
+            motion = vc.simulate(system, periods=1, initial=moved, tolerance=1e-13)
+            ends.append(np.array([motion.state[other] for other in names]))
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    found = np.sort_complex(np.linalg.eigvals(np.array(columns).T))
+    largest = np.sort_complex(np.array(sorted(orbit.multipliers, key=abs)[-3:]))
+    assert largest == pytest.approx(found, abs=1e-5)
+
+
+def test_load_that_is_no_word_is_refused():
+    with pytest.raises(ValueError, match='"weight" \\(mass_ratio \\+ 1\\) or "dynamic"'):
+        vc.PendulumCapsule(normal_load="heavy")
+
+
+def test_load_follows_from_the_vertical_momentum():
+    """What a machine says of its reaction twice is one: the series of the load need no quotient."""
+
+    for law in (vc.Exponential(), vc.LuGre(), vc.SmoothedTanh()):
+        recorded = equations(capsule(law=law))
+        assert recorded.balance is not None  # the two agree, to 1e-9 at points drawn at random
+        assert recorded.balance.normal is not None
+        assert JetWriter(recorded.graph, list(recorded.rates), False, recorded.balance).balance is not None
