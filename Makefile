@@ -6,7 +6,7 @@ JOBS ?= 2
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
 
-.PHONY: help reproduce test test-slow lint format type bench docs all lock clean
+.PHONY: help reproduce test test-slow torture lint format type bench docs all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -20,6 +20,9 @@ test: $(READY) ## the tests, without the slow ones
 
 test-slow: $(READY) ## the slow tests alone
 	@$(BIN)/python -m pytest -q -n $(JOBS) -m slow || [ $$? -eq 5 ] # 5: there is none
+
+torture: $(READY) ## kills, damage, full disks, fuzzed cases and commands: ten minutes (docs/trust.md)
+	@$(BIN)/python -m torture
 
 lint: $(READY) ## style, format and import contracts
 	@$(BIN)/ruff check --quiet

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from vibrocap.contracts.samples import settled_pieces
+
 
 @dataclasses.dataclass(frozen=True)
 class Stroke:
@@ -21,17 +23,6 @@ class Stroke:
     internal: np.ndarray
     switches: tuple[tuple, ...]  # (time, which, internal states before, after)
     end: tuple
-
-
-def settled_pieces(law: Any, velocity: float, internal: tuple, side: int, load: float, most: int = 12) -> tuple:
-    """The internal states after every guard that is not positive has fired; AssertionError where that does not end."""
-    for _ in range(most):
-        guards = law.switches(velocity, internal, side, load)
-        fired = [i for i, guard in enumerate(guards) if not guard > 0.0]
-        if not fired:
-            return internal
-        internal = law.after_switch(fired[0], velocity, internal, side, load)
-    raise AssertionError(f"the pieces of {law} do not settle: {internal}")
 
 
 def stroke(

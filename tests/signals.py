@@ -73,6 +73,7 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
         piece_start=start,
         piece_length=length,
         piece_side=side,
+        piece_implicit=np.zeros(len(start), bool),
         coefficients=coefficients,
         sections=np.array([signal(marks) for signal in signals.values()]).T,
         event_times=np.empty(0),

@@ -16,7 +16,10 @@ import pytest
 from pydantic_core import PydanticUndefined
 
 import vibrocap as vc
-from law_instances import draws, instances, random_internal, varied
+from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
+from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
+from vibrocap.contracts.samples import draws, instances, random_internal, random_state, varied
+from vibrocap.contracts.system_clauses import recorded
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
@@ -48,10 +51,6 @@ each_system = pytest.mark.parametrize(
 )
 
 
-def random_state(names, draw):
-    return tuple(draw.uniform(-1.2, 1.2) for _ in names)
-
-
 # --- documentation ---------------------------------------------------------------------------------------------------
 
 
@@ -80,128 +79,19 @@ def test_documented(part):
     assert len(set(parameters)) == len(parameters)
 
 
-# --- machines --------------------------------------------------------------------------------------------------------
+# --- machines and drives, clause by clause ---------------------------------------------------------------------------
 
 
-def machine_draw(machine, draw):
-    return draw.uniform(0, 9), random_state(machine.states, draw), draw.uniform(-2, 2), draw.uniform(-1, 1)
-
-
+@pytest.mark.parametrize("clause", [*MACHINE_CLAUSES, recorded], ids=lambda clause: clause.__name__)
 @each_machine
-def test_holding_force_gives_exactly_zero_contact_acceleration(machine):
-    """Not nearly: a stuck contact is integrated with it, and must not creep."""
-    contact = machine.states.index(machine.contact_state)
-    for draw in draws(SAMPLES):
-        t, y, drive, _ = machine_draw(machine, draw)
-        hold = machine.holding_force(t, y, drive)
-        assert machine.rates(t, y, drive, hold)[contact] == 0.0
-        assert machine.rates(t, y, drive, hold + 0.1)[contact] < 0.0 < machine.rates(t, y, drive, hold - 0.1)[contact]
+def test_machine_keeps_its_contract(machine, clause):
+    assert clause(machine) is None
 
 
-@each_machine
-def test_contact_state_moves_one_to_one_with_the_contact_velocity(machine):
-    contact = machine.states.index(machine.contact_state)
-    for draw in draws(10):
-        t, y, _, _ = machine_draw(machine, draw)
-        moved = tuple(v + 0.25 if i == contact else v for i, v in enumerate(y))
-        found = machine.contact_velocity(t, moved) - machine.contact_velocity(t, y)
-        assert found == pytest.approx(0.25, rel=8 * EPSILON)
-
-
-def along(machine, function, t, y, rates):
-    """d/dt of a function of the mechanical state, by its recorded partial derivatives."""
-    graph = Graph()
-    recorded = function(t, tuple(graph.node("state", i) for i in range(len(y))))
-    slopes = evaluate([derivative(recorded, i) for i in range(len(y))], t, y, 1.0, ())
-    return sum(slope * rate for slope, rate in zip(slopes, rates, strict=True))
-
-
-@each_machine
-def test_energy_and_momentum_of_a_machine(machine):
-    """dH/dt = sum of powers - R v, and p' = outer force - R, at any state, drive and friction force."""
-    for draw in draws(SAMPLES):
-        t, y, drive, force = machine_draw(machine, draw)
-        rates = machine.rates(t, y, drive, force)
-        powers = machine.powers(t, y, drive, force)
-        assert len(powers) == len(machine.channels)
-        expected = sum(powers) - force * machine.contact_velocity(t, y)
-        size = max(map(abs, (*rates, *powers, 1.0))) ** 2
-        assert abs(along(machine, machine.energy, t, y, rates) - expected) <= 16 * EPSILON * size
-        expected = machine.outer_force(t, y, drive) - force
-        assert abs(along(machine, machine.momentum, t, y, rates) - expected) <= 16 * EPSILON * size
-
-
-@each_machine
-def test_symmetry_of_a_machine(machine):
-    """Its signs turn a motion into a motion, for the reversed drive and friction, exactly: or else it says so."""
-    if not machine.symmetric:
-        t, y, drive, force = machine_draw(machine, draws(1)[0])
-        mirror = tuple(sign * v for sign, v in zip(machine.symmetry, y, strict=True))
-        mirrored = tuple(
-            sign * rate for sign, rate in zip(machine.symmetry, machine.rates(t, y, drive, force), strict=True)
-        )
-        assert machine.rates(t, mirror, -drive, -force) != pytest.approx(mirrored, rel=1e-3)
-        return
-    for draw in draws(SAMPLES):
-        t, y, drive, force = machine_draw(machine, draw)
-        mirror = tuple(sign * v for sign, v in zip(machine.symmetry, y, strict=True))
-        rates = machine.rates(t, y, drive, force)
-        expected = tuple(sign * rate for sign, rate in zip(machine.symmetry, rates, strict=True))
-        assert machine.rates(t, mirror, -drive, -force) == expected
-        assert machine.contact_velocity(t, mirror) == -machine.contact_velocity(t, y)
-        assert machine.holding_force(t, mirror, -drive) == -machine.holding_force(t, y, drive)
-        assert machine.energy(t, mirror) == machine.energy(t, y)
-
-
-@each_machine
-def test_nothing_depends_on_the_cyclic_state(machine):
-    if machine.cyclic is None:
-        assert machine.place in machine.states
-        return
-    place = machine.states.index(machine.cyclic)
-    for draw in draws(10):
-        t, y, drive, force = machine_draw(machine, draw)
-        moved = tuple(v + 7.0 if i == place else v for i, v in enumerate(y))
-        assert machine.rates(t, moved, drive, force) == machine.rates(t, y, drive, force)
-        assert machine.energy(t, moved) == machine.energy(t, y)
-
-
-@each_machine
-def test_place_of_the_contact_moves_with_it_and_the_ground(machine):
-    for draw in draws(10):
-        t, y, drive, force = machine_draw(machine, draw)
-        rate = machine.rates(t, y, drive, force)[machine.states.index(machine.place or machine.cyclic)]
-        expected = machine.contact_velocity(t, y) + machine.ground_speed()
-        assert rate == pytest.approx(expected, abs=8 * EPSILON)
-
-
-@each_machine
-def test_load_and_scales_are_positive(machine):
-    assert machine.load() > 0.0
-    for period in (1e-3, 1.0, 1e3):
-        assert len(machine.scales(period)) == len(machine.states)
-        assert min(machine.scales(period)) > 0.0
-
-
-# --- drives ----------------------------------------------------------------------------------------------------------
-
-
+@pytest.mark.parametrize("clause", [*DRIVE_CLAUSES, recorded], ids=lambda clause: clause.__name__)
 @each_drive
-def test_drive_is_periodic_and_as_odd_as_it_says(drive):
-    times = [draw.uniform(0.0, 2.0) * drive.period for draw in draws(SAMPLES)]
-    if hasattr(drive, "rate"):  # the time of a ramp is that since the start of the period
-        drive = dataclasses.replace(drive, rate=0.0)
-    if drive.name in ("constant", "ramp"):
-        assert all(drive.value(t) == drive.value(0.0) for t in times)
-        assert drive.odd == (drive.value(0.0) == 0.0)
-        return
-    size = max(abs(drive.value(t)) for t in times)
-    assert size > 0.0
-    for t in times:
-        assert abs(drive.value(t + drive.period) - drive.value(t)) <= 64 * EPSILON * size
-    asymmetry = max(abs(drive.value(t + drive.period / 2) + drive.value(t)) for t in times)
-    assert (asymmetry <= 64 * EPSILON * size) == drive.odd
-    assert len({round(drive.value(t * 0.37), 3) for t in times}) > 10  # no constant, which would be periodic too
+def test_drive_keeps_its_contract(drive, clause):
+    assert clause(drive) is None
 
 
 def test_a_second_harmonic_breaks_the_symmetry():
@@ -267,7 +157,7 @@ def test_energy_of_a_system(system):
                 contact = system.machine.states.index(system.machine.contact_state)
                 y = tuple(0.0 if i == contact else v for i, v in enumerate(y))
             flow = system.flow(t, y, mode)
-            growth = along(system.machine, system.machine.energy, t, y[:count], flow.rates[:count])
+            growth = along(system.machine.energy, t, y[:count], flow.rates[:count])
             graph = Graph()
             z = tuple(graph.node("state", i) for i in range(len(y) - count))
             stored = graph.expression(system.friction.stored_energy(z))

@@ -1,9 +1,10 @@
 """The documentation is true: snippets and commands run, what they are said to print is printed, links lead somewhere.
 
-A fence says what is done with it: `python` runs (the blocks of a page share their names), `python PATH` is a new file
-of the package, `text printed` is what the block before printed, `sh` holds commands, `toml` a case, `toml wrong` a case
-that is refused with the `text complaints` after it, `toml parts` a case of the new files. Commands run where the folder
-`examples/` is at hand, as in the root of the repository.
+A fence says what is done with it: `python` runs (the blocks of a page share their names), `python src/PATH` is a new
+file of the package, `python FILE` and `toml FILE` are files of a user, at hand where blocks and commands run, `text
+printed` is what the block before printed, `sh` holds commands, `toml` a case, `toml wrong` a case that is refused with
+the `text complaints` after it, `toml parts` a case of the new files. Commands run where the folder `examples/` is at
+hand, as in the root of the repository.
 """
 
 import contextlib
@@ -29,9 +30,12 @@ from vibrocap.physics.parameters import parameter_table
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 # Their snippets run studies or fits, and compile kernels that no other fast test needs.
-SLOW_PAGES = ("clusters.md", "friction.md", "identification.md", "index.md", "orbits.md", "sweeps.md")
+SLOW_PAGES = ("clusters.md", "friction.md", "identification.md", "index.md", "orbits.md", "own-parts.md", "sweeps.md")
 # Commands that begin so take more than a few seconds.
-SLOW = tuple(f"vibrocap {name}" for name in ("reproduce", "orbit", "crossing", "branch", "basins", "friction", "fit"))
+SLOW = tuple(
+    f"vibrocap {name}"
+    for name in ("reproduce", "orbit", "crossing", "branch", "basins", "friction", "fit", "check", "sweep own.toml")
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,7 +63,8 @@ def fences(page: Path) -> list[Fence]:
 
 
 FENCES = [fence for page in PAGES for fence in fences(page)]
-NEW_FILES = [fence for fence in FENCES if fence.words[0] == "python" and len(fence.words) == 2]
+FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.words[1]]
+NEW_FILES = [fence for fence in FILES if fence.words[1].startswith("src/")]
 
 
 def kept(*words: str) -> list:
@@ -75,10 +80,16 @@ def commands(text: str) -> list[str]:
 
 @pytest.fixture
 def workplace(tmp_path, monkeypatch):
-    """An empty folder with the examples at hand, as the current one."""
+    """A folder with the examples and the files of the pages at hand, as the current one."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
+    for fence in FILES:
+        if fence not in NEW_FILES:
+            (tmp_path / fence.words[1]).write_text(fence.text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    return tmp_path
+    before = catalogue.registered()
+    yield tmp_path
+    for part in set(catalogue.registered()) - set(before):
+        catalogue.unregister(part)
 
 
 def test_there_are_pages_with_blocks_of_every_kind():
@@ -89,7 +100,7 @@ def test_there_are_pages_with_blocks_of_every_kind():
         ("toml", "wrong"),
         ("text", "printed"),
     }
-    known = {"printed", "wrong", "parts", "complaints", *(fence.words[1] for fence in NEW_FILES)}
+    known = {"printed", "wrong", "parts", "complaints", *(fence.words[1] for fence in FILES)}
     for fence in FENCES:
         assert fence.words[0] in ("python", "sh", "toml", "text"), fence.name
         assert set(fence.words[1:]) <= known, fence.name

@@ -9,7 +9,7 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion
-from vibrocap.measures.during_run import resolved
+from vibrocap.measures.during_run import SYNONYMS, resolved
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
@@ -315,6 +315,17 @@ def test_ones_own_leaves_the_equations_alone():
 def test_measures_that_cannot_be_taken_are_refused(measures, complaint):
     with pytest.raises(ValueError, match=complaint):
         vc.measured(motion_of("exponential"), measures)
+
+
+def test_names_that_measures_have_elsewhere_lead_to_them():
+    table = vc.measure_table()
+    assert set(SYNONYMS.values()) <= set(table)
+    assert not set(SYNONYMS) & set(table)
+    for name, meant in SYNONYMS.items():
+        with pytest.raises(ValueError, match=f"there is no measure '{name}'; did you mean '{meant}'?"):
+            resolved(name)
+    with pytest.raises(ValueError, match="did you mean 'mean_velocity'"):
+        vc.crossing(SYSTEM, "Average speed", "machine.mass_ratio", (1.0, 2.0))
 
 
 def test_what_is_derived_comes_after_what_it_needs():

@@ -5,7 +5,6 @@ Every law is taken with its defaults and with random values in which no paramete
 """
 
 import dataclasses
-import math
 import pickle
 import re
 
@@ -13,9 +12,11 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from imposed_motion import settled_pieces, stroke
-from law_instances import LAW_NAMES, LAWS, WRAPPED, draws, mirrored, random_internal, random_motion, without_viscosity
-from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
+from imposed_motion import stroke
+from law_instances import LAW_NAMES, LAWS, WRAPPED, without_viscosity
+from vibrocap.contracts.law_clauses import LAW_CLAUSES
+from vibrocap.contracts.samples import draws, random_internal, random_motion
+from vibrocap.contracts.system_clauses import recorded
 from vibrocap.physics.catalogue import law as law_of
 from vibrocap.physics.catalogue import laws, wrappers
 from vibrocap.physics.parameters import parameter_table
@@ -28,13 +29,6 @@ each_dynamic_law = pytest.mark.parametrize(
     [law for law in LAWS if law.internal],
     ids=[name for law, name in zip(LAWS, LAW_NAMES, strict=True) if law.internal],
 )
-
-
-def outcomes(law, velocity, internal, side, load, back=lambda states: states):
-    """Every guard with the states after it, in an order that does not depend on their numbers."""
-    guards = law.switches(velocity, internal, side, load)
-    after = [law.after_switch(i, velocity, internal, side, load) for i in range(len(guards))]
-    return sorted(zip(guards, map(back, after), strict=True))
 
 
 # --- what a law says of itself ---------------------------------------------------------------------------------------
@@ -101,39 +95,16 @@ def test_an_unknown_law_is_refused():
     assert "backlash-lugree" not in laws()
 
 
+# --- its contract, clause by clause ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("clause", [*LAW_CLAUSES, recorded], ids=lambda clause: clause.__name__)
+@each_law
+def test_law_keeps_its_contract(law, clause):
+    assert clause(law) is None
+
+
 # --- the equations ---------------------------------------------------------------------------------------------------
-
-
-@each_law
-def test_law_is_as_symmetric_as_it_says(law):
-    """(-v, -side) with mirrored states gives (-R, mirrored rates), the same losses, energy and pieces, exactly."""
-    different = 0
-    for draw in draws(SAMPLES):
-        velocity, internal, side, load = random_motion(law, draw)
-        there, back = (velocity, internal, side, load), (-velocity, mirrored(law, internal), -side, load)
-        (force, rates), (mirror, mirror_rates) = law.force(*there), law.force(*back)
-        assert law.stored_energy(back[1]) == law.stored_energy(internal)
-        if not law.symmetric:
-            different += mirror != -force or law.losses(*back) != law.losses(*there)
-            continue
-        assert (mirror, mirrored(law, mirror_rates)) == (-force, rates)
-        assert law.losses(*back) == law.losses(*there)
-        assert outcomes(law, *back, lambda states: mirrored(law, states)) == outcomes(law, *there)
-        assert mirrored(law, law.after_reversal(back[1], side, load)) == law.after_reversal(internal, -side, load)
-    assert (different > 0) == (not law.symmetric)
-
-
-@each_law
-def test_law_is_finite(law):
-    for draw in draws(SAMPLES):
-        velocity, internal, side, load = random_motion(law, draw)
-        for speed in (velocity, 0.0, side * 1e-300, side * 1e3):
-            force, rates = law.force(speed, internal, side, load)
-            guards = law.switches(speed, internal, side, load)
-            assert all(map(math.isfinite, (force, *rates, *guards, *law.losses(speed, internal, side, load))))
-        assert math.isfinite(law.steady_force(abs(velocity), load))
-        assert len(law.internal_scales(load)) == len(rates) == len(law.internal)
-        assert all(scale > 0.0 for scale in law.internal_scales(load))
 
 
 @each_law
@@ -163,65 +134,6 @@ def test_friction_force_scales_with_the_load(law):
         assert dry.steady_force(speed, 2 * load) == pytest.approx(2 * dry.steady_force(speed, load), rel=8 * EPSILON)
 
 
-@each_law
-def test_kind_of_law_is_what_it_claims(law):
-    """Set-valued: a jump at rest, to no more than what it holds. Kinked: the force goes on, it or its rates bend."""
-    if law.kind == "set-valued":
-        forward, back = (law.force(0.0, (), side, 1.3)[0] for side in (1, -1))
-        middle, limit = law.holding_middle(1.3), law.holding_limit(1.3)
-        assert middle - limit - 4 * EPSILON <= back < 0.0 < forward <= middle + limit + 4 * EPSILON
-        assert (middle == 0.0) == law.symmetric
-        return
-    with pytest.raises(NotImplementedError):
-        law.holding_limit(1.3)
-    bends = 0
-    for draw in draws(10):
-        _, internal, _, load = random_motion(law, draw)
-        found = []
-        for side in (1, -1):
-            pieces = settled_pieces(law, 0.0, law.after_reversal(internal, side, load), side, load)
-            at_rest, ahead = (
-                np.array([force, *rates])
-                for force, rates in (law.force(v, pieces, side, load) for v in (0.0, 1e-6 * side))
-            )
-            found.append((at_rest, ahead - at_rest))
-        (forward, ahead), (back, behind) = found
-        assert forward[0] == back[0]
-        bends += not np.allclose(ahead, -behind, rtol=1e-3, atol=1e-14)
-    if not law.name.startswith("smoothed-"):  # of a smoothed law at most the second derivative jumps, like v |v|
-        assert (bends > 0 or law.switched != ()) == (law.kind == "kinked")
-
-
-@each_law
-def test_energy_of_the_contact_is_accounted_for(law):
-    """R v = d(stored)/dt + contact sliding + bristle loss, in every piece."""
-    for draw in draws(SAMPLES):
-        velocity, internal, side, load = random_motion(law, draw)
-        graph = Graph()
-        z = tuple(graph.node("state", i) for i in range(len(internal)))
-        stored = graph.expression(law.stored_energy(z))
-        slopes = evaluate([derivative(stored, i) for i in range(len(z))], 0.0, internal, side, ())
-        force, rates = law.force(velocity, internal, side, load)
-        growth = [slope * rate for slope, rate in zip(slopes, rates, strict=True)]
-        losses = law.losses(velocity, internal, side, load)
-        size = abs(force * velocity) + sum(map(abs, growth)) + sum(map(abs, losses))
-        assert abs(force * velocity - sum(growth) - sum(losses)) <= 16 * EPSILON * size
-
-
-def losses_are_its_own(law):
-    """Whether the claim of a law to be passive rests on its own split: see `BoucWen.passive`."""
-    return getattr(law, "elastic_shape", 0.0) <= getattr(law, "dissipative_shape", 0.0)
-
-
-@each_law
-def test_a_law_that_claims_to_be_passive_never_gives_energy(law):
-    assert isinstance(law.passive, bool)
-    if law.passive and losses_are_its_own(law):
-        for draw in draws(100):
-            motion = random_motion(law, draw)
-            assert sum(law.losses(*motion)) >= -4 * EPSILON * abs(law.force(*motion)[0] * motion[0])
-
-
 def test_every_law_that_can_be_passive_is_so_somewhere():
     assert {law.name for law in LAWS if law.passive} >= set(laws())
 
@@ -233,29 +145,6 @@ def test_a_law_that_is_not_passive_gives_energy_somewhere():
     assert min(sum(law.losses(*random_motion(law, draw))) for draw in draws(4000)) < 0.0
     assert dataclasses.replace(law, viscous_damping=1.001 * 10.0 * 0.3 / 0.15).passive
     assert not dataclasses.replace(law, viscous_damping=0.999 * 10.0 * 0.3 / 0.15).passive
-
-
-# --- pieces ----------------------------------------------------------------------------------------------------------
-
-
-@each_law
-def test_pieces_change_whole_numbers_only_and_do_not_chatter(law):
-    """Rates of switched states are 0.0; what a switch changes keeps its new piece, which `settled_pieces` asserts."""
-    switched = [i for i, name in enumerate(law.internal) if name in law.switched]
-    for draw in draws(SAMPLES):
-        velocity, internal, side, load = random_motion(law, draw)
-        _, rates = law.force(velocity, internal, side, load)
-        assert all(type(rates[i]) is float and rates[i] == 0.0 for i in switched)
-        assert all(internal[i] in (-1.0, 0.0, 1.0) for i in switched)
-        for which, guard in enumerate(law.switches(velocity, internal, side, load)):
-            assert guard > 0.0
-            after = law.after_switch(which, velocity, internal, side, load)
-            assert len(after) == len(internal)
-            assert after != internal or guard == 1.0
-        turned = settled_pieces(law, 0.0, law.after_reversal(internal, -side, load), -side, load)
-        assert turned[: len(internal)] is not None
-    if law.switched:
-        assert law.switches(0.1, (0.0,) * len(law.internal), 1, 1.0)
 
 
 @each_dynamic_law

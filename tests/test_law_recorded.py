@@ -6,8 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from law_instances import LAW_NAMES, LAWS, draws, random_internal, random_motion
+from law_instances import LAW_NAMES, LAWS
 from test_series import Real
+from vibrocap.contracts.samples import draws, random_internal, random_motion
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 

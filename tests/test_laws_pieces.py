@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from imposed_motion import settled_pieces, stroke
+from imposed_motion import stroke
+from vibrocap.contracts.samples import settled_pieces
 from vibrocap.physics.catalogue import law as law_of
 
 SPEED = 0.01

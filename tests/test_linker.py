@@ -13,7 +13,7 @@ from vibrocap.numerics.linker.checks import LinkError, check, file_of, outline
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
 
-SLOTS = recipes.Recipe("", ()).slots
+SLOTS = recipes.MEASURED
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 INTERFACE = inspect.getsource(interface)
 
@@ -61,7 +61,7 @@ def test_the_interface_holds_the_slots_and_nothing_else():
 
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
 def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
-    recipe = recipes.motion_recipe(maybe_stiff=True, branches=True)
+    recipe = recipes.ensemble_recipe("ensemble", maybe_stiff=True, branches=True)
     (filler,) = set(recipe.modules) & set(slot.offers)
     (other,) = set(slot.offers) - {filler}
     for modules, found in (
@@ -70,7 +70,7 @@ def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
     ):
         parts = {name: link.kernel_source(name) for name in modules}
         with pytest.raises(LinkError, match=f"the slot `{slot.name}` is filled by .*{found}"):
-            check(recipes.Recipe("advance", modules), parts, INTERFACE)
+            check(recipes.Recipe("advance_ensemble", modules, SLOTS), parts, INTERFACE)
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,11 @@ from vibrocap.physics import catalogue
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
-from vibrocap.physics.part_files import PartsError, file_of, load_parts
+from vibrocap.physics.part_files import file_of, load_parts
 from vibrocap.studies import axes
-from vibrocap.studies.own_parts import part_fingerprint, receive, sources_of
+from vibrocap.studies.own_parts import part_fingerprint
+from vibrocap.studies.sent_study import receive, sources_of
+from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.study import Study
 
 FILE = Path(__file__).with_name("own_laws.py")
@@ -143,7 +145,7 @@ def test_the_tests_of_laws_and_sweeps_take_a_law_of_ones_own(folder, capsys):
         (law_text(), "Bad cannot be registered: force: is missing, which every law defines; see the contract, "),
         (law_text(GOOD, name="lugre"), "Bad: the law 'lugre' exists already, vibrocap.physics.friction.lugre.LuGre"),
         (law_text(GOOD, name="My Law"), "name: should be a ClassVar of small letters, digits and hyphens"),
-        (law_text(GOOD, name="backlash-x"), "'backlash-x' begins as the name of a wrapped law does"),
+        (law_text(GOOD, name="backlash-lugre"), "Bad: the law 'backlash-lugre' exists already"),
         (law_text(GOOD, head=""), "is no record of parameters; write @parameters above the class"),
         (law_text(GOOD.replace("smooth", "")).replace('"smooth"', '"rough"'), "kind: should be 'set-valued', 'kinked'"),
         (law_text(GOOD).replace('"smooth"', '"set-valued"'), "holding_limit: is missing, which every law defines"),
@@ -314,10 +316,10 @@ def test_workers_load_the_file_and_refuse_another(folder, monkeypatch):
     receive(sources)
     assert catalogue.law("long-tail") is law
     (folder / "mylaws.py").write_text("\n")
-    with pytest.raises(PartsError, match=r"a worker on .* lacks parts of the study: .*mylaws.py: has changed"):
+    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*mylaws.py: has changed"):
         receive(sources)
     (folder / "mylaws.py").unlink()
-    with pytest.raises(PartsError, match=r"a worker on .* lacks parts of the study: .*cannot be read"):
+    with pytest.raises(StoreError, match=r"a worker on .* lacks parts of the study: .*cannot be read"):
         receive(sources)
 
 

@@ -1,6 +1,7 @@
 """Records from files: columns, units, layouts, and what is said of files that cannot be read."""
 
 import io
+import re
 import sys
 
 import numpy as np
@@ -420,6 +421,10 @@ def test_ragged_rows_and_text_in_numbers_are_named_by_line(written):
     assert "line 4, column 'F': '12a' is no number; should be a number, or nan" in said
     assert "line 6, column 'F': the cell is empty" in said
     assert "line 6, column 'x': '1_0' is no number" in said
+    lines = csv(GOOD).splitlines()
+    lines[3], lines[4], lines[6] = "0.2,12a,3,4", "1,2,3", "1,2,3,4,5"  # both kinds at once, in the order of the file
+    said = refused(written, "\n".join(lines))
+    assert re.findall(r"line (\d)", said) == ["4", "5", "7"]
     lines = csv(GOOD).splitlines()
     said = refused(written, "\n".join(lines[:1] + [f"{at},a,2,3" for at in range(9)]))
     assert "and 4 more like these" in said

@@ -12,21 +12,24 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
 import cheap_ensemble
 import interrupts
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
-from vibrocap.case.case import CaseError
+from vibrocap.case.case import RUN_DEFAULTS, CaseError
 from vibrocap.studies.cluster import run_and_store
 from vibrocap.studies.dataset import open_study, stored_study
+from vibrocap.studies.planning import planned_study
 from vibrocap.studies.store import store as stores
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import opened_for_writing
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import Stopped, run_study, sweep
 from vibrocap.studies.tile import tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.tile_size import tile_runs_by_time
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:7", "machine.normal_load": "weight,1,2"}
@@ -78,6 +81,43 @@ def test_tiles_cover_every_run_once_and_in_order():
     assert tile_shape((400, 400)) == (10, 400)
     assert tile_shape((3, 5000)) == (1, 2500)
     assert tile_counts((10**9,), tile_shape((10**9,))) == (3815,)  # of the largest tiles
+
+
+@pytest.mark.parametrize(
+    ("seconds", "size", "runs"),
+    [
+        (1e-5, 9000, None),
+        (1.2e-3, 9000, None),
+        (2e-3, 9000, 1024),
+        (0.01, 9000, 256),
+        (1.0, 9000, 64),
+        (1.0, 8000, None),
+    ],
+)
+def test_tiles_of_slow_runs_are_smaller(seconds, size, runs, cheap, tmp_path, monkeypatch):
+    """By a clock on which a run takes so many seconds: some five seconds of work, but not too many tiles."""
+    monkeypatch.setattr("time.perf_counter", lambda: seconds * sum(len(over["machine.mass_ratio"]) for over in cheap))
+    study = planned_study(
+        SYSTEM, {"machine.mass_ratio": f"1:3:{size}"}, measures=["drift"], cases=None, design=None, initial=None,
+        settings={**RUN_DEFAULTS, "window": None, "settle": None},
+    )  # fmt: skip
+    assert tile_runs_by_time(study, tmp_path / "new") == runs
+    ratios = [x for over in cheap[1:] for x in over["machine.mass_ratio"]]
+    if size > 8192:
+        assert len(ratios) == 16
+        assert max(np.diff(ratios)) <= 2 / 15  # spread over all of the study
+        monkeypatch.setattr(importlib.import_module("vibrocap.studies.tile_size"), "MOST_TILES", 20)
+        assert (tile_runs_by_time(study, tmp_path / "new") or 4096) == max(runs or 4096, 9000 // 20)
+    (tmp_path / "begun").write_text("")
+    assert tile_runs_by_time(study, tmp_path) is None
+
+
+def test_a_stored_study_has_tiles_by_time_unless_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("vibrocap.studies.sweep.tile_runs_by_time", lambda study, out, threads: 4)
+    stored(tmp_path / "a", tile_runs=None)
+    stored(tmp_path / "b", tile_runs=6)
+    assert [read_record(tmp_path / name)["tile"] for name in "ab"] == [[1, 1, 3], [1, 2, 3]]
+    xr.testing.assert_identical(open_study(tmp_path / "a").load(), open_study(tmp_path / "b").load())
 
 
 def test_memory_and_store_say_the_same(tmp_path):

@@ -1,7 +1,7 @@
-"""Attacks on the package, with seeds: kills, damage, full disks, fuzzed cases and commands, single beside ensemble runs.
+"""Attacks on the package, with seeds: kills, damage, full disks, fuzzed cases and commands, runs alone and in company.
 
-`python -m torture` (`make torture`) runs them all within ten minutes and prints a table; docs/trust.md keeps its figures
-and says which promise each of them tests. Nothing here is part of the package.
+`python -m torture` (`make torture`) runs them all within ten minutes and prints a table; docs/trust.md keeps its
+figures and says which promise each of them tests. Nothing here is part of the package.
 """
 
 import sys

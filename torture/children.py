@@ -3,11 +3,14 @@
 Nothing may touch Zarr before a fork: that would start a thread, which a fork does not take along.
 """
 
+import ast
 import builtins
 import contextlib
 import errno
+import faulthandler
 import io
 import os
+import select
 import signal
 import time
 import traceback
@@ -16,10 +19,11 @@ from pathlib import Path
 from typing import Any
 
 CALLS = ("mkdir", "open", "write", "replace", "rename", "unlink", "rmdir", "fsync", "link", "symlink")
+HANGS = 20.0  # s, after which a child says where it is, and ends
 HUNG = 124  # what `ended` gives for a process that had to be stopped
 
 
-def child(work: Callable[[], Any], said: Path | None = None) -> int:
+def child(work: Callable[[], Any], said: Path | None = None, hangs: float | None = HANGS) -> int:
     """Do some work in a process of its own; its process id. said: a file for what it writes to stderr."""
     process = os.fork()
     if process:
@@ -29,6 +33,8 @@ def child(work: Callable[[], Any], said: Path | None = None) -> int:
         if said is not None:
             handle = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
             os.dup2(handle, 2)
+        if hangs is not None:
+            faulthandler.dump_traceback_later(hangs, exit=True)
         code = work() or 0
     except BaseException:
         traceback.print_exc()
@@ -50,6 +56,40 @@ def ended(process: int, seconds: float = 60.0) -> int:
             return HUNG
         time.sleep(pause)
         pause = min(2 * pause, 0.02)
+
+
+def answers(work: Callable[[int], str], number: int, seconds: float, deadline: float) -> Iterator[tuple[int, str]]:
+    """What `work(0)`, `work(1)`, ... answer, done one after the other in a process that is replaced where it dies.
+
+    Answers are "" for all is well; "hung" where one took longer than so many seconds, "died: ..." where the process
+    ended. None are asked for after the deadline.
+    """
+    at = 0
+    while at < number and time.monotonic() < deadline:
+        reading, writing = os.pipe()
+
+        def serve(begin: int = at, writing: int = writing) -> None:
+            for index in range(begin, number):
+                os.write(writing, f"{work(index)[:2000]!r}\n".encode())
+
+        process = child(serve, hangs=None)
+        os.close(writing)
+        with os.fdopen(reading, "rb") as pipe:
+            while at < number and time.monotonic() < deadline:
+                ready, _, _ = select.select([pipe], [], [], seconds)
+                line = pipe.readline() if ready else b""
+                if not line:
+                    break
+                yield at, ast.literal_eval(line.decode())
+                at += 1
+        if at < number and time.monotonic() < deadline:
+            os.kill(process, signal.SIGKILL)
+            code = ended(process)
+            yield at, "hung" if not ready else f"died: {code}"
+            at += 1
+        else:
+            os.kill(process, signal.SIGKILL)
+            ended(process)
 
 
 def die() -> None:
@@ -99,7 +139,7 @@ def changes(step: int, then: Callable[[], None], for_ever: bool = False) -> Iter
     opened = builtins.open
 
     def counted_open(file: Any, mode: str = "r", buffering: int = -1, *given: Any, **others: Any) -> Any:
-        if isinstance(file, int) or not set(mode) & set("wxa"):
+        if isinstance(file, int) or "opener" in others or not set(mode) & set("wxa"):
             return opened(file, mode, buffering, *given, **others)
         raw = Counted(file, mode.replace("b", "").replace("t", ""))
         buffered = io.BufferedRandom(raw) if "+" in mode else io.BufferedWriter(raw)

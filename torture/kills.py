@@ -6,7 +6,6 @@ of one that was never interrupted; an export must be the old file or the new one
 """
 
 import importlib
-import os
 import random
 import shutil
 import signal
@@ -141,4 +140,3 @@ def kill_export(path: Path, write: Callable[[Path], object], step: int, whole: b
         outcome.faults.append(f"{path.name} at {step}: left {shown}")
     if ended(child(lambda: write(path) and None)) or path.read_bytes() != whole:
         outcome.faults.append(f"{path.name} at {step}: not the same when written again")
-

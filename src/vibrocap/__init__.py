@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
+    from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
     from vibrocap.identification.experiments.experiment_design import (
@@ -48,8 +49,9 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.measures.settling import Settling, settling
     from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
+    from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.simulate import simulate
-    from vibrocap.motion.trajectory import Certificate, Event, Phase, Status, Trajectory
+    from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
     from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram, bifurcation_diagram
@@ -87,6 +89,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.system import System
@@ -304,5 +307,9 @@ __all__ = [
     "register",
     "unregister",
     "load_parts",
+    "parameter",
+    "parameters",
+    "check_part",
+    "PartReport",
     "PartsError",
 ]

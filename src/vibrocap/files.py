@@ -48,7 +48,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
                 temporary.unlink()
             raise
         if os.name == "posix":
-            _force(target.parent, os.O_RDONLY)  # the name too
+            with contextlib.suppress(OSError):  # the new file is whole and in its place
+                _force(target.parent, os.O_RDONLY)  # its name too
 
 
 def write_text(path: str | Path, text: str) -> Path:

@@ -210,7 +210,7 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> A
     if key not in given:
         complaints.add(f"{section}.{key}", f"is missing; should be {_one_of(known)}")
     elif isinstance(choice, str):
-        complaints.add(f"{section}.{key}", f"no {key} is called {choice!r}; {suggestion(choice, known)}")
+        complaints.add(f"{section}.{key}", f"no {key} is called {shown(choice)}; {suggestion(choice, known)}")
     else:
         complaints.add(f"{section}.{key}", f"should be {_one_of(known)}, got {shown(choice)}")
     return None

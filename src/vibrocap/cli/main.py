@@ -18,6 +18,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case.case import CaseError
 from vibrocap.cli.branch import basins, branch
+from vibrocap.cli.check import check
 from vibrocap.cli.convert import convert
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
@@ -134,18 +135,11 @@ app = App(
     default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,  # `main` says what was interrupted
 )
-WITHOUT_PARTS = (
-    examples,
-    completion,
-    reproduce,
-    plot,
-    friction,
-    stick_slip,
-    datasets,
-)  # they know no part, or see to it themselves
+# They know no part, or see to it themselves.
+WITHOUT_PARTS = (examples, completion, reproduce, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    friction, fit, stick_slip, datasets, completion,
+    friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     app.command(command if command in WITHOUT_PARTS else taking_parts(command))
 

@@ -52,6 +52,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     device: str = "cpu",
+    tile_runs: int | None = None,
     yes: bool = False,
 ) -> int:
     """Many runs of a case with other values: a map, a list of cases or a design, measured during the run.
@@ -107,6 +108,8 @@ def sweep(
         the address of a Dask cluster whose workers see the folder --out
     device
         cpu or cuda
+    tile_runs
+        runs that are computed and stored together; what Ctrl-C loses [default: some five seconds of work]
     yes
         run a study that is larger than ten million runs
     """
@@ -173,6 +176,7 @@ def _run(study: "Study", request: "SweepRequest") -> Any:
                 workers=request.workers,
                 scheduler=request.scheduler,
                 device=request.device,
+                tile_runs=request.tile_runs,
                 progress=lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip()),
             )
     except CaseError as error:
@@ -333,4 +337,5 @@ def plot(
 def picture_path(source: Path, measure: str) -> Path:
     """Where the picture of a study goes that is given no place: beside it."""
     place = source if source.name not in ("", "..") else source.resolve()
-    return place.with_name(f"{place.stem if place.is_file() else place.name}-{measure}.png")
+    word = "".join(c if c.isalnum() or c in "_.-" else "_" for c in measure)
+    return place.with_name(f"{place.stem if place.is_file() else place.name}-{word}.png")

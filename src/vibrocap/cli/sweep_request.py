@@ -40,6 +40,7 @@ class SweepRequest:
     workers: int | None
     scheduler: str | None
     device: str
+    tile_runs: int | None
     yes: bool
 
     @property
@@ -110,9 +111,9 @@ class SweepRequest:
         """Options that do not go together, and those on how the work is done."""
         given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
         found = Complaints()
-        for name in ("cases", "design", "resume", "workers", "scheduler"):
+        for name in ("cases", "design", "resume", "workers", "scheduler", "tile_runs"):
             if self.adaptive and name in given:
-                found.add(f"--{name}", "does not go with --adaptive; leave one of them out")
+                found.add(f"--{name.replace('_', '-')}", "does not go with --adaptive; leave one of them out")
         for name in ("over", "design"):
             if self.cases is not None and name in given:
                 found.add(f"--{name}", "does not go with --cases; leave one out")
@@ -121,14 +122,14 @@ class SweepRequest:
                 found.add(f"--{name}", "belongs to --design, such as --design sobol")
         if self.design is not None and self.runs is None:
             found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
-        for name in ("threads", "workers"):
+        for name in ("threads", "workers", "tile_runs"):
             with found.collected():
-                check_whole(f"--{name}", 1 if getattr(self, name) is None else getattr(self, name), 1)
+                check_whole(f"--{name.replace('_', '-')}", 1 if getattr(self, name) is None else getattr(self, name), 1)
         if self.workers is not None and self.scheduler is not None:
             found.add("--workers", "are of a cluster on this machine; with --scheduler leave them out")
-        for name in ("resume", "workers", "scheduler"):
+        for name in ("resume", "workers", "scheduler", "tile_runs"):
             if name in given and self.out is None and not self.adaptive:
-                found.add(f"--{name}", "needs a folder for the results, --out DIR")
+                found.add(f"--{name.replace('_', '-')}", "needs a folder for the results, --out DIR")
         return found + self._device_complaints()
 
     def _device_complaints(self) -> list[str]:

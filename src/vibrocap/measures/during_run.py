@@ -20,6 +20,32 @@ from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import ASK_INTEGRALS, ASK_PEAK, replayed
 from vibrocap.physics.system import System
 
+# what a measure is called elsewhere: its name here
+SYNONYMS = {
+    "speed": "mean_velocity",
+    "velocity": "mean_velocity",
+    "average_speed": "mean_velocity",
+    "average_velocity": "mean_velocity",
+    "distance": "displacement",
+    "travel": "displacement",
+    "progress": "drift",
+    "step": "drift",
+    "efficiency": "cost_of_transport",
+    "cot": "cost_of_transport",
+    "energy": "drive_work",
+    "work": "drive_work",
+    "power": "drive_work",
+    "friction": "peak_friction",
+    "force": "peak_friction",
+    "dissipation": "contact_sliding_work",
+    "hysteresis": "displacement_loop_area",
+    "period": "response_period",
+    "settling_time": "time_to_settle",
+    "symmetry": "symmetric",
+    "sticking": "stick_fraction",
+    "stick": "stick_fraction",
+}
+
 
 def measure_table(system: System | None = None) -> dict[str, Measure]:
     """The measures that can be asked for by name: those that a system has, or (None) all that there are."""
@@ -66,6 +92,12 @@ def measured(
     return {measure.name: found[measure.name][0].item() for measure in asked}
 
 
+def near_measure(name: object, table: Iterable[str]) -> str:
+    """What to say of the name of a measure that is none: the one that goes by it elsewhere, or that is spelled so."""
+    named = SYNONYMS.get(str(name).lower().replace("-", "_").replace(" ", "_"))
+    return suggestion(named if named in (known := list(table)) else name, known, cutoff=0.0)
+
+
 def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[Measure, ...], tuple[Measure, ...]]:
     """(measures asked for, the same with all that they are derived from, each after what it needs).
 
@@ -85,7 +117,7 @@ def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[M
     def need(name: Any, path: tuple[str, ...]) -> Measure:
         if not isinstance(name, str) or name not in table:
             by = f" (of which {path[-1]!r} is derived)" if path else ""
-            near = suggestion(name, table, cutoff=0.0)
+            near = near_measure(name, table)
             raise ArgumentError("measures", f"there is no measure {name!r}{by}; {near}")
         if name in path:
             raise ArgumentError("measures", f"{name!r} is derived from itself, by {' -> '.join((*path, name))}")

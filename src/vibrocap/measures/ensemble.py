@@ -12,6 +12,7 @@ from vibrocap.measures.during_run import asked_groups, check_travel, resolved, v
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.windows import usual_window
+from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.trajectory import Status
@@ -34,6 +35,7 @@ STATUS_CODES = np.zeros(max(STATUSES) + 1, dtype=np.int8)
 for _number, _status in STATUSES.items():
     STATUS_CODES[_number] = list(Status).index(_status)
 FINISHED = list(Status).index(Status.FINISHED)
+NOT_CERTIFIED = list(Status).index(Status.NOT_CERTIFIED)
 
 
 def ensemble(
@@ -71,7 +73,8 @@ def ensemble(
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
     0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
-    measures, NaN (for "word" an empty text) where the run failed.
+    measures, NaN (for "word" an empty text) where the run failed. Where works are measured, a run whose works do not
+    add up to the energy that it stores is "not certified"; its measures are there, its works not to be trusted.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
     those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
@@ -159,6 +162,9 @@ def _measured(
     )
     everything = Gathered(one, layout, results, period, np.zeros(runs, bool), budget.threshold)
     begun = everything.head("window_start") >= 0
+    if budget.asked & numerics.ASK_INTEGRALS:
+        unbalanced = ~balanced(recording, gathered, parameters[finished], budget.tolerance)
+        status[np.flatnonzero(finished)[unbalanced]] = NOT_CERTIFIED
     found = {
         "status": status,
         "settled": everything.settled,

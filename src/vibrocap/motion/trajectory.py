@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.in_si import MotionInSI
 
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 20_000  # points at a time, when many are asked for
+STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
 
 
@@ -103,44 +105,6 @@ class Phase:
         return self.end - self.start
 
 
-@dataclasses.dataclass(frozen=True)
-class Certificate:
-    """Evidence that a motion is what the equations say.
-
-    stick_force_ratio: largest |R|/(N eta_s) while stuck; at most 1 to rounding (None: the law cannot stick).
-    event_velocity: largest |contact velocity| at located events, before it was set to zero.
-    sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
-    energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
-    estimated_error: of the states (over their natural size) at the period marks and the end, from a second run at ten
-    times the tolerance: their difference over nine. None where the two runs have no later instant in common.
-    defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step: what the polynomials of
-    the motion leave of the equations. Asked at nine points of every Taylor step, and about where the contact is
-    slowest; of an implicit step the end is exact, not its polynomial.
-    failures: what of this is beyond its bound, in words; `ok` where nothing is.
-    """
-
-    stick_force_ratio: float | None
-    event_velocity: float
-    sign_kept: bool
-    least_velocity: float
-    energy_residual: float
-    momentum_residual: float
-    estimated_error: float | None
-    taylor_steps: int
-    implicit_steps: int
-    defect: float
-    failures: tuple[str, ...] = ()
-
-    @property
-    def ok(self) -> bool:
-        """Whether all that is known speaks for the motion."""
-        return not self.failures
-
-    def record(self) -> dict[str, Any]:
-        """All of it by name, `ok` included."""
-        return dataclasses.asdict(self) | {"ok": self.ok}
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
 class Trajectory:
     """A motion, known at every instant: on each piece every state is a polynomial in time.
@@ -161,6 +125,7 @@ class Trajectory:
     piece_start: np.ndarray  # [pieces]
     piece_length: np.ndarray  # [pieces]
     piece_side: np.ndarray  # [pieces]
+    piece_implicit: np.ndarray  # [pieces] whether an implicit step made it
     coefficients: np.ndarray  # [pieces, states, order + 1]
     sections: np.ndarray  # [whole periods completed + 1, states] at the period marks
     event_times: np.ndarray  # [events]
@@ -253,13 +218,40 @@ class Trajectory:
         return slopes.T
 
     def piece_observables(self, names: tuple[str, ...], index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n]."""
+        """Observables, or rates of integrals, at times s since the start of the pieces: array [names, n].
+
+        Of pieces that implicit steps have made, what depends on the law's forces and rates is asked at states that fit
+        to the slopes of the polynomials, see `stiff_pieces.correction`.
+        """
         result = np.empty((len(names), len(index)))
+        forces = [i for i, name in enumerate(names) if name not in STATE_FUNCTIONS]
         for block in _blocks(len(index)):
             pieces, local = index[block], s[block]
-            states, side = self.piece_states(pieces, local), self.piece_side[pieces]
-            result[:, block] = self.observe(names, self.piece_start[pieces] + local, states, side)
+            t, side = self.piece_start[pieces] + local, self.piece_side[pieces]
+            states = self.piece_states(pieces, local)
+            found = np.asarray(self.observe(names, t, states, side))
+            stiff = np.flatnonzero(self.piece_implicit[pieces])
+            if forces and len(stiff):
+                states = states[:, stiff] + self.piece_correction(pieces[stiff], local[stiff])
+                values = self.observe(tuple(names[i] for i in forces), t[stiff], states, side[stiff])
+                for i, value in zip(forces, values, strict=True):
+                    found[i, stiff] = value
+            result[:, block] = found
         return result
+
+    def piece_correction(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """What to add to the states of stiff pieces before the law is asked: array [states, n]."""
+        from vibrocap.motion.stiff_pieces import correction
+
+        t = self.piece_start[index] + s
+        return correction(
+            self.system,
+            t - self.period * np.floor(t / self.period),
+            self.piece_states(index, s),
+            self.piece_slopes(index, s),
+            self.piece_side[index],
+            self.piece_length[index],
+        )
 
     def states(self, t: Any) -> np.ndarray:
         """States at times t: array [states, len(t)]."""

@@ -115,7 +115,7 @@ def register(part: Part) -> Part:
     if faults:
         raise TypeError(f"{part.__name__} cannot be registered: {'; '.join(faults)}")
     what, name = CONTRACTS[contract][0], part.name  # type: ignore[attr-defined]
-    other = _known(contract).get(name)
+    other = (laws() if contract is Law else _known(contract)).get(name)  # wrapped laws have names, too
     if other is not None and other is not part and not (_is_own(other) and _place(other) == _place(part)):
         raise ValueError(f"{part.__name__}: the {what} {name!r} exists already, {_place(other)}; give it another name")
     if other is None or _is_own(other):
@@ -156,8 +156,6 @@ def complaints(part: type) -> list[str]:
         found.append(
             f'name: should be a ClassVar of small letters, digits and hyphens, such as "my-{what}", got {name!r}'
         )
-    elif contract is Law and name.partition("-")[0] in wrappers():
-        found.append(f"name: {name!r} begins as the name of a wrapped law does; choose another beginning")
     if not is_pydantic_dataclass(part):
         return [*found, "is no record of parameters; write @parameters above the class"]
     required = [name for name, field in part.__pydantic_fields__.items() if field.is_required()]

@@ -70,6 +70,12 @@ def place_in_parts(error: BaseException) -> str | None:
     return _place(error, files)
 
 
+def error_place(error: BaseException, part: type) -> str | None:
+    """Where in the file of a part an error arose; None where it did not."""
+    module = sys.modules.get(part.__module__)
+    return _place(error, [str(getattr(module, "__file__", None))])
+
+
 def _place(error: BaseException, files: Iterable[str]) -> str | None:
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in files]
     if not frames:

@@ -18,6 +18,7 @@ MOST_COMPLAINTS = 5
 MOST_BYTES = 2**30  # of a text
 
 Row = tuple[int, list[str]]  # number of the line in the file, its cells
+Wrong = tuple[int, str]  # number of the line in the file, what is wrong with it
 
 
 def text_tables(path: Path, record_column: str | int | None = None) -> list[Table]:
@@ -48,14 +49,18 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     if twice:
         found = f"the header names {', '.join(map(repr, twice))} more than once; should name each column differently"
         raise RecordError([found], str(path))
-    _check_ragged(body, names, path)
+    body, ragged = _of_one_width(body, names)
+    if not body:
+        raise RecordError(_shortened([text for _, text in ragged]), str(path))
     order = [number for number, _ in body]
     cells = dict(
         zip(names or map(str, range(len(body[0][1]))), zip(*(row for _, row in body), strict=True), strict=True)
     )
     of_record = _column_of_records(list(cells), record_column, path)
     which = np.array(cells.pop(of_record)) if of_record is not None else np.full(len(order), path.stem)
-    columns = _numbers(cells, order, path)
+    columns, strange = _numbers(cells, order)
+    if ragged or strange:
+        raise RecordError(_shortened([text for _, text in sorted([*ragged, *strange])]), str(path))
     tables = []
     for name in dict.fromkeys(which.tolist()):
         rows_of = np.flatnonzero(which == name)
@@ -163,15 +168,19 @@ def _are_units(cells: Sequence[str]) -> bool:
     return None not in units and any(unit.dimension in DIMENSIONS for unit in units if unit is not None)
 
 
-def _check_ragged(body: Sequence[Row], names: list[str] | None, path: Path) -> None:
+def _of_one_width(body: Sequence[Row], names: list[str] | None) -> tuple[list[Row], list[Wrong]]:
+    """The rows with as many cells as the table has columns, and what is wrong with the others."""
     count = len(names) if names else max(set(lengths := [len(cells) for _, cells in body]), key=lengths.count)
-    ragged = [(number, len(cells)) for number, cells in body if len(cells) != count]
-    if ragged:
-        found = [f"line {number}: has {cells} cells; should have {count}" for number, cells in ragged]
-        raise RecordError(_shortened(found), str(path))
+    wrong = [
+        (number, f"line {number}: has {len(cells)} cells; should have {count}")
+        for number, cells in body
+        if len(cells) != count
+    ]
+    return [row for row in body if len(row[1]) == count], wrong
 
 
-def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int], path: Path) -> dict[str, np.ndarray]:
+def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int]) -> tuple[dict[str, np.ndarray], list[Wrong]]:
+    """The columns as numbers, and the cells that are none."""
     columns, wrong = {}, []
     for name, column in cells.items():
         with contextlib.suppress(ValueError):
@@ -181,9 +190,7 @@ def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int], path: Path
             for number, cell in bad:
                 what = f"{cell!r} is no number" if cell else "the cell is empty"
                 wrong.append((number, f"line {number}, column {name!r}: {what}; should be a number, or nan"))
-    if wrong:
-        raise RecordError(_shortened([text for _, text in sorted(wrong)]), str(path))
-    return columns
+    return columns, wrong
 
 
 def _shortened(found: Sequence[str]) -> list[str]:

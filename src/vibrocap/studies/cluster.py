@@ -1,6 +1,5 @@
 """A study on a Dask cluster: workers compute tiles and store them; only counts of statuses pass through the client."""
 
-import dataclasses
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -11,11 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.measures.measure import Measure
 from vibrocap.motion.trajectory import Status
-from vibrocap.physics.part_files import PartsError
 from vibrocap.studies.code_version import code_version
-from vibrocap.studies.own_parts import receive, sources_of
+from vibrocap.studies.sent_study import SentStudy
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
@@ -28,29 +25,6 @@ if TYPE_CHECKING:
 Index = tuple[int, ...]
 AHEAD = 2  # tiles in flight per thread of the cluster: one that runs and one that waits
 PATIENCE = 30.0  # seconds until a file that a worker wrote shows on this machine, or until a scheduler answers
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class SentStudy:
-    """A study on its way to workers that have to load its own parts first: its record, measures, and their sources."""
-
-    record: dict[str, Any]
-    measures: tuple[Measure, ...]
-    sources: tuple[tuple[str, str], ...]
-
-    @classmethod
-    def of(cls, study: Study) -> "SentStudy":
-        """The study as it is sent; CaseError for a part that workers could not find."""
-        own = tuple(measure for measure in study.measures if isinstance(measure, Measure))
-        return cls(study.record(), own, sources_of(study.own_parts.values()))
-
-    def study(self) -> Study:
-        """The study again; StoreError where this machine does not have its parts."""
-        try:
-            receive(self.sources)
-        except PartsError as error:
-            raise StoreError(str(error)) from None
-        return Study.from_record(self.record, self.measures)
 
 
 def run_and_store(study: Study | SentStudy, path: str, index: Index, threads: int | None = 1) -> dict[str, int]:

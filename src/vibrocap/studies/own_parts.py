@@ -1,20 +1,15 @@
-"""Parts of one's own in a study: what tells them apart in its identity, and how they reach the workers of a cluster.
+"""Parts of one's own in a study: what tells them apart in its identity.
 
 A part from outside the package can be edited while a study is stored, so the study remembers it by its file's digest,
-or, for one that was registered by a script, by a fingerprint of its functions. Workers are sent no code: they load the
-same file, or import the same module.
+or, for one that was registered by a script, by a fingerprint of its functions.
 """
 
-import functools
 import hashlib
-import importlib
-import socket
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.case.case import CHOICES, Case, CaseError
-from vibrocap.physics.catalogue import register
-from vibrocap.physics.part_files import PartsError, file_of, load_parts
+from vibrocap.case.case import CHOICES, Case
+from vibrocap.physics.part_files import file_of
 from vibrocap.studies.fingerprint import function_fingerprint
 
 OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
@@ -56,33 +51,3 @@ def _described(part: type) -> dict[str, str]:
         elif isinstance(value, (int, float, str, tuple, type(None))):
             found[name] = repr(value)
     return found
-
-
-def sources_of(parts: Iterable[type]) -> tuple[tuple[str, str], ...]:
-    """Where workers find parts: (file, digest) or (module, name). CaseError for one that they cannot find."""
-    found, complaints = [], []
-    for part in parts:
-        if (place := file_of(part)) is not None:
-            found.append((str(place[0]), place[1]))
-        elif part.__module__ == "__main__" or "<locals>" in part.__qualname__:
-            complaints.append(
-                f"{part.__qualname__} stands in {part.__module__}, where workers cannot find it; put it in a file of "
-                "its own, and name that by --parts or load_parts"
-            )
-        else:
-            found.append((part.__module__, part.__qualname__))
-    if complaints:
-        raise CaseError(complaints, "the cluster")
-    return tuple(dict.fromkeys(found))
-
-
-def receive(sources: Iterable[tuple[str, str]]) -> None:
-    """Load the parts that a study needs; PartsError where this machine does not have them, or has others."""
-    for place, what in sources:
-        try:
-            if place.endswith(".py"):
-                load_parts(place, what)
-            else:
-                register(functools.reduce(getattr, what.split("."), importlib.import_module(place)))
-        except (PartsError, ImportError, AttributeError) as error:
-            raise PartsError(f"a worker on {socket.gethostname()} lacks parts of the study: {error}") from None

@@ -21,6 +21,7 @@ from vibrocap.studies.store.store import Store, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
 from vibrocap.studies.study import Study
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.tile_size import tile_runs_by_time
 from vibrocap.studies.variables import variables
 
 if TYPE_CHECKING:
@@ -79,7 +80,9 @@ def sweep(
     out: a folder for the results, stored tile by tile; without it they stay in memory
     resume: go on with what `out` holds; begin where it holds nothing
     max_runs, yes: more runs than this are refused, saying how large the study is, unless `yes`
-    tile_runs: runs that are computed and stored together (about); threads: of this process, all cores by default
+    tile_runs: runs that are computed and stored together (about), which is what an interruption loses; by default some
+        five seconds of work, 4096 runs at most
+    threads: of this process, all cores by default
     device: "cpu", or "cuda": a graphics card (extra `gpu`), whose results agree with the processor's to rounding
     workers: so many processes of a local Dask cluster (in a script, below `if __name__ == "__main__":`); scheduler: the
         address of another cluster, whose workers see the folder too; both need `out`
@@ -139,7 +142,11 @@ def run_study(
     study = dataclasses.replace(study, code=code_version(), device=device)
     if study.plan.count > max_runs and not yes:
         raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
-    tile = tile_shape(study.plan.shape, tile_runs or (CARD_CHUNK if device == "cuda" else None))
+    if tile_runs is None and device == "cuda":
+        tile_runs = CARD_CHUNK
+    elif tile_runs is None and out is not None and not (workers or scheduler):
+        tile_runs = tile_runs_by_time(study, Path(out), threads)
+    tile = tile_shape(study.plan.shape, tile_runs)
     progress = progress and _rising(progress)
     if out is None:
         return _in_memory(study, tile, threads, progress)

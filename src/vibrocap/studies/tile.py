@@ -71,19 +71,19 @@ def run_tile(
     shape = tuple(part.stop - part.start for part in block)
     values = study.plan.values(block)
     try:
-        found = _measured(study, values, math.prod(shape), threads, progress)
+        found = measured_runs(study, values, math.prod(shape), threads, progress)
     except ValueError as error:
         check_runs(study.case.system, values)  # says which run it is, if it is one
         raise CaseError([str(error)], f"tile {'.'.join(map(str, index))}") from error
     return {name: array.reshape(shape) for name, array in found.items()}
 
 
-def _measured(
+def measured_runs(
     study: Study,
     values: Mapping[str, np.ndarray],
     runs: int,
     threads: int | None,
-    progress: Callable[[float], None] | None,
+    progress: Callable[[float], None] | None = None,
 ) -> dict[str, np.ndarray]:
     """The results of runs with these values, arrays [runs]."""
     from vibrocap.measures.ensemble import ensemble

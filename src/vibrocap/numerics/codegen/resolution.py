@@ -9,9 +9,10 @@ law, it is asked over the whole step:
     seen        G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
     gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
 
-with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. All values over
-the step are enclosures by interval arithmetic, from those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. Where one
-of the nodes is neither, the step is too long.
+with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
+law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
+yet (a level that a stuck element will reach). All values over the step are enclosures by interval arithmetic, from
+those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. Where one of the nodes is neither, the step is too long.
 
 theta: with the size f of an exponential at the start, the terms that a series of order p shows are f r^k/k!, r the
 change of the exponent over the step. Where the last is held to the tolerance, what is left out is less than 10 times
@@ -46,7 +47,7 @@ class SharpArgument:
 
 @dataclasses.dataclass(frozen=True)
 class Sharpness:
-    """The sharp nodes of some rates.
+    """The sharp nodes of some rates and guards.
 
     internal: whether any of them depends on an internal state of the law
     arguments: of those exponentials and hyperbolic tangents that depend on the contact velocity alone
@@ -90,9 +91,10 @@ def sharpness(
 def system_sharpness(equations: Any) -> Sharpness:
     """What in the equations of a system could hide within a step."""
     internal = [equations.graph.node("state", i) for i in equations.internal_states]
+    rates = (*equations.rates, *equations.switches)
     # A load that the motion makes is a quotient whose divisor is one of the equations' bounds: before it vanishes the
     # load grows without end, and shortens the steps.
-    return sharpness(equations.graph, equations.rates, equations.contact_velocity, internal, equations.loads)
+    return sharpness(equations.graph, rates, equations.contact_velocity, internal, equations.loads)
 
 
 def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: np.ndarray, load: float) -> np.ndarray:
@@ -127,7 +129,8 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
 def mirrored(equations: Any) -> bool:
     """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
     graph, memory, nodes = equations.graph, {}, system_sharpness(equations).nodes
-    slopes = [sensitivity(rate, node, memory) for node in nodes for rate in equations.rates]
+    watching = (*equations.rates, *equations.switches)
+    slopes = [sensitivity(each, node, memory) for node in nodes for each in watching]
     watched = [*(Expression(graph, node) for node in nodes), *slopes]
     if not watched:
         return True
@@ -214,12 +217,14 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
                     text.entry(f"INVERSE_SCALE + {i} * LANES") if abreast else f"1.0 / real[SCALE + {i} * LANES + lane]"
                 )
                 weights.append(text.name(f"{text.size(step.of(slope.index))} * ({inverse})"))
+        weights = [text.name(f"{each} * lasting") for each in _largest(text, weights)]
+        for guard in equations.switches:  # of natural size 1
+            slope = sensitivity(guard, node, memory)
+            if slope.value != 0.0:
+                weights.append(text.size(step.of(slope.index)))
         if not weights:
             continue
-        weight = weights[0]
-        for other in weights[1:]:
-            weight = text.larger(weight, other)
-        weight = text.name(f"{weight} * lasting")
+        (weight,) = _largest(text, weights)
         varies, size, gentle = _node(graph, node, text, step, start)
         theta = VISIBLE[graph.nodes[node][0]]
         either = [f"({weight} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
@@ -233,6 +238,14 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
             f"worst = where({fine}, worst, worst + 1.0)" if abreast else f"worst += 0.0 if {fine} else 1.0"
         )
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
+
+
+def _largest(text: Lines, sizes: Sequence[str]) -> list[str]:
+    """The largest of some sizes, alone in a list; none of none."""
+    largest = list(sizes[:1])
+    for other in sizes[1:]:
+        largest = [text.larger(largest[0], other)]
+    return largest
 
 
 def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosures) -> tuple[str, str, str]:

@@ -101,6 +101,11 @@ def on_period(real, whole, tape, lane) -> None:
     raise NotImplementedError
 
 
+def fitting_point(real, whole, lane, s, point) -> None:
+    """Move the state at real[point:point + STATES], that of the series at time s, to where the law is asked."""
+    raise NotImplementedError
+
+
 # The loop over the lanes.
 
 

@@ -192,16 +192,16 @@ class Layout:
 
     @property
     def event_work_size(self) -> int:
-        """Work space of the event search: 38 intervals at most."""
-        return max(40 * (self.order + 3), self.states + 5 * self.switches)
+        """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
+        gathering = self.states + 8 * (self.measured + 8)
+        return max(40 * (self.order + 3), self.states + 5 * self.switches, gathering)
 
     @property
     def work_size(self) -> int:
         """Work space of the event search, then that of the implicit step (Jacobian, matrix, stages)."""
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
-        gathering = self.states + 8 * (self.measured + 8)  # a point, then values at the nodes of a step
-        return max(self.event_work_size + implicit, gathering)
+        return self.event_work_size + implicit
 
     @property
     def piece_size(self) -> int:

@@ -27,7 +27,10 @@ TANGENT = Slot(
     ("events.no_tangents", "events.tangents"),
 )
 OBSERVER = Slot("observer", ("has_room", "on_piece", "on_event", "on_period"), ("observe.record", "observe.window"))
+POINT_OF_LAW = Slot("point of the law", ("fitting_point",), ("observe.taylor_point", "observe.stiff_point"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
+MOVED = (STEP, BRANCHES, TANGENT, OBSERVER, LOOP)
+MEASURED = (*MOVED, POINT_OF_LAW)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,7 +43,7 @@ class Recipe:
 
     entry: str
     modules: tuple[str, ...]
-    slots: tuple[Slot, ...] = (STEP, BRANCHES, TANGENT, OBSERVER, LOOP)
+    slots: tuple[Slot, ...] = MOVED
     primitives: tuple[str, ...] = ()
 
 
@@ -67,14 +70,15 @@ def ensemble_recipe(loop: str, maybe_stiff: bool, branches: bool, tangent: bool 
 
     loop: "ensemble", one by one; "abreast", all lanes at once; "card", one by one on a thread of a graphics card
     """
-    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, tangent))
+    point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
+    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, tangent), point)
     if loop == "abreast":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
-        return Recipe("advance_ensemble", modules, primitives=LANE_PRIMITIVES)
+        return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)
     if loop == "card":
         modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.card_thread")
-        return Recipe("run_thread", modules, primitives=("take", "whole_equal"))
-    return Recipe("advance_ensemble", (*before, *MOVING, "loop.one_by_one", "loop.run_queue"))
+        return Recipe("run_thread", modules, MEASURED, ("take", "whole_equal"))
+    return Recipe("advance_ensemble", (*before, *MOVING, "loop.one_by_one", "loop.run_queue"), MEASURED)
 
 
 def _before(observer: tuple[str, ...], maybe_stiff: bool, branches: bool, tangent: bool) -> tuple[str, ...]:

@@ -52,11 +52,13 @@ def replayed(
     ):
         whole[place[entry]] = number
     kernel["on_period"](real, whole, tape, 0)
-    pieces = zip(motion.piece_length.tolist(), motion.piece_side.tolist(), motion.coefficients, strict=True)
+    methods = motion.piece_implicit.astype(int).tolist()
+    pieces = zip(motion.piece_length.tolist(), motion.piece_side.tolist(), methods, motion.coefficients, strict=True)
     count, budget, time = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"]
     while whole[count] < whole[budget]:
-        h, side, coefficients = next(pieces)
+        h, side, method, coefficients = next(pieces)
         fill("SIDE", side)
+        whole[place["STIFF"]] = method
         if whole[place["WINDOW_START"]] >= 0:
             fill("SERIES", coefficients[:states, :length].ravel())
             kernel["on_piece"](real, whole, tape, 0, h)

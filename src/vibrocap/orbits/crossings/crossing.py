@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole, suggestion
-from vibrocap.measures.during_run import check_travel, measure_table, resolved
+from vibrocap.arguments import ArgumentError, check_whole
+from vibrocap.measures.during_run import check_travel, measure_table, near_measure, resolved
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
@@ -159,7 +159,7 @@ def checked_measure(systems: tuple[System, ...], measure: str) -> None:
     """Refuse what is no measure of these systems, or no number."""
     table = measure_table()
     if measure not in table or measure == "word":
-        near = suggestion(measure, [name for name in table if name != "word"], cutoff=0.0)
+        near = near_measure(measure, [name for name in table if name != "word"])
         raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
     for each in systems:
         check_travel(resolved(measure)[1], each)

@@ -99,6 +99,7 @@ class _Study(_Strict):
     settle: FiniteFloat | None
     device: str
     code: _Texts
+    parts: dict[str, _Hash] = {}
 
 
 class _Record(_Strict):

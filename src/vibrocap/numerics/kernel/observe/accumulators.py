@@ -26,11 +26,13 @@ from vibrocap.numerics.kernel.generated import (
     SERIES,
     SIDE,
     STATES,
+    STEP,
     SUMMED,
     TIME,
     WORK,
     integrands,
 )
+from vibrocap.numerics.kernel.interface import fitting_point
 from vibrocap.numerics.kernel.memory_layout import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
 from vibrocap.numerics.kernel.observe.turning_points import (
     CELLS,
@@ -58,27 +60,31 @@ FITTED = ONCE + INTEGRANDS
 def gather_functions(real, whole, lane, h):
     """Add a piece to the integrals and peaks that are asked for."""
     asked = whole[ASKED]
+    real[STEP + lane] = h
     for j in range(POINTS):
-        look(real, lane, SHARES[j] * h, VALUES + j * INTEGRANDS)
+        look(real, whole, lane, SHARES[j] * h, VALUES + j * INTEGRANDS)
     if asked & ASK_INTEGRALS != 0:
         for i in range(SUMMED):
             real[INTEGRAL + i * LANES + lane] += h * lobatto_sum(real, i)
     if asked & ASK_MAGNITUDE != 0:
-        real[MAGNITUDE + lane] += magnitude(real, lane, h)
+        real[MAGNITUDE + lane] += magnitude(real, whole, lane, h)
     if asked & ASK_PEAK != 0:
-        raise_peak(real, lane, h, FRICTION, PEAK + lane, True)
+        raise_peak(real, whole, lane, h, FRICTION, PEAK + lane, True)
         for i in range(INTEGRANDS - SUMMED):
-            raise_peak(real, lane, h, SUMMED + i, PEAK + (1 + i) * LANES + lane, False)
+            raise_peak(real, whole, lane, h, SUMMED + i, PEAK + (1 + i) * LANES + lane, False)
 
 
-def look(real, lane, s, out):
+def look(real, whole, lane, s, out):
     """Values of the functions at time s of the piece, written to real[out:out + INTEGRANDS].
+
+    On an implicit step they are asked at the state that fits to its slopes, see `stiff_point.py`.
 
     The acceleration of the contact is the slope of its velocity as computed, so that R dv has no area where R depends
     on v alone.
     """
     for i in range(STATES):
         real[INSTANT + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    fitting_point(real, whole, lane, s, INSTANT)
     integrands(real, real[TIME + lane] + s, INSTANT, real[SIDE + lane], lane, out)
     row = SERIES + CONTACT_STATE * (ORDER + 1) * LANES + lane
     real[out + FRICTION + 2] *= polynomial_slope(real, row, LANES, ORDER, s)
@@ -112,7 +118,7 @@ def fit(real, i):
             real[FITTED + j] -= SHARES[level] * real[FITTED + j + 1]
 
 
-def magnitude(real, lane, h):
+def magnitude(real, whole, lane, h):
     """Integral of |R| over the piece, cut where R changes its sign."""
     closest = math.inf
     for j in range(POINTS):
@@ -131,22 +137,22 @@ def magnitude(real, lane, h):
                 continue
             cut = sign_change(real, FITTED, 1, POINTS - 1, monotone_from, monotone_to)
             if cut >= 0.0:
-                total += abs(friction_impulse(real, lane, start * h, cut * h))
+                total += abs(friction_impulse(real, whole, lane, start * h, cut * h))
                 start = cut
             monotone_from = monotone_to
-    return total + abs(friction_impulse(real, lane, start * h, h))
+    return total + abs(friction_impulse(real, whole, lane, start * h, h))
 
 
-def friction_impulse(real, lane, start, end):
+def friction_impulse(real, whole, lane, start, end):
     """Integral of R over a part of the piece."""
     total = 0.0
     for j in range(POINTS):
-        look(real, lane, start + SHARES[j] * (end - start), ONCE)
+        look(real, whole, lane, start + SHARES[j] * (end - start), ONCE)
         total += SHARE_WEIGHTS[j] * real[ONCE + FRICTION]
     return total * (end - start)
 
 
-def raise_peak(real, lane, h, i, place, of_magnitude):
+def raise_peak(real, whole, lane, h, i, place, of_magnitude):
     """Raise the number at a place to the largest value of function i, or of its magnitude, on the piece."""
     here = -math.inf
     for j in range(POINTS):
@@ -159,7 +165,7 @@ def raise_peak(real, lane, h, i, place, of_magnitude):
             for cell in range(CELLS):
                 turn = turning_point(real, FITTED, 1, POINTS - 1, float(cell) / CELLS, (cell + 1.0) / CELLS)
                 if turn >= 0.0:
-                    look(real, lane, turn * h, ONCE)
+                    look(real, whole, lane, turn * h, ONCE)
                     value = real[ONCE + i]
                     best = max(best, abs(value) if of_magnitude else value)
     real[place] = best

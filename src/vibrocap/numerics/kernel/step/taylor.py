@@ -18,6 +18,8 @@ from vibrocap.numerics.kernel.generated import (
     SPARSE,
     STATE,
     STATES,
+    SWITCH,
+    SWITCHES,
     TIME,
     TOLERANCE,
     VELOCITY,
@@ -45,11 +47,20 @@ def taylor_step(real, whole, lane):
     if SET_VALUED and real[SIDE + lane] == 0.0 and real[LIMIT + lane] > 0.0:
         # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides.
         before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) * (1.0 / real[LIMIT + lane]))
+    earlier = 0.0
+    for i in range(SWITCHES):  # the guards of the law's branches decide too; they are known to one order less
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        before = max(before, abs(real[row + (ORDER - 1) * LANES]))
+        earlier = max(earlier, abs(real[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
     tolerance = real[TOLERANCE + lane]
     wanted = rough_logarithm(tolerance)
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
     h = rough_power(min(one, other))
+    if SWITCHES:
+        h = min(
+            h, rough_power((wanted * (1.0 / (ORDER - 2)) + SAFETY) - rough_logarithm(earlier) * (1.0 / (ORDER - 2)))
+        )
     if SPARSE and whole[ZEROS + lane] == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):

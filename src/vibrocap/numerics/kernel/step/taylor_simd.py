@@ -14,6 +14,8 @@ from vibrocap.numerics.kernel.generated import (
     SERIES,
     SET_VALUED,
     STATES,
+    SWITCH,
+    SWITCHES,
     TOLERANCE,
 )
 from vibrocap.numerics.kernel.step.taylor import NEAREST, SAFETY
@@ -42,10 +44,19 @@ def taylor_steps(real, side):
         holding = (side == 0.0) & (limit > 0.0)
         share = abs(load(real, HOLD + (ORDER - 1) * LANES)) * (1.0 / where(holding, limit, 1.0))
         before = where(holding, greater(share, before), before)
+    decisive, earlier = before, 0.0 * side
+    for i in range(SWITCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES
+        decisive = greater(abs(load(real, row + (ORDER - 1) * LANES)), decisive)
+        earlier = greater(abs(load(real, row + (ORDER - 2) * LANES)), earlier)
     wanted = rough_logarithms(load(real, TOLERANCE))
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithms(last) * (1.0 / ORDER)
-    other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithms(before) * (1.0 / (ORDER - 1))
-    return where(last <= 1e300, rough_powers(lesser(one, other)), 0.0), last, before
+    other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithms(decisive) * (1.0 / (ORDER - 1))
+    h = rough_powers(lesser(one, other))
+    if SWITCHES:
+        third = (wanted * (1.0 / (ORDER - 2)) + SAFETY) - rough_logarithms(earlier) * (1.0 / (ORDER - 2))
+        h = lesser(h, rough_powers(third))
+    return where(last <= 1e300, h, 0.0), last, before
 
 
 def rough_logarithms(x):

@@ -1,0 +1,173 @@
+"""The contract of a machine, clause by clause: each takes a machine and says what is wrong, or None."""
+
+import math
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from vibrocap.contracts.samples import draws, machine_draw
+from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
+
+EPSILON = sys.float_info.epsilon
+SAMPLES = 60
+
+
+def declarations(machine: Any) -> str | None:
+    """What it declares fits together."""
+    states = machine.states
+    if not isinstance(states, tuple) or len(set(states)) != len(states):
+        return f"states: should be a tuple of names, each once, got {states!r}"
+    for what in ("cyclic", "contact_state", "place"):
+        name = getattr(machine, what)
+        if name not in states and not (name is None and what != "contact_state"):
+            return f"{what}: should be one of {', '.join(states)}, got {name!r}"
+    if machine.cyclic is None and machine.place is None:
+        return "place: a machine without a cyclic state names the state that is the place of its contact"
+    if len(machine.symmetry) != len(states) or set(machine.symmetry) - {1, -1}:
+        return f"symmetry: should be +1 or -1 for each of {', '.join(states)}, got {machine.symmetry!r}"
+    unknown = [name for name in ("drive", "damper") if name not in machine.channels]
+    return f"channels: should hold 'drive' and 'damper', got {machine.channels!r}" if unknown else None
+
+
+def held_at_rest(machine: Any) -> str | None:
+    """With friction = holding_force the contact's acceleration is exactly zero, and friction works against it."""
+    contact = machine.states.index(machine.contact_state)
+    for draw in draws(SAMPLES):
+        t, y, drive, _ = machine_draw(machine, draw)
+        hold = machine.holding_force(t, y, drive)
+        found = machine.rates(t, y, drive, hold)[contact]
+        if found != 0.0:
+            return (
+                f"rates: with force = holding_force the rate of {machine.contact_state} should be exactly 0, got "
+                f"{found:g}; write the acceleration as (holding force - R) over an inertia"
+            )
+        more, less = (machine.rates(t, y, drive, hold + change)[contact] for change in (0.1, -0.1))
+        if not more < 0.0 < less:
+            return f"rates: more friction than holding_force should slow {machine.contact_state} down, got {more:g}"
+    return None
+
+
+def contact(machine: Any) -> str | None:
+    """The contact state moves one to one with the contact velocity."""
+    place = machine.states.index(machine.contact_state)
+    for draw in draws(10):
+        t, y, _, _ = machine_draw(machine, draw)
+        moved = tuple(v + 0.25 if i == place else v for i, v in enumerate(y))
+        found = machine.contact_velocity(t, moved) - machine.contact_velocity(t, y)
+        if not abs(found - 0.25) <= 8 * EPSILON * max(1.0, *map(abs, y)):
+            return f"contact_velocity: changes by {found:g} where {machine.contact_state} changes by 0.25"
+    return None
+
+
+def along(function: Callable, t: float, y: tuple, rates: Any) -> float:
+    """d/dt of a function of the mechanical state, by its recorded partial derivatives."""
+    graph = Graph()
+    recorded = graph.expression(function(t, tuple(graph.node("state", i) for i in range(len(y)))))
+    slopes = evaluate([derivative(recorded, i) for i in range(len(y))], t, y, 1.0, ())
+    return sum(slope * rate for slope, rate in zip(slopes, rates, strict=True))
+
+
+def energy(machine: Any) -> str | None:
+    """Its energy balance closes: H' = sum of the powers - R v."""
+    for draw in draws(SAMPLES):
+        t, y, drive, force = machine_draw(machine, draw)
+        rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
+        if len(rates) != len(machine.states) or len(powers) != len(machine.channels):
+            return (
+                f"rates, powers: should be {len(machine.states)} and {len(machine.channels)} numbers, one for each of "
+                f"states and channels, got {len(rates)} and {len(powers)}"
+            )
+        expected = sum(powers) - force * machine.contact_velocity(t, y)
+        found, size = along(machine.energy, t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
+        if not abs(found - expected) <= 16 * EPSILON * size:
+            return (
+                f"energy, powers: the energy grows by {found:g}, the powers less R v are {expected:g}; they should be "
+                f"equal (state {_shown(y)}, drive {drive:.3g}, R {force:.3g})"
+            )
+    return None
+
+
+def momentum(machine: Any) -> str | None:
+    """Its momentum balance closes: p' = outer force - R."""
+    for draw in draws(SAMPLES):
+        t, y, drive, force = machine_draw(machine, draw)
+        rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
+        expected = machine.outer_force(t, y, drive) - force
+        found, size = along(machine.momentum, t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
+        if not abs(found - expected) <= 16 * EPSILON * size:
+            return (
+                f"momentum, outer_force: the momentum grows by {found:g}, the outer force less R is {expected:g}; they "
+                f"should be equal (state {_shown(y)}, drive {drive:.3g}, R {force:.3g})"
+            )
+    return None
+
+
+def symmetric(machine: Any) -> str | None:
+    """Its signs of `symmetry` turn a motion into a motion, exactly, unless `symmetric` says that they do not."""
+    different = 0
+    for draw in draws(SAMPLES):
+        t, y, drive, force = machine_draw(machine, draw)
+        mirror = tuple(sign * v for sign, v in zip(machine.symmetry, y, strict=True))
+        rates = machine.rates(t, y, drive, force)
+        expected = tuple(sign * rate for sign, rate in zip(machine.symmetry, rates, strict=True))
+        found = machine.rates(t, mirror, -drive, -force)
+        if not machine.symmetric:
+            different += any(abs(a - b) > 1e-3 * abs(b) for a, b in zip(found, expected, strict=True))
+            continue
+        if found != expected:
+            return (
+                f"symmetry: mirrored rates should be {_shown(expected)}, got {_shown(found)}; mend the signs, or let "
+                "`symmetric` be False"
+            )
+        if machine.contact_velocity(t, mirror) != -machine.contact_velocity(t, y):
+            return "contact_velocity: should change its sign in the mirrored state"
+        if machine.holding_force(t, mirror, -drive) != -machine.holding_force(t, y, drive):
+            return "holding_force: should change its sign in the mirrored state, with the drive reversed"
+        if machine.energy(t, mirror) != machine.energy(t, y):
+            return "energy: should be the same in the mirrored state"
+    return None if machine.symmetric or different else "symmetric: is False, but the equations are their mirror image"
+
+
+def cyclic(machine: Any) -> str | None:
+    """Nothing depends on the cyclic state."""
+    if machine.cyclic is None:
+        return None
+    place = machine.states.index(machine.cyclic)
+    for draw in draws(10):
+        t, y, drive, force = machine_draw(machine, draw)
+        moved = tuple(v + 7.0 if i == place else v for i, v in enumerate(y))
+        if machine.rates(t, moved, drive, force) != machine.rates(t, y, drive, force):
+            return f"rates: should not depend on the cyclic state {machine.cyclic}"
+        if machine.energy(t, moved) != machine.energy(t, y):
+            return f"energy: should not depend on the cyclic state {machine.cyclic}"
+    return None
+
+
+def place(machine: Any) -> str | None:
+    """The place of the contact moves with it and the ground."""
+    for draw in draws(10):
+        t, y, drive, force = machine_draw(machine, draw)
+        name = machine.place or machine.cyclic
+        rate = machine.rates(t, y, drive, force)[machine.states.index(name)]
+        expected = machine.contact_velocity(t, y) + machine.ground_speed()
+        if not abs(rate - expected) <= 8 * EPSILON * max(1.0, abs(expected)):
+            return f"rates: {name} should move with contact_velocity + ground_speed, {expected:g}, got {rate:g}"
+    return None
+
+
+def sizes(machine: Any) -> str | None:
+    """Its load and its scales are positive."""
+    if not (math.isfinite(machine.load()) and machine.load() > 0.0):
+        return f"load: should be positive, got {machine.load():g}"
+    for period in (1e-3, 1.0, 1e3):
+        found = machine.scales(period)
+        if len(found) != len(machine.states) or not min(found) > 0.0:
+            return f"scales: should be a positive size for each of {', '.join(machine.states)}, got {found}"
+    return None
+
+
+def _shown(values: tuple) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in values) + ")"
+
+
+MACHINE_CLAUSES = (declarations, held_at_rest, contact, energy, momentum, symmetric, cyclic, place, sizes)

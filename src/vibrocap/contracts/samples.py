@@ -1,0 +1,88 @@
+"""Samples of parts: parameters, states and motions at random, always the same ones, in which no term is zero."""
+
+import random
+from collections.abc import Iterable
+from typing import Any
+
+from vibrocap.physics.parameters import ParameterError, parameter_table
+
+TRIES = 200  # of random values, until some are within the bounds of a part
+MOST_SWITCHES = 12  # of a law at one instant
+
+
+def varied(part: Any, seed: int) -> Any:
+    """A part with every number changed at random by up to a fifth; a zero becomes a number too."""
+    draw = random.Random(f"{part.name} {seed}")
+    values = {info.name: info.default for info in parameter_table(part)}
+    for _ in range(TRIES):
+        try:
+            return part(
+                **{
+                    name: (value * draw.uniform(0.8, 1.2) or draw.uniform(0.2, 0.5))
+                    if isinstance(value, float)
+                    else value
+                    for name, value in values.items()
+                }
+            )
+        except ParameterError:  # a number beyond its bounds
+            continue
+    return part()
+
+
+def instances(parts: Iterable[Any], sets: int = 2) -> list[Any]:
+    """Each part with its defaults and with some random sets of values."""
+    return [make for part in parts for make in (part(), *(varied(part, 1 + i) for i in range(sets)))]
+
+
+def draws(count: int, seed: str = "contracts") -> list[random.Random]:
+    """As many random generators."""
+    return [random.Random(f"{seed} {i}") for i in range(count)]
+
+
+def random_state(names: tuple[str, ...], draw: random.Random) -> tuple[float, ...]:
+    """Numbers of the order of one."""
+    return tuple(draw.uniform(-1.2, 1.2) for _ in names)
+
+
+def settled_pieces(law: Any, velocity: float, internal: tuple, side: int, load: float) -> tuple:
+    """The internal states after every guard that is not positive has fired; ValueError where that does not end."""
+    fired: list[int] = []
+    for _ in range(MOST_SWITCHES):
+        guards = law.switches(velocity, internal, side, load)
+        fired = [i for i, guard in enumerate(guards) if not guard > 0.0]
+        if not fired:
+            return internal
+        internal = law.after_switch(fired[0], velocity, internal, side, load)
+    raise ValueError(
+        f"switches: the pieces of the law do not settle, guard {fired[0]} falls again and again at {internal}; a guard "
+        "should be clearly positive after its own switch"
+    )
+
+
+def random_internal(law: Any, velocity: float, side: int, load: float, draw: random.Random) -> tuple:
+    """Internal states within their natural size, with the pieces that belong to them."""
+    internal = tuple(
+        0.0 if name in law.switched else draw.uniform(-1, 1) * scale
+        for name, scale in zip(law.internal, law.internal_scales(load), strict=True)
+    )
+    if "engaged" in law.internal:
+        internal = (*internal[:-1], draw.choice((-1.0, 0.0, 1.0)))
+    return settled_pieces(law, velocity, internal, side, load)
+
+
+def random_motion(law: Any, draw: random.Random) -> tuple[float, tuple, int, float]:
+    """(velocity, internal states, side, load) of a contact."""
+    side, load = draw.choice((1, -1)), draw.uniform(0.3, 2.0)
+    velocity = side * draw.uniform(0.0, 1.0) ** 3
+    return velocity, random_internal(law, velocity, side, load, draw), side, load
+
+
+def mirrored(law: Any, internal: tuple) -> tuple:
+    """Internal states of the mirrored motion."""
+    signs = law.internal_symmetry or (-1,) * len(law.internal)
+    return tuple(sign * state for sign, state in zip(signs, internal, strict=True))
+
+
+def machine_draw(machine: Any, draw: random.Random) -> tuple[float, tuple, float, float]:
+    """(time, state, drive, friction force) of a machine."""
+    return draw.uniform(0, 9), random_state(machine.states, draw), draw.uniform(-2, 2), draw.uniform(-1, 1)

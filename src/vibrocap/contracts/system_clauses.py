@@ -1,0 +1,71 @@
+"""Clauses that need a whole system: a part is put together with parts of the package, recorded, and let move."""
+
+import dataclasses
+import sys
+from typing import Any
+
+from vibrocap.contracts.samples import draws, random_internal, random_state
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.simulate import simulate
+from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.friction.law import Law
+from vibrocap.physics.system import System
+
+EPSILON = sys.float_info.epsilon
+SAMPLES = 20
+PERIODS, TOLERANCES = 5, 100  # of the motion; what its residuals may be, in tolerances: they shrink with it
+
+
+def system_of(part: Any) -> System:
+    """A system with this part, the others being an oscillator or a capsule, Stribeck friction and a loading."""
+    from vibrocap.physics.drives.loading import Loading
+
+    if isinstance(part, Law):
+        return System(machines()["oscillator"](), part, Loading(0.0, 0.0, 1.8, 1.3))
+    if isinstance(part, Drive):
+        return System(machines()["pendulum-capsule"](), laws()["stribeck"](), part)
+    return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, 1.3))
+
+
+def recorded(part: Any) -> str | None:
+    """Its equations can be recorded, and the recorded ones compute what the functions do."""
+    system = system_of(part)
+    formulas, values = equations(system), parameter_values(system)
+    machine, law = system.machine, system.friction
+    contact = machine.states.index(machine.contact_state)
+    for draw in draws(SAMPLES):
+        mechanical, side, t = list(random_state(machine.states, draw)), draw.choice((1, -1)), draw.uniform(0, 9)
+        mechanical[contact] = side * abs(mechanical[contact])
+        velocity = machine.contact_velocity(t, tuple(mechanical))
+        y = (*mechanical, *random_internal(law, velocity, side, machine.load(), draw))
+        expected = system.rates(t, y, side)
+        found = evaluate(formulas.rates, t, y, float(side), values)
+        size = 1.0 + max(map(abs, expected))
+        for name, one, other in zip(system.state_names, found, expected, strict=True):
+            if not abs(float(one) - other) <= 1e3 * EPSILON * size:
+                return (
+                    f"the recorded rate of {name} is {float(one):g}, the functions give {other:g}; a formula should "
+                    "depend on its arguments and parameters alone"
+                )
+    return None
+
+
+def moves(part: Any) -> str | None:
+    """It moves for some periods, and the balances of the motion close."""
+    system = system_of(part)
+    motion = simulate(system, initial={system.state_names[0]: 1.0}, periods=PERIODS)
+    if not motion.status.ok:
+        return f"the motion of {_others(system, part)} ended early: {motion.status.text}"
+    found = dataclasses.asdict(motion.certificate)
+    bound = TOLERANCES * motion.tolerance
+    for name in ("energy_residual", "momentum_residual", "estimated_error"):
+        if not found[name] <= bound:
+            return f"the motion of {_others(system, part)} has {name} {found[name]:.2g}, over its bound {bound:.2g}"
+    return None
+
+
+def _others(system: System, part: Any) -> str:
+    """The system in which a part was tried."""
+    return " with ".join(each.name for each in (system.machine, system.friction, system.drive) if each is not part)

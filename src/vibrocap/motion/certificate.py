@@ -1,0 +1,88 @@
+"""The certificate of a motion: the evidence that it is what the equations say, and the verdict on each piece of it."""
+
+import dataclasses
+from typing import Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Verdict:
+    """One piece of evidence beside the bound that it is held to.
+
+    field: of the certificate; text: where it is beyond its bound, what was found and what that probably means
+    bound: the largest value that passes; None: the field is told, not held to anything
+    """
+
+    field: str
+    value: float
+    bound: float | None
+    text: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the value is within its bound."""
+        return self.bound is None or self.value <= self.bound
+
+    def record(self) -> dict[str, Any]:
+        """Value, bound and verdict by name; None: not held to a bound."""
+        return {"value": self.value, "bound": self.bound, "ok": None if self.bound is None else self.ok}
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Certificate:
+    """Evidence that a motion is what the equations say.
+
+    stick_force_ratio: largest |R|/(N eta_s) while stuck; at most 1 to rounding (None: the law cannot stick).
+    event_velocity: largest |contact velocity| at located events, before it was set to zero.
+    sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
+    energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
+    estimated_error: of the states (over their natural size) at the period marks and the end, from a second run at ten
+    times the tolerance: their difference over nine. None where the two runs have no later instant in common.
+    defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step: what the polynomials of
+    the motion leave of the equations. Asked at nine points of every step, and of Taylor steps about where the contact
+    is slowest. Of an implicit step it is the distance to the state that fits to the slopes (`stiff_pieces.correction`):
+    the same number, but along the stiff directions, in which friction multiplies any error.
+    verdicts: each of these beside its bound; `ok` where nothing is beyond, `failures` what is, in words.
+    """
+
+    stick_force_ratio: float | None
+    event_velocity: float
+    sign_kept: bool
+    least_velocity: float
+    energy_residual: float
+    momentum_residual: float
+    estimated_error: float | None
+    taylor_steps: int
+    implicit_steps: int
+    defect: float
+    verdicts: tuple[Verdict, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether all that is known speaks for the motion."""
+        return all(verdict.ok for verdict in self.verdicts)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """What is beyond its bound, in words."""
+        return tuple(verdict.text for verdict in self.verdicts if not verdict.ok)
+
+    def verdict(self, field: str) -> Verdict | None:
+        """The verdict on a field; None where there is nothing to judge."""
+        return next((verdict for verdict in self.verdicts if verdict.field == field), None)
+
+    def record(self) -> dict[str, Any]:
+        """All of it by name: every field, `failures`, `ok`, and the bound and verdict of each field that has one."""
+        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        fields["failures"] = self.failures
+        fields["verdicts"] = {verdict.field: verdict.record() for verdict in self.verdicts}
+        return fields | {"ok": self.ok}
+
+    def __repr__(self) -> str:
+        """Passed or failed, and by what."""
+        said = [
+            f"{each.field} {each.value:.2g}"
+            + ("" if each.bound is None else f" {'<=' if each.ok else '>'} {each.bound:.2g}")
+            for each in self.verdicts
+        ]
+        steps = f"{self.taylor_steps} Taylor and {self.implicit_steps} implicit steps"
+        return f"Certificate({'passed' if self.ok else 'FAILED'}: {', '.join([*said, steps])})"

@@ -1,0 +1,266 @@
+"""What a certificate rests on, gathered from a motion: its steps, its contact, its balances and a second run."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.motion.certificate import Certificate, Verdict
+from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.numerics.api import Recorded, memory
+from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
+
+POINTS = 9  # per piece at which a certificate looks
+FINE = 65  # points per piece among which the slowest is looked for
+PIECES_AT_A_TIME = 1000
+LEAST_TOLERANCE = 1e-13  # below it rounding decides
+# What a step leaves of the equations, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to
+# 1e-14, from 1e3 to 1e5 where a law was stepped over.
+DEFECT_BOUND = 1e3
+# Of the balances, over the tolerance and the natural size of energy or momentum: at most 25 in 440 plausible motions of
+# all laws (tests/plausible_cases.py), and a tenth per step where a contact chatters for ten thousand steps.
+BALANCE_BOUND, BALANCE_PER_STEP = 100.0, 0.1
+EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the natural size of the velocity
+STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
+INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
+
+
+def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_of_tolerances: float) -> Certificate:
+    """Evidence for a motion, from points within every piece and from a second run whose tolerance is looser."""
+    if not len(motion.piece_start):
+        return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, None, 0, 0, 0.0)
+    recording, parameters = equations(motion.system), parameter_values(motion.system)
+    scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)
+    tolerance = max(motion.tolerance, LEAST_TOLERANCE)
+    share = np.linspace(0.0, 1.0, POINTS)
+    index = np.repeat(np.arange(len(motion.piece_start)), POINTS)
+    s = np.tile(share, len(motion.piece_start)) * motion.piece_length[index]
+    side = motion.piece_side[index]
+    names = ("contact_velocity", "friction", "energy", "contact_energy", "momentum")
+    velocity, friction, energy, contact_energy, momentum = motion.piece_observables(names, index, s)
+    marks = motion.piece_marks  # integrals at the start of every piece and at the end
+    stored = _at_marks(energy + contact_energy)
+    balance = stored - stored[0] - marks[:-1].sum(axis=0)
+    if motion.system.friction.switched:  # energy that was stored in the contact is lost where a piece begins unloaded
+        before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
+        balance[1:] -= np.cumsum(np.append(after - before, 0.0))
+    impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
+    stuck = side == 0
+    least = float(np.min((side * velocity)[~stuck], initial=0.0))
+    slack = 64 * float(np.finfo(float).eps) * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
+    energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
+    ratio = _stick_force_ratio(motion, friction[stuck], index[stuck], s[stuck])
+    defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
+    estimate = _estimated_error(recorded, loose, scales, _lasting(motion), ratio_of_tolerances)
+    verdicts = []
+
+    def judge(field: str, value: float, bound: float | None, text: str = "") -> None:
+        verdicts.append(Verdict(field, float(value), None if bound is None else float(bound), text))
+
+    if ratio is not None:
+        text = f"the stuck contact carries {ratio:.9g} times what it can hold: a slip was missed"
+        judge("stick_force_ratio", ratio, 1.0 + STICK_SLACK, text)
+    judge(
+        "event_velocity",
+        recorded.contact_residual,
+        EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"),
+        f"the contact still moves at {recorded.contact_residual:.2g} where it is said to rest or to turn: an event was "
+        f"not located to the tolerance",
+    )
+    if motion.system.friction.kind != "smooth":
+        judge("least_velocity", -least, slack, f"the velocity passes rest by {-least:.1e} without an event")
+    errors = BALANCE_BOUND + BALANCE_PER_STEP * len(motion.piece_start)
+    for field, value, observables, check in (
+        ("energy_residual", energy_residual, ("energy", "contact_energy"), _energy_contradiction),
+        ("momentum_residual", momentum_residual, ("momentum",), _momentum_contradiction),
+    ):
+        bound = errors * tolerance * _natural_size(motion, recording, scales, *observables)
+        text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
+        judge(field, value, bound, text)
+    bound = DEFECT_BOUND * tolerance
+    judge(
+        "defect", defect, bound, f"the equations are left by {defect:.1e} within a step, where {bound:.1e} is the bound"
+    )
+    if estimate is not None:
+        judge("estimated_error", estimate, None)
+    return Certificate(
+        stick_force_ratio=ratio,
+        event_velocity=recorded.contact_residual,
+        sign_kept=bool(least >= -slack),
+        least_velocity=least,
+        energy_residual=energy_residual,
+        momentum_residual=momentum_residual,
+        estimated_error=estimate,
+        taylor_steps=recorded.taylor_steps,
+        implicit_steps=recorded.implicit_steps,
+        defect=defect,
+        verdicts=tuple(verdicts),
+    )
+
+
+def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, s: np.ndarray) -> float | None:
+    """Largest share of what the contact can hold, of the forces that held it; None: the law cannot stick."""
+    law, machine = motion.system.friction, motion.system.machine
+    if law.kind != "set-valued":
+        return None
+    if machine.follows_load:
+        limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index, s)
+    else:
+        load = machine.load()
+        limit, middle = np.full(len(held), float(law.holding_limit(load))), law.holding_middle(load)
+    force = np.abs(held - middle)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
+
+
+def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
+    """How much observables change, at most, where every state changes by its natural size."""
+    start, parameters = np.arange(len(motion.piece_start)), parameter_values(motion.system)
+    states, local = motion.piece_states(start, 0.0 * motion.piece_length), _since_period(motion, motion.piece_start)
+    total = 0.0
+    for i, scale in enumerate(scales):
+        slopes = evaluate(
+            [derivative(recording.observables[name], i) for name in names], local, states, 1.0, parameters
+        )
+        total += scale * float(np.max(np.abs(sum(slopes))))
+    return total
+
+
+def _unbalanced(field: str, value: float, bound: float, contradiction: str, tolerance: float) -> str:
+    """A balance that does not close, and what that probably means."""
+    what = field.removesuffix("_residual")
+    said = f"the balance of {what} is off by {value:.2g}, where {bound:.2g} is the bound: "
+    if contradiction:
+        return said + contradiction
+    return said + (
+        f"the equations are in balance, the motion is not, so that its works and impulse are not to be trusted; the "
+        f"tolerance {tolerance:.1e} is too loose for a law as stiff as this"
+    )
+
+
+def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
+    """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
+    known, names = recording.observables, recording.integral_names
+    powers = dict(zip(names, recording.integrals, strict=True))
+    machine = [powers[name] for name in motion.system.machine.channels]
+    found = _contradiction(
+        motion, recording, known["energy"], [*machine, -(known["friction"] * known["contact_velocity"])]
+    )
+    if found:
+        return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
+    contact = [powers[name] for name in motion.system.channels if name not in motion.system.machine.channels]
+    taken = known["friction"] * known["contact_velocity"]
+    found = _contradiction(motion, recording, known["contact_energy"], [*contact, taken])
+    if found:
+        return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"
+    return ""
+
+
+def _momentum_contradiction(motion: Trajectory, recording: Equations) -> str:
+    """What of a machine's momentum contradicts its rates, in words; empty where nothing does."""
+    outer = [recording.observables["outer_force"]] if "outer_force" in recording.observables else []
+    found = _contradiction(
+        motion, recording, recording.observables["momentum"], [*outer, -recording.observables["friction"]]
+    )
+    return f"`momentum` of the machine contradicts its `rates`: {found}" if found else ""
+
+
+def _contradiction(motion: Trajectory, recording: Equations, stored: Expression, inflows: Sequence[Expression]) -> str:
+    """Where the rate of what is stored is not the sum of what flows in, at the starts of the pieces; empty: nowhere."""
+    terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
+    terms += [derivative(stored, -1), *(-each for each in inflows)]
+    start, side = np.arange(len(motion.piece_start)), motion.piece_side
+    local, parameters = _since_period(motion, motion.piece_start), parameter_values(motion.system)
+    states = motion.piece_states(start, 0.0 * motion.piece_length)
+    values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, side, parameters)]
+    gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
+    worst = int(np.argmax(gap - INCONSISTENT * size))
+    if not gap[worst] > INCONSISTENT * size[worst]:
+        return ""
+    change = float(np.sum(values[: -len(inflows)], axis=0)[worst])
+    inflow = -float(np.sum(values[-len(inflows) :], axis=0)[worst])
+    return f"at time {motion.piece_start[worst]:.6g} it changes at the rate {change:.6g}, while {inflow:.6g} flows in"
+
+
+def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
+    """Largest h |y' - f(t, y)| over the natural size of a state; of implicit steps along their stiff directions.
+
+    Nine points of every step, and of Taylor steps five more about the slowest of a finer grid: friction changes most
+    near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
+    bound is asked again as of an implicit step.
+    """
+    stiff = equations(motion.system).hold is None
+    implicit = np.flatnonzero(motion.piece_implicit)
+    even = np.linspace(0.0, 1.0, POINTS)
+    index, s = np.repeat(implicit, POINTS), (even * motion.piece_length[implicit, None]).ravel()
+    worst = float(np.max(_left(motion, scales, index, s, 0.0), initial=0.0))
+    taylor = np.flatnonzero(~motion.piece_implicit)
+    fine = np.linspace(0.0, 1.0, FINE)
+    for first in range(0, len(taylor), PIECES_AT_A_TIME):
+        pieces = taylor[first : first + PIECES_AT_A_TIME]
+        h = motion.piece_length[pieces]
+        grid = (fine * h[:, None]).ravel()
+        speed = np.abs(motion.piece_observables(("contact_velocity",), np.repeat(pieces, FINE), grid)[0])
+        slowest = fine[np.argmin(speed.reshape(-1, FINE), axis=1)]
+        near = slowest[:, None] + np.linspace(-1.0, 1.0, 5) / (FINE - 1.0)
+        share = np.hstack([np.broadcast_to(even, (len(pieces), POINTS)), np.clip(near, 0.0, 1.0)])
+        index, s = np.repeat(pieces, share.shape[1]), (share * h[:, None]).ravel()
+        worst = max(worst, float(np.max(_left(motion, scales, index, s, bound if stiff else math.inf))))
+    return worst
+
+
+def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, stiff_from: float) -> np.ndarray:
+    """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
+    recording, parameters = equations(motion.system), parameter_values(motion.system)
+    local = _since_period(motion, motion.piece_start[index] + s)
+    with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
+        rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
+    left = np.zeros(len(index))
+    for slope, rate, scale in zip(motion.piece_slopes(index, s), rates, scales, strict=True):
+        left = np.maximum(left, np.abs(rate - slope) * motion.piece_length[index] / scale)
+    beyond = np.flatnonzero(~(left <= stiff_from))
+    if len(beyond):
+        change = np.max(np.abs(motion.piece_correction(index[beyond], s[beyond])) / scales[:, None], axis=0)
+        left[beyond] = np.where(change > 0.0, change, left[beyond])  # zero: nothing is stiff
+    return left
+
+
+def _outer_impulse(motion: Trajectory) -> Any:
+    """Integral of the force from outside, at the start of every piece and at the end; 0.0 where there is none."""
+    if "outer_force" not in motion.observable_names:
+        return 0.0
+    whole = motion.piece_integrals(np.arange(len(motion.piece_start)), motion.piece_length, ("outer_force",))
+    return np.append(0.0, np.cumsum(whole[0]))
+
+
+def _estimated_error(
+    recorded: Recorded, loose: Recorded, scales: np.ndarray, kept: Sequence[int], ratio_of_tolerances: float
+) -> float | None:
+    """Error of a run from a looser one, at the period marks that both reached, and at the end if both did.
+
+    kept: the states that are compared
+    """
+    count = min(len(recorded.sections), len(loose.sections))
+    differences = list(recorded.sections[1:count] - loose.sections[1:count])
+    if recorded.status == loose.status == memory.DONE:
+        differences.append(recorded.final - loose.final)
+    if not differences:
+        return None
+    return float(np.max((np.abs(differences) / scales)[:, kept])) / (ratio_of_tolerances - 1.0)
+
+
+def _lasting(motion: Trajectory) -> list[int]:
+    """The states but those of the law that only its events change: these jump at instants that are an error apart."""
+    return [i for i, name in enumerate(motion.state_names) if name not in motion.system.friction.switched]
+
+
+def _at_marks(values: np.ndarray) -> np.ndarray:
+    """Of values at POINTS points per piece: those at the start of every piece, and at the end."""
+    return np.append(values[::POINTS], values[-1])
+
+
+def _since_period(motion: Trajectory, t: np.ndarray) -> np.ndarray:
+    """Time since the start of the drive period."""
+    return t - motion.period * np.floor(t / motion.period)

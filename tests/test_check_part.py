@@ -1,0 +1,181 @@
+"""check_part: a part that keeps its contract is told so, and each fault is found by its clause and said in words."""
+
+import json
+from typing import ClassVar
+
+import pytest
+
+import vibrocap as vc
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import OK, WRONG_INPUT
+from vibrocap.physics.catalogue import unregister
+from vibrocap.physics.elementary import cos, tanh
+from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
+from vibrocap.physics.part_files import load_parts
+
+
+def of(part, **changed):
+    """A class like a part, with other constants and functions."""
+    return parameters(type("Changed", (part,), {"__module__": __name__, "name": "changed", **changed}))
+
+
+def abs_force(self, velocity, internal, side, load):
+    return side * self.steady_force(abs(velocity), load), ()
+
+
+def one_sided(self, velocity, internal, side, load):
+    return side * self.steady_force(side * velocity, load) + 0.1 * velocity * velocity, ()
+
+
+def counting(self, t):
+    self.__dict__["calls"] = self.__dict__.get("calls", 0) + 1
+    return self.amplitude * cos(self.frequency * t) + 1e-3 * self.__dict__["calls"]
+
+
+def sprung(self, t, y, drive, force):
+    return y[1], (drive - force) / self.mass
+
+
+LAW, LUGRE, OSCILLATOR, CAPSULE, HARMONIC = vc.Exponential, vc.LuGre, vc.Oscillator, vc.PendulumCapsule, vc.Harmonic
+FAULTS = {
+    # what: (the part, what its report says)
+    "a kink": (of(LAW, force=abs_force), "in abs_force: a recorded formula cannot hold a kink: write side * velocity"),
+    "holds less than it slides with": (
+        of(LAW, holding_limit=lambda self, load: load * self.coulomb_coefficient),
+        "holding_limit: at rest it holds from -0.195 to 0.195, but slides with -0.585 and 0.585 as the speed vanishes",
+    ),
+    "one-sided": (of(LAW, force=one_sided), "should be the same with the other sign, exactly"),
+    "says it is one-sided": (of(LAW, symmetric=False), "holding_middle: is 0, while `symmetric` is False"),
+    "infinite": (of(LAW, steady_force=lambda self, speed, load: load / speed), "ZeroDivisionError: "),
+    "steady force": (of(LAW, force=lambda self, v, z, side, load: (0.2 * side * load, ())), "steady_force: is "),
+    "gives energy": (
+        of(LAW, force=lambda self, v, z, side, load: (-0.2 * side * load, ())),
+        "passive: is True, but the law gives",
+    ),
+    "losses": (
+        of(LUGRE, losses=lambda self, v, z, side, load: (0.0, 0.0)),
+        "losses, stored_energy: the contact",
+    ),
+    "rates": (of(LUGRE, internal=("bristle", "other")), "internal_scales: gives 1 sizes for the 2 states in internal"),
+    "jump": (of(LAW, kind="kinked"), "kind: is 'kinked', but the force jumps at rest"),
+    "kink of a smooth law": (of(LUGRE, kind="smooth"), "kind: is 'smooth', but a law with internal states is 'kinked'"),
+    "no kink": (
+        of(LAW, kind="kinked", force=lambda self, v, z, side, load: (load * v, ())),
+        "kind: is 'kinked', but neither the force nor a rate has a kink at rest",
+    ),
+    "words": (of(LAW, creeps="no"), "creeps: should be True or False, got 'no'"),
+    "unknown shape": (of(LAW, shape_parameters=("alpha",)), "shape_parameters: should be a tuple of names among"),
+    "not held": (
+        of(OSCILLATOR, rates=sprung),
+        "with force = holding_force the rate of sliding_",
+    ),
+    "energy": (
+        of(OSCILLATOR, energy=lambda self, t, y: 0.5 * self.mass * y[1] * y[1]),
+        "energy, powers: the",
+    ),
+    "momentum": (of(OSCILLATOR, momentum=lambda self, t, y: y[1]), "momentum, outer_force: the momentum grows by"),
+    "signs": (of(OSCILLATOR, symmetry=(-1, 1)), "symmetry: mirrored rates should be"),
+    "cyclic": (of(OSCILLATOR, cyclic="position"), "rates: should not depend on the cyclic state position"),
+    "place": (of(OSCILLATOR, place="sliding_velocity"), "rates: sliding_velocity should move with contact_velocity"),
+    "contact": (of(OSCILLATOR, contact_velocity=lambda self, t, y: 2 * y[1]), "contact_velocity: changes by 0.5"),
+    "contact state": (
+        of(OSCILLATOR, contact_state="speed"),
+        "contact_state: should be one of position, ",
+    ),
+    "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should hold 'drive' and 'damper'"),
+    "load": (of(CAPSULE, load=lambda self: -1.0), "load: should be positive, got -1"),
+    "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
+    "period": (of(HARMONIC, period=1.0), "value: is "),
+    "even": (of(HARMONIC, odd=False), "odd: is False, but value(t + period/2) + value(t) is up to"),
+    "memory": (of(HARMONIC, value=counting), "value: is "),
+}
+
+
+@pytest.mark.parametrize("what", FAULTS)
+def test_a_fault_is_found_and_said(what):
+    part, said = FAULTS[what]
+    report = vc.check_part(part, motion=False)
+    assert not report.ok
+    assert any(said in each for each in report.wrong), str(report)
+    assert str(report).startswith(f"The {report.kind} changed breaks ")
+
+
+def test_a_part_that_is_none_of_the_contracts_is_refused():
+    with pytest.raises(TypeError, match="should be a class that extends Law, Machine or Drive, got <class 'int'>"):
+        vc.check_part(3)
+
+
+def test_a_class_that_cannot_be_registered_is_told_why():
+    class Bare(Law):
+        kind: ClassVar = "set-valued"
+
+    report = vc.check_part(Bare)
+    assert len(report.clauses) == 1
+    assert "name: should be a ClassVar" in report.wrong[0]
+    assert "write @parameters above the class" in report.wrong[0]
+
+
+def test_a_part_that_reads_what_is_no_parameter_is_found_by_its_recorded_form():
+    """A number that changes behind the back of the recorded equations."""
+    memory = {"factor": 1.0}
+
+    def force(self, velocity, internal, side, load):
+        memory["factor"] *= 1.01
+        return memory["factor"] * tanh(velocity), ()
+
+    changed = of(vc.SmoothedTanh, force=force, steady_force=lambda self, speed, load: tanh(speed), symmetric=False)
+    assert any("the recorded rate of" in each for each in vc.check_part(changed, motion=False).wrong)
+
+
+def test_an_instance_is_checked_with_its_own_numbers():
+    @parameters
+    class Rising(vc.Exponential):
+        name = "rising"
+        extra: NonNegative = parameter(0.0, "b", "what it slides with and does not hold")
+        scale: Positive = parameter(1.0, "c", "a number without a role")
+
+        def force(self, velocity, internal, side, load):
+            return side * (self.steady_force(side * velocity, load) + self.extra), ()
+
+    assert "kind" not in vc.check_part(Rising(), motion=False).wrong
+    assert vc.check_part(Rising(), motion=False).ok
+    assert any(each.startswith("holding_limit") for each in vc.check_part(Rising(extra=0.1), motion=False).wrong)
+    found = vc.check_part(Rising, motion=False)  # of the class, numbers are drawn as well
+    assert any("(with " in each and "extra 0." in each for each in found.wrong)
+    assert found.notes[0].startswith("extra, scale: declares neither a role nor a unit")
+
+
+def test_a_good_part_moves():
+    report = vc.check_part(vc.Exponential)
+    assert report.ok
+    assert report.wrong == ()
+    assert report.clauses[-1].clause.startswith("It moves for some periods")
+    assert str(report).startswith("The law exponential keeps its contract.\n  ok     ")
+
+
+def test_the_command_checks_files_and_names(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = (
+        "import vibrocap as vc\nfrom vibrocap.physics.parameters import parameters\n"
+        "@parameters\nclass Weak(vc.Exponential):\n"
+        '    """Holds too little."""\n'
+        "    name = 'weak'\n"
+        "    def holding_limit(self, load): return 0.9 * load * self.static_coefficient\n"
+    )
+    (tmp_path / "weak.py").write_text(text)
+    assert main(["check", "--quick", "--parts", "weak.py"]) == WRONG_INPUT
+    found = capsys.readouterr().out
+    assert "The law weak breaks one clause of its contract." in found
+    assert "WRONG  At rest it is what its kind says" in found
+    assert main(["check", "oscillator", "anisotropic-weak", "--quick", "--json", "--parts", "weak.py"]) == WRONG_INPUT
+    first, second = json.loads(capsys.readouterr().out)["parts"]
+    assert (first["name"], first["kind"], first["ok"]) == ("oscillator", "machine", True)
+    assert (second["name"], second["ok"]) == ("anisotropic-weak", False)
+    for part in load_parts("weak.py"):
+        unregister(part)
+    assert main(["check", "--quick", "lugre"]) == OK
+    assert "The law lugre keeps its contract." in capsys.readouterr().out
+    assert main(["check"]) == WRONG_INPUT
+    assert "Name a law, a machine or a drive" in capsys.readouterr().err
+    assert main(["check", "lugree"]) == WRONG_INPUT
+    assert "no law, machine or drive is called 'lugree'; did you mean 'lugre'?" in capsys.readouterr().err
