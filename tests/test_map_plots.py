@@ -116,6 +116,28 @@ def test_colours_are_masked_where_there_is_no_value_and_flat_ones_fill_the_gaps(
     assert not values.mask[WAITING][1:].any()  # unsettled runs keep their colour below the hatching
 
 
+def test_passage_through_zero_is_a_value_and_a_band_of_rest_is_none():
+    dataset = study()
+    velocity = dataset["mean_velocity"].values
+    velocity[11:14], velocity[14:], velocity[12, 3] = -0.02, 0.02, 1e-9  # the last amid travel back: no passage
+    velocity[13, 6] = 1e-9  # between -0.02 and 0.02
+    flat = meshes(figure(dataset).axes[0])["no values"].get_array().T
+    assert flat.mask[13, 6]
+    assert flat[12, 3] == Cell.NO_TRAVEL
+    assert set(flat[9]) == {Cell.NO_TRAVEL}  # rest, with travel one way before it and the other way behind
+
+
+def test_travel_one_way_only_takes_half_of_the_colours():
+    dataset = study()
+    for sign in (1.0, -1.0):
+        one_way = dataset.assign(mean_velocity=sign * abs(dataset["mean_velocity"]))
+        mesh = meshes(figure(one_way).axes[0])["values"]
+        assert 0.0 in (mesh.norm.vmin, mesh.norm.vmax)
+        whole = matplotlib.colormaps["RdBu_r"]
+        np.testing.assert_allclose(mesh.cmap(mesh.norm(0.0)), whole(0.5), atol=0.02)
+        np.testing.assert_allclose(mesh.cmap(mesh.norm(sign)), whole(1.0 if sign > 0.0 else 0.0), atol=0.02)
+
+
 def test_every_look_is_told_apart_from_every_other_and_from_the_scales():
     faces = [matplotlib.colors.to_rgb(face) for face, _, _ in CELL_STYLES.values()]
     for name in ("RdBu_r", "viridis"):
@@ -247,13 +269,14 @@ def test_values_that_were_not_given_in_order_are_drawn_in_order():
 def test_labels_have_symbols_and_the_title_says_the_case():
     fig = figure(study())
     ax, bar = fig.axes
-    assert ax.get_xlabel() == "capsule mass over pendulum mass, M/m  λ"
-    assert ax.get_ylabel() == "drive torque  h"
+    assert ax.get_xlabel() == r"capsule mass over pendulum mass, M/m $\lambda$"
+    assert ax.get_ylabel() == r"drive torque $h$"
     assert bar.get_ylabel() == "mean velocity ⟨X′⟩"
     title, setting = (text.get_text().replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ") for text in fig.texts)
     assert title == "mean velocity: travel per time"
     assert setting.startswith(
-        "pendulum-capsule, exponential friction, harmonic drive; ρ = 2, ν = 1, ω = 1, θ(0) = 1.047;"
+        "pendulum-capsule, exponential friction, harmonic drive; "
+        r"$\rho$ = 2, $\nu$ = 1, $\omega$ = 1, $\theta$(0) = 1.047;"
     )
     assert "192 runs of at most 60 periods, settled to 1e-06; all dimensionless" in setting
 
@@ -320,7 +343,7 @@ def test_further_axes_are_fixed_at_the_nearest_value():
     np.testing.assert_array_equal(view.panels[0].values, dataset["mean_velocity"][1, :, 5])
     setting = view.setting.replace("\N{NO-BREAK SPACE}", " ")
     assert "lugre friction" in setting
-    assert "h = 1.473" in setting
+    assert "$h$ = 1.473" in setting
 
 
 @pytest.mark.parametrize(

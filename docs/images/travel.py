@@ -17,12 +17,13 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK
 from vibrocap.plotting import style as plots
-from vibrocap.plotting.motion import sample_times
+from vibrocap.plotting.motion import Trace
 
 PERIODS = 40
 FRAMES = (0.0, 0.14, 0.235, 0.43, 0.55, 0.75, 1.0)  # instants of the last period, in periods
 CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (plots.GREEN, "slips forward"), BACK: (plots.VERMILION, "slips back")}
 GREY = "#404040"
+MINUS = "\N{MINUS SIGN}"  # as on the axes
 
 
 def reference_motion() -> vc.Trajectory:
@@ -55,7 +56,7 @@ def draw_machine(axes, x: float, angle: float, side: int, moved: float) -> None:
     axes.add_patch(Circle(bob, 0.12, facecolor=plots.BLUE, edgecolor=GREY, zorder=5))
     axes.plot([x], [0.34], marker="o", markersize=4.5, color="white", markeredgecolor=GREY, zorder=6)
     axes.text(x, -0.17, words, ha="center", va="top", fontsize=8.5, color=colour, weight="bold")
-    axes.text(x, -0.42, f"{moved:+.3f}", ha="center", va="top", fontsize=8, color=GREY)
+    axes.text(x, -0.42, f"{moved:+.3f}".replace("-", MINUS), ha="center", va="top", fontsize=8, color=GREY)
 
 
 def draw_strip(axes, motion: vc.Trajectory, start: float) -> None:
@@ -74,9 +75,9 @@ def draw_strip(axes, motion: vc.Trajectory, start: float) -> None:
 
 def draw_velocity(axes, motion: vc.Trajectory, start: float) -> None:
     """Capsule velocity over the last period, its stick phases shaded, the frames of the strip marked."""
-    t = sample_times(motion, start, motion.end)
-    share = (t - start) / motion.period
-    velocity, side = motion.at(t, "velocity"), motion.at(t, "side")
+    trace = Trace(motion, start, motion.end)
+    share = (trace.time - start) / motion.period
+    velocity, side = trace["velocity"], trace["side"]
     axes.axhline(0.0, color="#808080", linewidth=0.7, zorder=1)
     for phase in motion.phases:
         if phase.side == STUCK and phase.end > start:
@@ -101,7 +102,8 @@ def draw_travel(axes, motion: vc.Trajectory) -> None:
     for width, colour, dashes in ((1e-3, plots.GREEN, (0, (5, 1.5))), (1e-2, plots.VERMILION, (0, (2, 1.2)))):
         found = smoothed_travel(motion.system, width, times)
         error = 100.0 * (found[-1] / exact[-1] - 1.0)
-        lines.append((rf"$\tanh(v/{width:g})$: {error:+.0f} %", found, colour, 1.3, dashes))
+        words = f"{error:+.0f} %".replace("-", MINUS)
+        lines.append((rf"$\tanh(v/{width:g})$: {words}", found, colour, 1.3, dashes))
     for label, found, colour, width, dashes in lines:
         axes.plot(periods, found, color=colour, linewidth=width, linestyle=dashes, label=label)
     axes.set(title="Travel, contact exact and smoothed", xlabel=r"drive periods $\tau/T$", ylabel="position $X$")

@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.identification.fitting.spring_fit import spring_fit
     from vibrocap.identification.fitting.steady_fit import steady_fit
     from vibrocap.identification.result.fit_result import Fit
+    from vibrocap.io.labelled import to_pandas, to_xarray
     from vibrocap.io.study_file import write_study
     from vibrocap.laboratory.break_away import BreakAway, break_away
     from vibrocap.laboratory.contact_sizes import ContactSizes, contact_sizes
@@ -51,6 +52,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
     from vibrocap.motion.certificate import Certificate
     from vibrocap.motion.simulate import simulate
+    from vibrocap.motion.start import Start
     from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
     from vibrocap.orbits.attractors.attractors import Attractor, Attractors, attractors
     from vibrocap.orbits.attractors.basins import Basins, basins
@@ -93,6 +95,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.system import System
+    from vibrocap.plotting.basins import draw_basins
+    from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
+    from vibrocap.plotting.fits import draw_forces, draw_intervals
+    from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
+    from vibrocap.plotting.maps import draw_study
+    from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_phase_plane
+    from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
@@ -159,6 +169,13 @@ __all__ = [
     "System",
     "Trajectory",
     "simulate",
+    "Start",
+    "plot",
+    "figure",
+    "style",
+    "thumbnail",
+    "to_xarray",
+    "to_pandas",
     "sweep",
     "Design",
     "open_study",
@@ -304,6 +321,17 @@ __all__ = [
     "experiment_design",
     "ExperimentDesign",
     "candidate_motions",
+    "draw_history",
+    "draw_phase_plane",
+    "draw_friction_loop",
+    "draw_study",
+    "draw_branch",
+    "draw_floquet_multipliers",
+    "draw_forces",
+    "draw_intervals",
+    "draw_basins",
+    "draw_steady_curve",
+    "draw_presliding",
     "register",
     "unregister",
     "load_parts",

@@ -2,7 +2,6 @@
 
 import contextlib
 import sys
-import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -13,10 +12,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from vibrocap.progress import bar
+
 OK, WRONG_INPUT, INCOMPLETE, INTERRUPTED, BROKEN_PIPE = 0, 2, 3, 130, 141
-SHOWN_AFTER = 2.0  # seconds; what takes less needs no progress bar
 MINUTE, HOUR, DAY = 60.0, 3600.0, 86_400.0
 FIRST_ESTIMATE = 1.0  # seconds of work before an estimate of the time left is worth showing
+
+progress = bar  # as the functions of the package show it in Python
 
 
 def visible(text: str) -> str:
@@ -74,33 +76,6 @@ def notes() -> Iterator[None]:
         warnings.simplefilter("once", UserWarning)
         warnings.showwarning = lambda message, *_: complain(f"Note: {message}")
         yield
-
-
-@contextlib.contextmanager
-def progress(what: str) -> Iterator[Callable[..., None]]:
-    """A bar on the terminal (stderr, and never in a pipe) for work that takes more than two seconds.
-
-    Yields a function to be called now and then with the share done and, if it changes, what is being done.
-    """
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda share, now=None: None
-        return
-    words = TextColumn("{task.description}", markup=False)
-    columns = (SpinnerColumn(), words, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    bar = Progress(*columns, console=console, transient=True)
-    task = bar.add_task(what, total=None)  # until the first share is known the bar only shows that it lives
-    begin = threading.Timer(SHOWN_AFTER, bar.start)
-    begin.daemon = True
-    begin.start()
-    try:
-        yield lambda share, now=None: bar.update(task, completed=share, total=1.0, description=now or what)
-    finally:
-        begin.cancel()
-        begin.join()
-        bar.stop()
 
 
 class TimeLeft:

@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from vibrocap.files import replacing
 from vibrocap.io.json_text import json_text
 from vibrocap.io.netcdf import write_netcdf
 from vibrocap.motion.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import xarray
 
 UNITS = "dimensionless"
 SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"
@@ -82,9 +85,14 @@ def _meaning(name: str) -> str:
     return MEANINGS.get(name) or f"{name.removesuffix('_work').replace('_', ' ')}: work into the system from the start"
 
 
-def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
+def motion_dataset(motion: Trajectory, case: Case, certificate: str | None = None) -> "xarray.Dataset":
+    """A motion on its time grid, with its events, as labelled arrays that carry its case.
+
+    certificate: as text, where it is known
+    """
     import xarray
 
+    known = {} if certificate is None else {"certificate": certificate}
     table = columns(motion)
     variables = {
         name: ("time", values.astype(np.int8) if name == "side" else values, _attributes(motion, name))
@@ -92,7 +100,7 @@ def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
         if name != "time"
     }
     variables["event_kind"] = ("event", np.array(motion.event_kinds, dtype=object), {"long_name": "kind of event"})
-    dataset = xarray.Dataset(
+    return xarray.Dataset(
         variables,
         coords={
             "time": ("time", table["time"], _attributes(motion, "time")),
@@ -106,13 +114,17 @@ def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
             "title": "Motion of a vibro-driven capsule",
             "source": f"vibrocap {version('vibrocap')}",
             "units": f"{UNITS}: {SCALES}" if motion.system.units is None else IN_SI,
-            "certificate": _certificate_text(motion),  # before the status, which it may change
+            **known,
             "status": motion.status.value,
             "status_text": motion.status.text,
             "case": case_text(case),
         },
     )
-    write_netcdf(dataset, path)
+
+
+def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
+    certificate = _certificate_text(motion)  # before the status, which it may change
+    write_netcdf(motion_dataset(motion, case, certificate), path)
 
 
 def _attributes(motion: Trajectory, name: str) -> dict[str, Any]:

@@ -73,6 +73,8 @@ def measured(
     done = whole_periods(motion)
     if not motion.status.ok:
         raise ValueError(f"the motion did not go to its end: {motion.status.text}")
+    if motion.start_phase:
+        raise ArgumentError("motion", "should begin where the drive begins a period, as the runs of an ensemble do")
     window = usual_window(done) if window is None else window
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)

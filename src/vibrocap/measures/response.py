@@ -58,7 +58,7 @@ def _asymmetry(motion: Trajectory, n: int) -> float:
     system = motion.system
     scales = np.array(system.scales(), dtype=float)
     start = whole_periods(motion) - n
-    later = (start + 0.5 + np.arange(n)) * motion.period
+    later = motion.start_time + (start + 0.5 + np.arange(n)) * motion.period
     kept = [i for i, name in enumerate(motion.state_names) if name != system.machine.cyclic]
     mirrored = np.asarray(system.symmetry, dtype=float)[kept] * motion.sections[start, kept]
     states = motion.states(later)[kept].T

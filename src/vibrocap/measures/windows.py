@@ -36,18 +36,24 @@ def window_times(
             raise ValueError(f"periods should be a whole number from 1 on, got {periods!r}")
         if periods > done:
             raise ValueError(f"periods should be at most {done}, the whole periods of the motion, got {periods}")
-        return (done - int(periods)) * motion.period, done * motion.period
+        return period_mark(motion, done - int(periods)), period_mark(motion, done)
     if window is None:
-        if motion.end <= 0.0:
+        if motion.end <= motion.start_time:
             raise ValueError("the motion has no length: nothing can be measured")
-        return 0.0, motion.end
+        return motion.start_time, motion.end
     try:
         start, end = (float(t) for t in window)
     except (TypeError, ValueError):
         raise ValueError(f"window should be a pair of times (start, end), got {window!r}") from None
-    if not (0.0 <= start < end <= motion.end * (1 + 1e-12)):
-        raise ValueError(f"window should be (start, end) with 0 <= start < end <= {motion.end}, got ({start}, {end})")
+    if not (motion.start_time <= start < end <= motion.end + 1e-12 * abs(motion.end)):
+        limits = f"{motion.start_time:g} <= start < end <= {motion.end}"
+        raise ValueError(f"window should be (start, end) with {limits}, got ({start}, {end})")
     return start, end
+
+
+def period_mark(motion: Trajectory, index: float) -> float:
+    """Time at which so many drive periods of the motion are over; they count from its start."""
+    return motion.start_time + index * motion.period
 
 
 def period_index(motion: Trajectory, period: int) -> int:
@@ -64,7 +70,7 @@ def period_index(motion: Trajectory, period: int) -> int:
 def period_times(motion: Trajectory, period: int) -> tuple[float, float]:
     """(start, end) of a whole period, see `period_index`."""
     index = period_index(motion, period)
-    return index * motion.period, (index + 1) * motion.period
+    return period_mark(motion, index), period_mark(motion, index + 1)
 
 
 def _is_whole(number: Any) -> bool:

@@ -118,7 +118,7 @@ def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, 
 def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
     """How much observables change, at most, where every state changes by its natural size."""
     start, parameters = np.arange(len(motion.piece_start)), parameter_values(motion.system)
-    states, local = motion.piece_states(start, 0.0 * motion.piece_length), _since_period(motion, motion.piece_start)
+    states, local = motion.piece_states(start, 0.0 * motion.piece_length), motion.drive_time(motion.piece_start)
     total = 0.0
     for i, scale in enumerate(scales):
         slopes = evaluate(
@@ -172,7 +172,7 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
     terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
     terms += [derivative(stored, -1), *(-each for each in inflows)]
     start, side = np.arange(len(motion.piece_start)), motion.piece_side
-    local, parameters = _since_period(motion, motion.piece_start), parameter_values(motion.system)
+    local, parameters = motion.drive_time(motion.piece_start), parameter_values(motion.system)
     states = motion.piece_states(start, 0.0 * motion.piece_length)
     values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, side, parameters)]
     gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
@@ -214,7 +214,7 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
 def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, stiff_from: float) -> np.ndarray:
     """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
     recording, parameters = equations(motion.system), parameter_values(motion.system)
-    local = _since_period(motion, motion.piece_start[index] + s)
+    local = motion.drive_time(motion.piece_start[index] + s)
     with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
         rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
     left = np.zeros(len(index))
@@ -259,8 +259,3 @@ def _lasting(motion: Trajectory) -> list[int]:
 def _at_marks(values: np.ndarray) -> np.ndarray:
     """Of values at POINTS points per piece: those at the start of every piece, and at the end."""
     return np.append(values[::POINTS], values[-1])
-
-
-def _since_period(motion: Trajectory, t: np.ndarray) -> np.ndarray:
-    """Time since the start of the drive period."""
-    return t - motion.period * np.floor(t / motion.period)

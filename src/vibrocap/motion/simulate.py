@@ -1,20 +1,22 @@
 """simulate(system, ...) -> Trajectory: the bridge from physics to numerics."""
 
+import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole, is_number, shown, suggestion
+from vibrocap.arguments import ArgumentError, check_whole, is_number, shown
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
+from vibrocap.motion.observer import Observer
+from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.trajectory import Status, Trajectory
 from vibrocap.numerics.api import Recorded, memory, recorded_run
-from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.system import BOUNDS, System
-from vibrocap.physics.units import state_keys
+from vibrocap.progress import Progress, reporting
 
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
@@ -30,6 +32,7 @@ STATUSES = {
     **{memory.BEYOND_BOUND + i: Status(kind.replace("_", " ")) for i, kind in enumerate(BOUNDS)},
 }
 METHOD = 4  # place of the method among the numbers of a piece: 0 of a Taylor step, 1 of an implicit one
+NOTHING = np.empty((0, 0))
 COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
 
 
@@ -38,11 +41,12 @@ def simulate(
     *,
     periods: float = 40,
     initial: Mapping[str, float] | None = None,
+    start: Trajectory | Start | float | None = None,
     tolerance: float = 1e-9,
     max_events_per_period: int = 10_000,
     max_steps: int = 50_000_000,
     samples: int = 256,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Trajectory:
     """The motion of a system over so many drive periods, with the sticking contact solved exactly.
 
@@ -51,17 +55,22 @@ def simulate(
 
     periods: drive periods, a positive number, not necessarily whole
     initial: initial states by name, with a unit in it where they are in SI; what is not named starts at zero
+    start: when it begins: at a time, or as a `Start` says (time and phase of the drive), by default at 0. Or a motion
+        of the same states, at whose end it goes on: there in time, with the states (but for those in `initial`), and
+        where in its period the drive was then
     tolerance: error per step, relative to the natural size of each state (1e-14 to 1e-2)
     samples: points per period of the grid `motion.time`; the motion itself is known at every instant
-    progress: called now and then with the share done
+    progress: True for a bar, or a function that is called now and then with the share done
 
     Returns the motion; where it could not be completed, its status says why, and it holds what was computed.
     Raises ValueError or TypeError, naming the argument, before any work.
     """
-    start = initial_state(system, initial)
+    state, time, phase = begun(system, start, initial)
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
-    recorded = _run(system, start, periods, tolerance, max_events_per_period, max_steps, progress=progress)
-    return _trajectory(system, start, periods, tolerance, max_events_per_period, max_steps, samples, recorded)
+    limits = max_events_per_period, max_steps
+    with reporting(progress, "Simulating") as report:
+        recorded = _run(system, state, periods, tolerance, *limits, phase, progress=report)
+    return _trajectory(system, state, periods, tolerance, limits, time, phase, samples, recorded)
 
 
 def period_marks(
@@ -84,26 +93,6 @@ def period_marks(
     return STATUSES[found.status], found.sections
 
 
-def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
-    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number.
-
-    A name with a unit, "position_m", is a state of a system that knows its scales.
-    """
-    start = dict.fromkeys(system.state_names, 0.0)
-    keys = {} if system.units is None else state_keys(system.si.states)
-    for name, value in (initial or {}).items():
-        if name not in start and name not in keys:
-            near = suggestion(name, [*start, *keys], cutoff=0.0)
-            raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")
-        if isinstance(value, (bool, str)) or not math.isfinite(value):
-            raise ArgumentError(f"initial.{name}", f"should be a finite number, got {value!r}")
-        if name in start:
-            start[name] = float(value)
-        else:
-            start[keys[name].name] = float(value) / system.si.per_key(keys[name])
-    return start
-
-
 def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:
     """ArgumentError for run settings that make no sense."""
     for name, value, low, high in (
@@ -118,7 +107,9 @@ def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_s
     check_whole("max_steps", max_steps, 1, 2**62 - 1)
 
 
-def _run(system, start, periods, tolerance, max_events, max_steps, progress=None, keep_pieces=True) -> Recorded:
+def _run(
+    system, start, periods, tolerance, max_events, max_steps, phase=0.0, progress=None, keep_pieces=True
+) -> Recorded:
     return recorded_run(
         equations(system),
         parameter_values(system),
@@ -130,29 +121,17 @@ def _run(system, start, periods, tolerance, max_events, max_steps, progress=None
         max_steps,
         progress=progress,
         keep_pieces=keep_pieces,
+        phase=phase,
     )
 
 
-def _trajectory(system, start, periods, tolerance, max_events, max_steps, samples, recorded) -> Trajectory:
+def _trajectory(system, start, periods, tolerance, limits, time, phase, samples, recorded) -> Trajectory:
     recording = equations(system)
     states = len(recording.rates)
     period = system.drive.period
-    parameters = parameter_values(system)
     pieces, head = recorded.pieces, memory.PIECE_HEAD
-    integral_names = (*(f"{name}_work" for name in system.channels), "impulse")
-    known = recording.observables | dict(zip(integral_names, recording.integrals, strict=True))
-
-    def observe(names, t, values, side):
-        local = t - period * np.floor(t / period)
-        expressions = [known[name] for name in names]
-        found = evaluate(expressions, local, values, side, parameters)
-        return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
-
-    def certify(motion: Trajectory) -> Certificate:
-        loose = _run(system, start, periods, min(COMPANION * tolerance, 0.05), max_events, max_steps, keep_pieces=False)
-        return certificate(motion, recorded, loose, COMPANION)
-
-    return Trajectory(
+    origin = time - phase * period  # when the drive began the period in which the motion begins
+    motion = Trajectory(
         system=system,
         initial=start,
         periods=periods,
@@ -160,18 +139,46 @@ def _trajectory(system, start, periods, tolerance, max_events, max_steps, sample
         period=period,
         run_status=STATUSES[recorded.status],
         state_names=system.state_names,
-        integral_names=integral_names,
-        piece_start=pieces[:, 0] * period + pieces[:, 1],
+        integral_names=(*(f"{name}_work" for name in system.channels), "impulse"),
+        piece_start=origin + (pieces[:, 0] * period + pieces[:, 1]),
         piece_length=pieces[:, 2],
         piece_side=pieces[:, 3],
         piece_implicit=pieces[:, METHOD] == 1.0,
         coefficients=pieces[:, head:].reshape(len(pieces), states, (pieces.shape[1] - head) // states),
         sections=recorded.sections,
-        event_times=recorded.events[:, 0] * period + recorded.events[:, 1],
+        event_times=origin + (recorded.events[:, 0] * period + recorded.events[:, 1]),
         event_kinds=EVENT_KINDS[recorded.events[:, 2].astype(int)],
         event_states=recorded.events[:, memory.EVENT_HEAD :],
-        observe=observe,
+        observe=Observer(system, origin),
         observable_names=tuple(recording.observables),
-        certify=certify,
+        certify=Certifier(recorded, limits),
         samples=samples,
+        start_time=time,
+        start_phase=phase,
     )
+    if phase and len(pieces):  # the run's own marks are those of the drive
+        done = math.floor((motion.end - time) / period + 1e-12)
+        own = np.minimum(time + np.arange(done + 1) * period, motion.end)
+        motion = dataclasses.replace(motion, sections=motion.states(own).T)
+    return motion
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Certifier:
+    """Makes the certificate of a motion when it is asked for, from what its run left and from a second, looser run.
+
+    limits: most events per period and most steps of the run
+    """
+
+    recorded: Recorded
+    limits: tuple[int, int]
+
+    def __reduce__(self):
+        """Pieces and events are not asked for, and are with the motion."""
+        return type(self), (dataclasses.replace(self.recorded, pieces=NOTHING, events=NOTHING), self.limits)
+
+    def __call__(self, motion: Trajectory) -> Certificate:
+        tolerance = min(COMPANION * motion.tolerance, 0.05)
+        given = dict(motion.initial), motion.periods, tolerance, *self.limits, motion.start_phase
+        loose = _run(motion.system, *given, keep_pieces=False)
+        return certificate(motion, self.recorded, loose, COMPANION)

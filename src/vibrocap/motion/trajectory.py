@@ -1,5 +1,6 @@
 """What a motion is: its pieces, its events, how it ended, and the certificate of how exact it is."""
 
+import collections
 import dataclasses
 import enum
 import functools
@@ -10,6 +11,7 @@ import numpy as np
 
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.in_si import MotionInSI
+from vibrocap.results import Result, Rows
 
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 20_000  # points at a time, when many are asked for
@@ -105,13 +107,16 @@ class Phase:
         return self.end - self.start
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Result):
     """A motion, known at every instant: on each piece every state is a polynomial in time.
 
     motion["position"] is the position at motion.time (a uniform grid that ends with the run), motion.at(t, name) at any
     times. Names: the states, the contact's "side", observables such as "friction", "drive", "holding_force" and
     "energy", and the integrals from the start, such as "drive_work".
+
+    Two motions are equal if system, start, settings and every number of their pieces and events are. A motion can be
+    pickled, with its certificate if that has been asked for.
     """
 
     system: Any
@@ -127,15 +132,39 @@ class Trajectory:
     piece_side: np.ndarray  # [pieces]
     piece_implicit: np.ndarray  # [pieces] whether an implicit step made it
     coefficients: np.ndarray  # [pieces, states, order + 1]
-    sections: np.ndarray  # [whole periods completed + 1, states] at the period marks
+    sections: np.ndarray  # [whole periods completed + 1, states] at the period marks, which count from the start
     event_times: np.ndarray  # [events]
     event_kinds: np.ndarray  # [events] of names
     event_states: np.ndarray  # [events, states]
-    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]]
-    # (names, times, states [states, n], sides) -> values of observables and rates of integrals
+    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]] = dataclasses.field(
+        compare=False
+    )  # (names, times, states [states, n], sides) -> values of observables and rates of integrals
     observable_names: tuple[str, ...]
-    certify: Callable[["Trajectory"], Certificate]
+    certify: Callable[["Trajectory"], Certificate] = dataclasses.field(compare=False)
     samples: int = 256  # per period, of the grid `time`
+    start_time: float = 0.0
+    start_phase: float = 0.0  # of the drive at the start, a share of its period
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: the fields, and of what was made from them only the certificate, which costs a run."""
+        kept = {field.name for field in dataclasses.fields(self)} | {"certificate"}
+        return {name: value for name, value in vars(self).items() if name in kept}
+
+    @property
+    def heading(self) -> str:
+        parts = self.system
+        return f"motion of a {parts.machine.name}, {parts.friction.name} friction, {parts.drive.name} drive"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        kinds = collections.Counter(map(str, self.event_kinds))
+        what = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in kinds.items())
+        return {
+            "length": f"{self.periods:g} periods, time {self.start_time:.6g} to {self.end:.6g}",
+            "events": f"{len(self.event_times)} events" + (f" ({what})" if what else ""),
+            "end": " ".join(f"{name}={value:.5g}" for name, value in self.state.items()),
+            "status": self.status.value,
+        }
 
     @property
     def status(self) -> Status:
@@ -148,20 +177,31 @@ class Trajectory:
     @property
     def end(self) -> float:
         """Time reached."""
-        return float(self.piece_start[-1] + self.piece_length[-1]) if len(self.piece_start) else 0.0
+        return float(self.piece_start[-1] + self.piece_length[-1]) if len(self.piece_start) else self.start_time
+
+    @property
+    def end_phase(self) -> float:
+        """Where in its period the drive is at the end, from 0 to 1."""
+        done = self.periods if self.run_status.ok else (self.end - self.start_time) / self.period
+        return (self.start_phase + done) % 1.0
+
+    def drive_time(self, t: np.ndarray) -> np.ndarray:
+        """Time since the drive began its period, at times t."""
+        local = t - (self.start_time - self.start_phase * self.period)
+        return local - self.period * np.floor(local / self.period)
 
     @functools.cached_property
     def time(self) -> np.ndarray:
         """A uniform grid over the motion, `samples` points per period, both ends included."""
-        count = max(1, round(self.samples * self.end / self.period))
-        return np.linspace(0.0, self.end, count + 1)
+        count = max(1, round(self.samples * (self.end - self.start_time) / self.period))
+        return np.linspace(self.start_time, self.end, count + 1)
 
     @functools.cached_property
-    def events(self) -> tuple[Event, ...]:
-        """Changes of the contact, in order."""
+    def events(self) -> Rows[Event]:
+        """Changes of the contact, in order; `events.table()` and `events.to_pandas()` give them as a table."""
         states = (dict(zip(self.state_names, map(float, row), strict=True)) for row in self.event_states)
         found = zip(self.event_times, self.event_kinds, states, strict=True)
-        return tuple(Event(float(t), str(kind), state) for t, kind, state in found)
+        return Rows(Event(float(t), str(kind), state) for t, kind, state in found)
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -193,8 +233,8 @@ class Trajectory:
     def _located(self, t: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times as an array, the piece of each and the time since its start."""
         t = np.atleast_1d(np.asarray(t, dtype=float))
-        if np.any((t < 0.0) | (t > self.end * (1 + 1e-12))):
-            raise ValueError(f"times should lie within the motion, 0 to {self.end}")
+        if np.any((t < self.start_time) | (t > self.end + 1e-12 * abs(self.end))):
+            raise ValueError(f"times should lie within the motion, {self.start_time:g} to {self.end}")
         index = self.piece_at(t)
         return t, index, t - self.piece_start[index]
 
@@ -243,10 +283,9 @@ class Trajectory:
         """What to add to the states of stiff pieces before the law is asked: array [states, n]."""
         from vibrocap.motion.stiff_pieces import correction
 
-        t = self.piece_start[index] + s
         return correction(
             self.system,
-            t - self.period * np.floor(t / self.period),
+            self.drive_time(self.piece_start[index] + s),
             self.piece_states(index, s),
             self.piece_slopes(index, s),
             self.piece_side[index],
@@ -301,14 +340,14 @@ class Trajectory:
         return self.at(self.time, name)
 
     @functools.cached_property
-    def phases(self) -> tuple[Phase, ...]:
-        """Stretches of sticking and sliding, in order."""
+    def phases(self) -> Rows[Phase]:
+        """Stretches of sticking and sliding, in order; `phases.table()` and `phases.to_pandas()` as for the events."""
         if not len(self.piece_start):
-            return ()
+            return Rows()
         sides = self.piece_side
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
         times = np.concatenate((self.piece_start[starts], [self.end]))
-        return tuple(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))
+        return Rows(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))
 
 
 def _blocks(count: int) -> list[slice]:

@@ -103,7 +103,8 @@ def figure_8(runs: Runs) -> Figure:
         period = runs.steady("lugre", bristle_damping=damping)
         loop = period.loop
         lm, em = friction_curve(period.motion), friction_curve(runs.steady("exponential").motion)
-        order = [i for i in np.lexsort((em.friction, em.velocity)) if em.side[i] != 0]  # one curve: no hysteresis
+        # one curve: no hysteresis. Side by side, so that no line crosses the jump but the one upright at rest
+        order = [i for i in np.lexsort((em.friction, em.velocity, em.side)) if em.side[i] != 0]
         marks = [
             Mark(label, point.velocity, point.friction)
             for label, point in (("$M_1$", _escape(loop.forward)), ("", _escape(loop.back)))

@@ -4,16 +4,17 @@ import types
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.plotting.cells import Cell, share
+from vibrocap.plotting.labels import EQUALS
 from vibrocap.plotting.maps import (
     CELL_STYLES,
     HALO,
@@ -25,8 +26,23 @@ from vibrocap.plotting.maps import (
     add_title_and_legend,
     study_axes,
 )
-from vibrocap.plotting.study_view import EQUALS, ViewAxis, axis_label, case_label, value_text
-from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, LABELS, ORANGE, SKY, VERMILION, VIOLET, YELLOW, save
+from vibrocap.plotting.study_view import ViewAxis, axis_label, case_label, value_text
+from vibrocap.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LABELS,
+    ORANGE,
+    SKY,
+    VERMILION,
+    VIOLET,
+    YELLOW,
+    given_axes,
+    legend_below,
+    save,
+    style,
+)
 from vibrocap.studies.orbit_datasets import basin_dataset
 
 DIRECTIONS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", GREY)}
@@ -55,7 +71,7 @@ def basin_figure(basins: Basins) -> Figure:
         setting=_setting(basins),
         note=f"{basins.label.size:,} starts; all dimensionless",
     )
-    with matplotlib.rc_context(PRINT):
+    with style(PRINT):
         fig, axes = study_axes(words, 2 if several else 1)
         handles = _draw(axes[0], basins, basins.direction, {code: colour for code, (_, colour) in DIRECTIONS.items()})
         _frame(axes[0], basins, first=True)
@@ -75,12 +91,45 @@ def basin_figure(basins: Basins) -> Figure:
             if others := basins.attractors[len(ATTRACTORS) :]:
                 count = sum(each.starts for each in others)
                 legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
-        for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
-            if count := int(np.sum(basins.label == code)):
-                patch = Patch(facecolor=face, label=f"{text}: {share(count, basins.label.size)}")
-                legend.append(_hatched(patch, hatch, ink))
-        add_title_and_legend(fig, words, legend)
+        add_title_and_legend(fig, words, legend + _unvalued(basins))
     return fig
+
+
+def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = None) -> Axes:
+    """One panel of `basin_figure`: where each start of the plane leads.
+
+    what: "direction" of travel, or "attractor"
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    if what not in ("direction", "attractor"):
+        raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")
+    ax = given_axes(ax, (4.6, 3.8))
+    if what == "direction":
+        colours = {code: colour for code, (_, colour) in DIRECTIONS.items()}
+        words = {code: _direction_label(basins, code) for code in colours}
+        codes = basins.direction
+    else:
+        colours = {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
+        words = {k: _attractor(each) for k, each in enumerate(basins.attractors)}
+        codes = basins.label
+    with style():
+        shown_codes = _draw(ax, basins, codes, colours)
+        _frame(ax, basins, first=True)
+        patches = [Patch(facecolor=colour, label=words[code]) for code, colour, _ in shown_codes if code in words]
+        legend_below(ax, patches + _unvalued(basins))
+        ax.set_title("direction of travel" if what == "direction" else "attractor")
+        ax.grid(False)
+    return ax
+
+
+def _unvalued(basins: Basins) -> list[Any]:
+    """The legend of starts that have no value of their own."""
+    found = []
+    for code, (text, face, hatch, ink) in UNVALUED_STYLES.items():
+        if count := int(np.sum(basins.label == code)):
+            patch = Patch(facecolor=face, label=f"{text}: {share(count, basins.label.size)}")
+            found.append(_hatched(patch, hatch, ink))
+    return found
 
 
 def _draw(ax: Axes, basins: Basins, codes: np.ndarray, colours: dict[int, str]) -> list[tuple[int, str, np.ndarray]]:

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
@@ -15,7 +15,21 @@ from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.plotting.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION, figure, save
+from vibrocap.plotting.labels import law_words, parts_title, symbol_text
+from vibrocap.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    figure,
+    given_axes,
+    legend_below,
+    save,
+    style,
+)
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
@@ -62,6 +76,18 @@ def plot_branches(
     multipliers: bool = False,
     swept: Sequence[BifurcationDiagram] = (),
 ) -> Path:
+    """Draw branches into a file (.png, .svg or .pdf), see `branch_figure`."""
+    return save(branch_figure(found, quantity, titles=titles, multipliers=multipliers, swept=swept), path)
+
+
+def branch_figure(
+    found: Branch | BranchDiagram | Sequence[Branch | BranchDiagram],
+    quantity: str = "mean_velocity",
+    *,
+    titles: Sequence[str] = (),
+    multipliers: bool = False,
+    swept: Sequence[BifurcationDiagram] = (),
+) -> Figure:
     """Mean velocity (drift, period) over a parameter: stable motions solid, unstable dashed, special points marked.
 
     Of mirror twins, of which a branch holds one, both are drawn. Several diagrams stand side by side, on one scale.
@@ -71,21 +97,19 @@ def plot_branches(
     swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
     """
     given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
-    if not given or not any(len(branch) for each in given for branch in _branches(each)):
-        raise ValueError("found should hold at least one branch that is not empty")
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity should be one of {', '.join(QUANTITIES)}, got {quantity!r}")
-    if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
-        raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
+    _check(given, quantity)
     if swept and [(each.over, each.system.friction.name) for each in swept] != [
         (each.over, each.system.friction.name) for each in given
     ]:
         raise ValueError("swept should be a diagram for each panel, over its parameter and of its friction law")
     rows, columns = 1 + multipliers, len(given)
-    size = (4.4 * columns + 1.0, 3.4 + 1.9 * multipliers + 0.5)
+    width = 4.4 * columns + 1.0
+    setting = _setting(given, width)
+    size = (width, 3.4 + 1.9 * multipliers + 0.5 + 0.16 * (setting.count("\n") + 1))
     fig, axes = figure(rows, columns, size=size, sharex="col", sharey="row", height_ratios=[3.0, 1.7][:rows])
     used: set[str] = set()
-    with matplotlib.rc_context(STYLE):
+    with style():
+        fig.suptitle(setting, fontsize=8, color="#555555", x=0.01, ha="left")
         for column, each in enumerate(given):
             ax = axes[0, column]
             used |= draw_branches(ax, _branches(each), quantity)
@@ -99,13 +123,59 @@ def plot_branches(
         if multipliers:
             axes[1, 0].set_ylabel("largest\n" + r"multiplier $|\mu|$")
         fig.legend(handles=_handles(given, used), loc="outside lower center", ncols=3 if columns > 1 else 2)
-    return save(fig, path)
+    return fig
+
+
+def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """One panel of `branch_figure`: mean velocity, drift or period of steady motions over the parameter.
+
+    quantity: by default the mean velocity, or the period where the machine is held to its place
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    quantity = quantity or ("mean_velocity" if found.system.machine.cyclic is not None else "period")
+    _check([found], quantity)
+    ax = given_axes(ax)
+    with style():
+        used = draw_branches(ax, _branches(found), quantity)
+        ax.set(
+            title=law_title(found), xlabel=parameter_label(found), ylabel=quantity.replace("_", " "), xlim=found.between
+        )
+        legend_below(ax, _handles([found], used), ncols=2)
+    return ax
+
+
+def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None = None) -> Axes:
+    """The size of the largest Floquet multiplier over the parameter: stable below 1.
+
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax)
+    with style():
+        draw_multipliers(ax, _branches(found))
+        ax.set(xlabel=parameter_label(found), ylabel=r"largest multiplier $|\mu|$", xlim=found.between)
+    return ax
+
+
+def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
+    """ValueError for what cannot be drawn."""
+    if not given or not any(len(branch) for each in given for branch in _branches(each)):
+        raise ValueError("found should hold at least one branch that is not empty")
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity should be one of {', '.join(QUANTITIES)}, got {quantity!r}")
+    if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
+        raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
+
+
+def _setting(given: Sequence[Branch | BranchDiagram], width: float) -> str:
+    """The parameters of the systems, each part once, without the one that varies."""
+    parts = [getattr(each.system, part) for part in ("machine", "friction", "drive") for each in given]
+    different = [part for i, part in enumerate(parts) if part not in parts[:i]]
+    return parts_title(different, width * 1.1, without=given[0].over.split(".", 1)[1])
 
 
 def law_title(found: Branch | BranchDiagram) -> str:
     """The friction law, as a title."""
-    name = found.system.friction.name.replace("-", " ").replace("lugre", "LuGre")
-    return f"{name[0].upper()}{name[1:]} law"
+    return f"{law_words(found.system.friction.name)} law"
 
 
 def parameter_label(found: Branch | BranchDiagram) -> str:
@@ -113,9 +183,7 @@ def parameter_label(found: Branch | BranchDiagram) -> str:
     part, name = found.over.split(".", 1)
     record = getattr(found.system, part)
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
-    greek = {"λ": r"\lambda", "ρ": r"\rho", "ν": r"\nu", "ω": r"\omega", "Ω": r"\Omega"}.get(symbol, symbol)
-    plain = all(letter.isascii() for letter in greek)
-    return f"{part} {name.replace('_', ' ')} " + (f"${greek}$" if plain else symbol)
+    return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"
 
 
 def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_velocity") -> set[str]:
@@ -278,7 +346,7 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
         marker, size = LOSS
         look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}
         handles.append(Line2D([], [], linestyle="none", marker=marker, label=LOSS_WORDS, **look))
-    for way, style in SWEPT.items():
+    for way, look in SWEPT.items():
         if way in used:
-            handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **style))
+            handles.append(Line2D([], [], linestyle="none", label=f"brute force, parameter {way}", **look))
     return handles

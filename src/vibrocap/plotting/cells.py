@@ -12,6 +12,7 @@ from vibrocap.plotting.study_view import NOT_RUN, SIGNED, Panel, View, missing_l
 
 FINISHED = list(Status).index(Status.FINISHED)
 MOST_CATEGORIES = 7
+MOST_TOGETHER = 3  # cells of no travel between travel one way and the other, that are a passage through zero
 DECADES, MOST_DECADES = 300.0, 1e5  # largest over least value, from which on a scale is logarithmic; and at most
 
 
@@ -33,7 +34,10 @@ def cells(view: View, panel: Panel) -> np.ndarray:
     if view.kind != "discrete":
         found[np.isinf(panel.values)] = Cell.INFINITE
     if view.kind == "signed":
-        found[np.abs(panel.values) <= view.dead_band] = Cell.NO_TRAVEL
+        still = np.abs(panel.values) <= view.dead_band
+        if view.points is None and still.ndim == 2:
+            still &= ~_changes_sign(panel.values, still)
+        found[still] = Cell.NO_TRAVEL
     elif view.measure == "cost_of_transport":  # per rounding errors of a travel there is none
         found[_is_still(view, panel)] = Cell.INFINITE
     if panel.values.dtype.kind == "f":
@@ -44,6 +48,25 @@ def cells(view: View, panel: Panel) -> np.ndarray:
         found[panel.status != FINISHED] = Cell.FAILED
         found[panel.status == NOT_RUN] = Cell.NOT_RUN
     return found
+
+
+def _changes_sign(values: np.ndarray, still: np.ndarray) -> np.ndarray:
+    """Cells of a grid with travel one way before them and the other way behind, along an axis, a few together.
+
+    There the measure passes zero, and a value that happens to be nearly zero is a value like its neighbours'. Where
+    more cells are still side by side, nothing travels.
+    """
+    from scipy.ndimage import label
+
+    areas = np.empty(still.shape, dtype=int)
+    label(still, output=areas)
+    few = (np.bincount(areas.ravel()) <= MOST_TOGETHER)[areas]
+    found = np.zeros(values.shape, dtype=bool)
+    signs = np.where(still | ~np.isfinite(values), 0.0, np.sign(values))
+    for axis in range(values.ndim):
+        along = np.moveaxis(signs, axis, 0)
+        np.moveaxis(found, axis, 0)[1:-1] |= along[:-2] * along[2:] < 0.0
+    return found & few
 
 
 def _is_still(view: View, panel: Panel) -> np.ndarray:
@@ -133,8 +156,9 @@ def categories(view: View, most: int = MOST_CATEGORIES) -> Categories:
 def limits(view: View) -> tuple[float, float, bool, bool, bool]:
     """(least, largest, values below, values above, logarithmic) of a colour scale.
 
-    Symmetric about zero for travel. The scale follows the settled runs where there are any, less the outermost half
-    percent where that lies far out: some runs just short of a border must not take all colours from the others.
+    For travel symmetric about zero, or from zero on where all of it goes one way. The scale follows the settled runs
+    where there are any, less the outermost half percent where that lies far out: some runs just short of a border must
+    not take all colours from the others.
     """
     values, settled = _shown(view)
     base = values[settled] if settled.any() else values
@@ -142,7 +166,8 @@ def limits(view: View) -> tuple[float, float, bool, bool, bool]:
         return (-1.0, 1.0, False, False, False) if view.kind == "signed" else (0.0, 1.0, False, False, False)
     if view.kind == "signed":
         top = _trimmed(np.abs(base))
-        return -top, top, bool((values < -top).any()), bool((values > top).any()), False
+        low, high = (0.0 if (values >= 0.0).all() else -top), (0.0 if (values <= 0.0).all() else top)
+        return low, high, bool((values < -top).any()), bool((values > top).any()), False
     low, high = -_trimmed(-base), _trimmed(base)
     if low == high:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)

@@ -3,27 +3,30 @@
 import math
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
 from vibrocap.identification.result.measured_units import MeasuredUnits
+from vibrocap.plotting.labels import law_words, percent
 from vibrocap.plotting.style import (
     BLUE,
     GREEN,
     GREY,
-    STYLE,
     VERMILION,
     blank_figure,
     decimated,
     footnote,
+    given_axes,
+    legend,
     save,
+    style,
     unit_of,
 )
 
@@ -32,7 +35,7 @@ HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as
 MOST_POINTS = 6000  # of a line
 BINS = 60
 NEGLIGIBLE = 1e-4  # of the upper end: a value that is as good as zero has no place on a logarithmic scale
-DECADES = 1.0  # shown to either side of a parameter's value
+WIDEST = 10.0  # of a parameter's value: what is shown of an interval
 MEASURED = {"color": GREY, "linewidth": 1.6, "label": "measured"}
 FITTED = {"color": BLUE, "linewidth": 1.0, "label": "fitted"}
 HELD_OUT = {"color": VERMILION, "linewidth": 1.0, "label": "predicted (held out)"}
@@ -62,7 +65,7 @@ def fit_figure(fit: Fit) -> Figure:
     searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
     heights = (2.15 * len(shown) + 0.25, 0.9 + 0.24 * len(searched))
     fig = blank_figure((11.0, sum(heights) + 0.5))
-    with matplotlib.rc_context(STYLE):
+    with style():
         top, bottom = fig.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
         steady = fit.options.get("method", "").startswith("steady")  # samples at rest are left out: no loops
         # the load point's velocity through a spring is made of noise, and its loops tell nothing
@@ -77,9 +80,10 @@ def fit_figure(fit: Fit) -> Figure:
         handles = {h.get_label(): h for axes in rows for h in axes[0].get_lines()}
         top.legend(handles=list(handles.values()), loc="outside upper right", ncols=3, frameon=False, fontsize=8.5)
         _forest(bottom.subplots(), searched)
-        held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {fit.held_out_relative_rmse:.1%}"
+        held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {percent(fit.held_out_relative_rmse)}"
         fig.suptitle(
-            f"{fit.law_name}: error {fit.relative_rmse:.1%} of the {fit.units.force_name}'s standard deviation{held}",
+            f"{law_words(fit.law_name)}: error {percent(fit.relative_rmse)} of the {fit.units.force_name}'s standard "
+            f"deviation{held}",
             fontsize=10.5, x=0.01, ha="left", weight="bold",
         )  # fmt: skip
         footnote(fig, _small_print(fit, shown))
@@ -90,7 +94,7 @@ def residual_figure(fit: Fit) -> Figure:
     """A row for each record: error over time, against velocity, and its distribution beside the normal one."""
     shown = _chosen(fit.records)
     fig = blank_figure((11.0, 2.1 * len(shown) + 0.7))
-    with matplotlib.rc_context(STYLE):
+    with style():
         rows = fig.subplots(len(shown), 3, squeeze=False, width_ratios=(2, 1, 1))
         for (left, middle, right), record in zip(rows, shown, strict=True):
             error = record.predicted - record.measured
@@ -117,7 +121,7 @@ def residual_figure(fit: Fit) -> Figure:
             right.set(xlabel=f"error ({prefix}{fit.units.force})", ylabel="samples")
         fig.align_ylabels()
         fig.suptitle(
-            f"{fit.law_name}: fitted less measured {fit.units.force_name}",
+            f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}",
             fontsize=10.5,
             x=0.01,
             ha="left",
@@ -131,7 +135,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     """Laws from the best down: the error where they were not fitted, and where they were."""
     laws = [each for each in comparison.laws if each.fit.ok]
     fig = blank_figure((7.0, 1.3 + 0.34 * len(laws)))
-    with matplotlib.rc_context(STYLE):
+    with style():
         ax = fig.subplots()
         places = np.arange(len(laws))[::-1]
         held, fitted = (100 * np.array([getattr(x, name) for x in laws]) for name in ("held_out", "relative_rmse"))
@@ -151,23 +155,37 @@ def _history(axes: np.ndarray, record: RecordResult, units: MeasuredUnits) -> No
     """Force over time, and over displacement and velocity in a shorter stretch, whose loops can be told apart."""
     scale, prefix = unit_of(record.measured)
     wide, narrow = _stretch(record, HISTORY), _stretch(record, LOOPS)
+    _over_time(axes[0], record, units)
     steps = 0.5 * (record.velocity[1:] + record.velocity[:-1]) * np.diff(record.time)
     displacement = np.concatenate(([0.0], np.cumsum(steps)))
     part = displacement[narrow]
     displacement = displacement - 0.5 * (part.max() + part.min())
     columns = (
-        (record.time, wide, 1.0, "time (s)"),
-        (displacement, narrow, *_labelled(displacement[narrow], units.displacement_name, units.displacement)),
-        (record.velocity, narrow, *_labelled(record.velocity[narrow], units.velocity_name, units.velocity)),
+        (displacement, *_labelled(displacement[narrow], units.displacement_name, units.displacement)),
+        (record.velocity, *_labelled(record.velocity[narrow], units.velocity_name, units.velocity)),
     )
-    for ax, (x, stretch, factor, label) in zip(axes, columns[: len(axes)], strict=True):
-        at = np.arange(len(x))[stretch]
-        at = at[_even_choice(len(at), MOST_POINTS)]
-        for force, style in ((record.measured, MEASURED), (record.predicted, _style(record))):
-            ax.plot(x[at] / factor, force[at] / scale, **style)
+    at = np.arange(len(record.time))[narrow]
+    at = at[_even_choice(len(at), MOST_POINTS)]
+    for ax, (x, factor, label) in zip(axes[1:], columns, strict=False):
+        for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
+            ax.plot(x[at] / factor, force[at] / scale, **look)
         ax.set(xlabel=label, ylabel=f"{units.force_name} ({prefix}{units.force})")
-    axes[0].set_title(_title(record) + _part(record, wide))
     axes[1].set_title(_part(record, narrow).removeprefix(", ") if narrow != wide else "")
+
+
+def _over_time(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
+    """Force over time, in the periods that are shown."""
+    scale, prefix = unit_of(record.measured)
+    wide = _stretch(record, HISTORY)
+    at = np.arange(len(record.time))[wide]
+    at = at[_even_choice(len(at), MOST_POINTS)]
+    for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
+        ax.plot(record.time[at], force[at] / scale, **look)
+    ax.set(
+        xlabel="time (s)",
+        ylabel=f"{units.force_name} ({prefix}{units.force})",
+        title=_title(record) + _part(record, wide),
+    )
 
 
 def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
@@ -187,39 +205,85 @@ def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     ax.set(xlabel=speed, ylabel=force, title=_title(record))
 
 
+def draw_forces(fit: Fit, record: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Measured and predicted force of a record over time.
+
+    record: the name of one of the fit's, by default the first
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    names = [each.name for each in fit.records]
+    if not names or record not in (None, *names):
+        raise ArgumentError("record", f"the fit has no {record!r}; {suggestion(record, names)}")
+    found = fit.records[0 if record is None else names.index(record)]
+    ax = given_axes(ax)
+    with style():
+        (_curve if fit.options.get("method", "").startswith("steady") else _over_time)(ax, found, fit.units)
+        legend(ax, ncols=2)
+    return ax
+
+
+def draw_intervals(fit: Fit, *, ax: Axes | None = None) -> Axes:
+    """The 95 % interval of each searched parameter, as its distance from the fitted value in percent.
+
+    The scale is linear about zero and logarithmic beyond, so that an interval of a tenth of a percent is seen beside
+    one of a hundred percent. Arrows stand where the data leave an end open, or where it lies beyond the scale.
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    searched = [p for p in fit.parameters if p.verdict != Verdict.HELD]
+    ax = given_axes(ax, (7.5, 1.2 + 0.26 * len(searched)))
+    with style():
+        _forest(ax, searched)
+    return ax
+
+
 def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
-    """The interval of each parameter over its value; arrows where the data leave an end open."""
-    least, most = 10**-DECADES, 10**DECADES
+    """The interval of each parameter about its value; arrows where the data leave an end open."""
+    linear, widest = _interval_scale(parameters)
     for place, p in zip(range(len(parameters))[::-1], parameters, strict=True):
         firm = p.determined
         colour = GREEN if firm else VERMILION
-        if p.value > (NEGLIGIBLE * p.high if p.low <= 0 and math.isfinite(p.high) else 0.0):
-            low, high = (min(max(end / p.value, least), most) for end in (max(p.low, 0.0), p.high))
+        if _has_size(p):
+            ends = [(end / p.value - 1.0) * 100.0 for end in (p.low, p.high)]
+            low, high = max(ends[0], -widest), min(ends[1], widest)
             ax.plot((low, high), (place, place), color=colour, linewidth=1.4, solid_capstyle="butt")
-            for end, place_of_end, open_mark in ((p.low / p.value, low, "<"), (p.high / p.value, high, ">")):
-                beyond = not least <= end <= most
-                ax.plot(place_of_end, place, open_mark if beyond else "|", color=colour, markersize=6, clip_on=False)
-            ax.plot(
-                1.0,
-                place,
-                "o" if firm else "s",
-                color=colour,
-                markersize=5,
-                markerfacecolor=colour if firm else "white",
-            )
+            for end, shown, open_mark in ((ends[0], low, "<"), (ends[1], high, ">")):
+                beyond = end != shown or (open_mark == "<" and p.low <= 0.0)
+                ax.plot(shown, place, open_mark if beyond else "|", color=colour, markersize=6, clip_on=False)
+            face = colour if firm else "white"
+            ax.plot(0.0, place, "o" if firm else "s", color=colour, markersize=4, markerfacecolor=face)
         else:
-            ax.text(1.0, place, "as good as zero", ha="center", va="center", fontsize=8, color=colour)
+            ax.text(0.0, place, "as good as zero", ha="center", va="center", fontsize=8, color=colour)
         text = f"{number(p.value, 4)} {p.unit if p.unit != '1' else ''}  [{_end(p.low)}, {_end(p.high)}]"
         note = "" if firm else f"  {p.verdict}"
-        ax.text(1.02, place, text + note, transform=ax.get_yaxis_transform(), va="center", fontsize=8, color="#222222")
-    ax.axvline(1.0, color="#999999", linewidth=0.7)
-    ax.set_xscale("log")
-    ticks = (0.1, 0.2, 0.5, 1, 2, 5, 10)
-    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        words = text.replace("-", "\N{MINUS SIGN}") + note
+        ax.text(1.02, place, words, transform=ax.get_yaxis_transform(), va="center", fontsize=8, color="#222222")
+    ax.axvline(0.0, color="#999999", linewidth=0.7)
+    ax.set_xscale("symlog", linthresh=linear, linscale=0.6)
+    powers = [linear]
+    while powers[-1] * 9.99 < widest:
+        powers.append(powers[-1] * 10.0)
+    ticks = [-power for power in powers[::-1]] + [0.0] + powers
+    ax.set_xticks(ticks, [f"{tick:+g}".replace("-", "\N{MINUS SIGN}") if tick else "0" for tick in ticks])
     ax.minorticks_off()
-    ax.set_yticks(range(len(parameters))[::-1], [p.name for p in parameters])
-    ax.set(xlim=(least, most), ylim=(-0.6, len(parameters) - 0.4), xlabel="95 % interval over the fitted value")
+    ax.set_yticks(range(len(parameters))[::-1], [p.name.replace("_", " ") for p in parameters])
+    ax.set(
+        xlim=(-widest, widest), ylim=(-0.6, len(parameters) - 0.4), xlabel="95 % interval about the fitted value (%)"
+    )
     ax.set_title("Parameters: green and filled where the data determine them")
+
+
+def _has_size(p: FittedParameter) -> bool:
+    """Whether a parameter is more than as good as zero, so that its interval can be seen over it."""
+    return p.value > (NEGLIGIBLE * p.high if p.low <= 0 and math.isfinite(p.high) else 0.0)
+
+
+def _interval_scale(parameters: list[FittedParameter]) -> tuple[float, float]:
+    """(end of the linear part, end of the scale) in percent: powers of ten about all closed ends."""
+    ends = [abs(end / p.value - 1.0) for p in parameters if _has_size(p) for end in (p.low, p.high)]
+    sizes = [100.0 * end for end in ends if 0.0 < end <= WIDEST]
+    low, high = min(sizes, default=1.0), max(sizes, default=1.0)
+    linear = 10.0 ** max(math.floor(math.log10(low)), -3)
+    return linear, max(10.0 ** math.ceil(math.log10(high)), 10.0 * linear)
 
 
 def _end(value: float) -> str:
@@ -251,7 +315,7 @@ def _small_print(fit: Fit, shown: list[RecordResult]) -> str:
 
 
 def _title(record: RecordResult) -> str:
-    return f"{record.name}: {record.relative_rmse:.1%}" + (", held out" if record.held_out else "")
+    return f"{record.name}: {percent(record.relative_rmse)}" + (", held out" if record.held_out else "")
 
 
 def _style(record: RecordResult) -> dict:
@@ -302,7 +366,7 @@ def match_figure(match: Match) -> Figure:
     if driven:
         columns = [(match.time, "time"), *columns]
     fig = blank_figure((9.5 if driven else 6.0, 4.6))
-    with matplotlib.rc_context(STYLE):
+    with style():
         axes = fig.subplots(
             2, len(columns), squeeze=False, sharex="col", height_ratios=(2, 1), width_ratios=(2, 1) if driven else None
         )
@@ -325,7 +389,7 @@ def match_figure(match: Match) -> Figure:
             if ax.get_xscale() == "linear":
                 ax.xaxis.set_major_locator(MaxNLocator(6 if ax is axes[1, 0] else 4))
         fig.suptitle(
-            f"{match.law.name} for {match.to.name}: {match.relative_rmse:.1%} remain",
+            f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain",
             fontsize=10.5, x=0.01, ha="left", weight="bold",
         )  # fmt: skip
         footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")

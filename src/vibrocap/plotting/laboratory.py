@@ -1,20 +1,19 @@
 """Pictures of what a friction law does: its canonical tests, its card, and what smoothing its contact costs."""
 
-import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from vibrocap.laboratory.contact_sizes import contact_sizes
 from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.parameters import described
+from vibrocap.plotting.labels import parts_title
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,
@@ -22,13 +21,14 @@ from vibrocap.plotting.style import (
     ORANGE,
     SKY,
     STICK_SHADE,
-    STYLE,
     VERMILION,
     blank_figure,
     figure,
     footnote,
+    given_axes,
     legend,
     save,
+    style,
 )
 
 COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)
@@ -36,7 +36,6 @@ CYCLES_SHOWN = 3.2  # of stick-slip
 WIDEST = 6.0  # speeds of the contact, of its steady curve
 CURVE: dict[str, Any] = {"color": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.0}
 FLAT = 1e-3  # of the break-away force: what is no lag, or no curve
-LINE = 150  # letters of a title
 UNITS = "All quantities in the units of the law's parameters."
 SHAPES = {"tanh": VERMILION, "arctan": BLUE}
 FORMULAS = {"tanh": r"$\tanh(v/\epsilon)$", "arctan": r"$(2/\pi)\,\arctan(v/\epsilon)$"}
@@ -44,35 +43,57 @@ WIDTH = r"width of the smoothing $\epsilon$"
 
 
 def plot_sheet(sheet: TestSheet, path: str | Path) -> Path:
-    """Draw the canonical tests of a law: presliding, frictional lag, break-away and stick-slip in one sheet."""
-    fig = blank_figure((10.6, 7.6))
-    with matplotlib.rc_context(STYLE):
+    """Draw the canonical tests of a law into a file (.png, .svg or .pdf), see `sheet_figure`."""
+    return save(sheet_figure(sheet), path)
+
+
+def sheet_figure(sheet: TestSheet) -> Figure:
+    """The canonical tests of a law: presliding, frictional lag, break-away and stick-slip in one sheet."""
+    title = _title(sheet.law, sheet.load, 10.6)
+    fig = blank_figure((10.6, 7.4 + 0.17 * (title.count("\n") + 1)))
+    with style():
         (presliding, lag), (break_away, stick_slip) = fig.subplots(2, 2)
-        draw_presliding(presliding, sheet.presliding)
+        draw_presliding(sheet.presliding, ax=presliding).set_title("Presliding")
         _draw_lag(lag, sheet)
         _draw_break_away(break_away, sheet)
         _draw_stick_slip(stick_slip, sheet)
-        fig.suptitle(_title(sheet.law, sheet.load), fontsize=9.5, x=0.01, ha="left")
+        fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
     footnote(fig, f"{_creep_label(sheet)} {UNITS}")
-    return save(fig, path)
+    return fig
 
 
 def plot_law_card(law: Law, path: str | Path, *, load: float = 1.0) -> Path:
-    """Draw a law: its steady curve and its presliding loops."""
-    sizes = contact_sizes(law, load)
-    found = tuple(presliding_loop(law, reach * sizes.displacement, load=load) for reach in REACHES)
-    fig = blank_figure((9.4, 3.8))
-    with matplotlib.rc_context(STYLE):
+    """Draw a law into a file (.png, .svg or .pdf), see `law_figure`."""
+    return save(law_figure(law, load=load), path)
+
+
+def law_figure(law: Law, *, load: float = 1.0) -> Figure:
+    """A law: its steady curve and its presliding loops."""
+    title = _title(law, load, 9.4)
+    fig = blank_figure((9.4, 3.6 + 0.17 * (title.count("\n") + 1)))
+    with style():
         steady, loops = fig.subplots(1, 2)
-        draw_steady_curve(steady, law, load, WIDEST * sizes.speed)
-        draw_presliding(loops, found)
-        fig.suptitle(_title(law, load), fontsize=9.5, x=0.01, ha="left")
+        draw_steady_curve(law, load=load, ax=steady)
+        draw_presliding(law, load=load, ax=loops).set_title("Presliding")
+        fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
     footnote(fig, UNITS)
-    return save(fig, path)
+    return fig
 
 
-def draw_steady_curve(ax: Axes, law: Law, load: float, widest: float) -> None:
-    """Friction force at constant velocity, to both sides; what a set-valued law can hold at rest stands upright."""
+def draw_steady_curve(law: Law, *, load: float = 1.0, widest: float | None = None, ax: Axes | None = None) -> Axes:
+    """Friction force at constant velocity, to both sides; what a set-valued law can hold at rest stands upright.
+
+    widest: the largest speed, by default some of those over which friction changes
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax, (4.7, 3.6))
+    widest = WIDEST * contact_sizes(law, load).speed if widest is None else widest
+    with style():
+        _draw_steady_curve(ax, law, load, widest)
+    return ax
+
+
+def _draw_steady_curve(ax: Axes, law: Law, load: float, widest: float) -> None:
     speed = widest * np.concatenate((np.geomspace(1e-5, 0.01, 100), np.linspace(0.01, 1.0, 400)[1:]))
     force = np.array([float(law.steady_force(float(v), load)) for v in speed])
     back = force if law.symmetric else np.array([_steady_back(law, float(v), load) for v in speed])
@@ -96,14 +117,27 @@ def _steady_back(law: Law, speed: float, load: float) -> float:
     return -float(driven_force(law, time, np.full(50, -speed), load=load).force[-1])
 
 
-def draw_presliding(ax: Axes, loops: tuple[PreslidingLoop, ...]) -> None:
-    """Loops of force over displacement: the first loading thin, the last cycle in full."""
-    for loop, colour in zip(reversed(loops), reversed(COLOURS[: len(loops)]), strict=True):
-        first, last = slice(0, loop.last + 1), slice(loop.last, None)
-        ax.plot(loop.displacement[first], loop.force[first], color=colour, linewidth=0.6)
-        ax.plot(loop.displacement[last], loop.force[last], color=colour, linewidth=1.5)
-    ax.locator_params(axis="x", nbins=6)
-    ax.set(title="Presliding, quasi-static", xlabel="displacement $x$", ylabel="friction force $R$")
+def draw_presliding(loops: Law | Sequence[PreslidingLoop], *, load: float = 1.0, ax: Axes | None = None) -> Axes:
+    """Loops of force over displacement: the first loading thin, the last cycle in full.
+
+    loops: or a law, whose loops are made at some amplitudes
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax, (4.7, 3.6))
+    if isinstance(loops, Law):
+        law, displacement = loops, contact_sizes(loops, load).displacement
+        loops = tuple(presliding_loop(law, reach * displacement, load=load) for reach in REACHES)
+    with style():
+        for i, (loop, colour) in enumerate(zip(reversed(loops), reversed(COLOURS[: len(loops)]), strict=True)):
+            first, last = slice(0, loop.last + 1), slice(loop.last, None)
+            ax.plot(loop.displacement[first], loop.force[first], color=colour, linewidth=0.6)
+            label = f"{'' if i else '$A$ = '}{loop.amplitude:.3g}"
+            ax.plot(loop.displacement[last], loop.force[last], color=colour, linewidth=1.5, label=label)
+        ax.locator_params(axis="x", nbins=6)
+        ax.set(xlabel="displacement $x$, quasi-static", ylabel="friction force $R$")
+        above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.01, 0.99), "borderaxespad": 0.0}
+        legend(ax, **above, ncols=len(loops), fontsize=8, columnspacing=0.8, handlelength=1.0, handletextpad=0.4)
+    return ax
 
 
 def _draw_lag(ax: Axes, sheet: TestSheet) -> None:
@@ -180,22 +214,27 @@ def _creep_label(sheet: TestSheet) -> str:
     return f"Creep under a force {found.bias:.3g} + {found.amplitude:.3g} cos: {words}."
 
 
-def _title(law: Law, load: float) -> str:
-    return textwrap.fill(f"{described(law, 4)}; load {load:g}", LINE)
+def _title(law: Law, load: float, width: float) -> str:
+    return parts_title([law], width, f"load {load:g}")
 
 
 def plot_regularisation(reports: Regularisation | Sequence[Regularisation], path: str | Path) -> Path:
+    """Draw reports on smoothing into a file (.png, .svg or .pdf), see `regularisation_figure`."""
+    return save(regularisation_figure(reports), path)
+
+
+def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) -> Figure:
     """Error of the measure and steps of the integrator against the width, for one system and one or two shapes."""
     given = [reports] if isinstance(reports, Regularisation) else list(reports)
     if not given:
         raise ValueError("reports should hold at least one regularisation, got none")
     fig, axes = figure(1, 2, size=(9.2, 3.6))
-    with matplotlib.rc_context(STYLE):
+    with style():
         draw_errors(axes[0, 0], given)
         draw_steps(axes[0, 1], given)
         for ax in axes[0]:
             legend(ax)
-    return save(fig, path)
+    return fig
 
 
 def draw_errors(ax: Axes, reports: Sequence[Regularisation], needed: Sequence[WidthNeeded] = ()) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from vibrocap.plotting.cells import Cell, cell_labels, cells, unsettled, unsettled_label
 from vibrocap.plotting.study_view import Panel, View, value_label
@@ -73,6 +74,8 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
     ax.grid(color="#E4E4E4", linewidth=0.5)
     if axis.logarithmic:
         ax.set_xscale("log")
+    elif axis.counts:
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     return handles
 
 

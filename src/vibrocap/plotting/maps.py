@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
@@ -33,9 +33,25 @@ from vibrocap.plotting.cells import (
     unsettled,
     unsettled_label,
 )
+from vibrocap.plotting.labels import filled
 from vibrocap.plotting.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.study_view import Panel, View, ViewError, study_view
-from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, STYLE, VERMILION, VIOLET, YELLOW, save
+from vibrocap.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    SKY,
+    STYLE,
+    VERMILION,
+    VIOLET,
+    YELLOW,
+    given_axes,
+    legend_below,
+    save,
+    style,
+)
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
@@ -98,7 +114,7 @@ def plot_view(view: View, path: str | Path, border: str | None = None) -> Path:
 def study_figure(view: View, border: str | None = None) -> Figure:
     """The figure of a view of a study: a map, lines or dots, as its axes are."""
     lines = [_border_lines(panel, view, border) for panel in view.panels] if border else []
-    with matplotlib.rc_context(PRINT):
+    with style(PRINT):
         if len(view.axes) == 1:
             fig, axes = study_axes(view, 1)
             handles = draw_lines(axes[0], view)
@@ -114,6 +130,36 @@ def study_figure(view: View, border: str | None = None) -> Figure:
                 )
         add_title_and_legend(fig, view, handles)
     return fig
+
+
+def draw_study(
+    dataset: Any,
+    measure: str | None = None,
+    *,
+    at: Mapping[str, str] | None = None,
+    dead_band: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """One panel of a study: a map with its scale of colours, or lines over one axis.
+
+    measure, at, dead_band: as in `study_view`; what would be several maps side by side is refused: fix one with `at`
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    view = study_view(dataset, measure, at, dead_band)
+    if len(view.axes) > 1 and len(view.panels) > 1:
+        titles = ", ".join(panel.title for panel in view.panels)
+        raise ViewError([f"at: leaves {len(view.panels)} maps ({titles}), where one pair of axes shows one"])
+    ax = given_axes(ax, (4.6, 3.8))
+    figure = ax.figure
+    assert isinstance(figure, (Figure, SubFigure))
+    with style():
+        handles = draw_lines(ax, view) if len(view.axes) == 1 else _draw_maps(figure, [ax], view)
+        ax.set_title(view.measure.replace("_", " "))
+        if len(view.axes) > 1:
+            ax.grid(False)
+        if handles:
+            legend_below(ax, handles)
+    return ax
 
 
 # --- the frame: title above, legend below -----------------------------------------------------------------------------
@@ -134,7 +180,7 @@ def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
     """Title above and legend below; the figure grows by them, so that the axes keep their size and nothing is cut."""
     width, height = fig.get_size_inches()
     title = textwrap.fill(view.title, round(12.5 * width))
-    setting = textwrap.fill(f"{view.setting}; {view.note}", round(20 * width))
+    setting = filled(f"{view.setting}; {view.note}", round(19 * width))
     first = 0.06 + LINE_TITLE * (title.count("\n") + 1)
     above = first + LINE_SMALL * (setting.count("\n") + 1) + 0.04
     below = 0.04
@@ -184,7 +230,7 @@ def _hatched(patch: Any, hatch: str, ink: str, width: float = HATCH_WIDTH) -> An
 
 
 # --- maps -------------------------------------------------------------------------------------------------------------
-def _draw_maps(fig: Figure, axes: list[Axes], view: View) -> list[Any]:
+def _draw_maps(fig: Figure | SubFigure, axes: list[Axes], view: View) -> list[Any]:
     """The maps of all panels in one scale of colours; returns the handles of the legend."""
     groups = categories(view) if view.kind == "discrete" else None
     paint = _categories_paint(groups) if groups else _scale_paint(view)
@@ -194,14 +240,16 @@ def _draw_maps(fig: Figure, axes: list[Axes], view: View) -> list[Any]:
         ax.set_title(panel.title)
     for ax in axes:
         place = ax.get_subplotspec()
-        assert place is not None
+        if place is None or len(axes) == 1:
+            ax.set(xlabel=filled(view.axes[0].label, 44), ylabel=filled(view.axes[1].label, 44))
+            continue
         grid = place.get_gridspec()
         below = axes.index(ax) + grid.ncols
         if below >= len(axes):
-            ax.set_xlabel(textwrap.fill(view.axes[0].label, 44 if grid.ncols < 3 else 28))
+            ax.set_xlabel(filled(view.axes[0].label, 44 if grid.ncols < 3 else 28))
             ax.tick_params(labelbottom=True)
         if place.is_first_col():
-            ax.set_ylabel(textwrap.fill(view.axes[1].label, 44 if grid.nrows < 2 or grid.ncols < 3 else 28))
+            ax.set_ylabel(filled(view.axes[1].label, 44 if grid.nrows < 2 or grid.ncols < 3 else 28))
     handles: list[Any] = []
     if groups:
         handles += [
@@ -263,6 +311,8 @@ def _scale_paint(view: View) -> dict[str, Any]:
     """Colours of a scale of numbers."""
     low, high, _, _, logarithmic = limits(view)
     cmap = matplotlib.colormaps[DIVERGING if view.kind == "signed" else SEQUENTIAL]
+    if view.kind == "signed" and low * high == 0.0:  # one way only: that half of the colours
+        cmap = ListedColormap(cmap(np.linspace(0.5, 1.0, 256) if low == 0.0 else np.linspace(0.0, 0.5, 256)))
     return {"cmap": cmap, "norm": LogNorm(low, high) if logarithmic else Normalize(low, high)}
 
 
@@ -273,7 +323,7 @@ def _categories_paint(groups: Categories) -> dict[str, Any]:
     return {"cmap": cmap, "norm": Normalize(-0.5, cmap.N - 0.5)}
 
 
-def _colour_bar(fig: Figure, axes: list[Axes], view: View, paint: dict[str, Any]) -> None:
+def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: dict[str, Any]) -> None:
     """The scale of colours beside the maps, pointed where values lie beyond it."""
     _, _, below, above, _ = limits(view)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}

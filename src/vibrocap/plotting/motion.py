@@ -3,12 +3,13 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.motion.trajectory import STUCK, Trajectory
-from vibrocap.physics.parameters import described
+from vibrocap.plotting.labels import parts_title
 from vibrocap.plotting.style import (
     ANY_UNITS,
     BLACK,
@@ -17,16 +18,20 @@ from vibrocap.plotting.style import (
     LABELS,
     SKY,
     STICK_SHADE,
-    STYLE,
     VERMILION,
     blank_figure,
     footnote,
+    given_axes,
     save,
-)  # fmt: skip
+    style,
+)
+from vibrocap.plotting.units import IN_SI, parts_in_si, scale, with_unit
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
-POINTS_PER_PERIOD, MOST_POINTS = 512, 200_000
+MOST_POINTS = 200_000
+MOST_PER_PIECE = 24
+WIDTH = 11.5  # inches of the whole picture
 FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
 LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
 FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
@@ -36,29 +41,72 @@ END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyl
 
 
 def plot_motion(motion: Trajectory, path: str | Path) -> Path:
-    """Draw a motion: time histories on the left, phase planes and the friction loop on the right.
+    """Draw a motion into a file (.png, .svg or .pdf), see `motion_figure`."""
+    return save(motion_figure(motion), path)
+
+
+def motion_figure(motion: Trajectory) -> Figure:
+    """A motion: time histories on the left, phase planes and the friction loop on the right.
 
     The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes.
     """
-    fig = blank_figure((11.5, 8.2))
-    with matplotlib.rc_context(STYLE):
+    system = motion.system
+    parts = (system.machine, system.friction, system.drive)
+    title = parts_title(parts, WIDTH) if system.units is None else parts_in_si(system, WIDTH)
+    fig = blank_figure((WIDTH, 7.7 + 0.17 * (title.count("\n") + 1)))
+    with style():
         left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
         _time_histories(left.subplots(4, 1), motion)
         left.align_ylabels()
-        _phase_planes(right.subplots(3, 1), motion)
+        planes = right.subplots(3, 1)
+        inner, rate = motion.state_names[:2]
+        draw_phase_plane(motion, inner, rate, ax=planes[0])
+        draw_phase_plane(motion, "position", system.machine.contact_state, ax=planes[1])
+        draw_friction_loop(motion, ax=planes[2]).set_title("Friction")
+        planes[0].set_title(_inner_name(motion))
+        planes[1].set_title(_body_name(motion))
+        if legend := planes[1].get_legend():
+            legend.remove()  # as above
         right.align_ylabels()
-        parts = (motion.system.machine, motion.system.friction, motion.system.drive)
-        fig.suptitle("\n".join(map(described, parts)), fontsize=9.5, x=0.01, ha="left")
-        footnote(fig, DIMENSIONLESS if motion.system.machine.cyclic else ANY_UNITS)
-    return save(fig, path)
+        fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
+        footnote(fig, IN_SI if system.units is not None else DIMENSIONLESS if system.machine.cyclic else ANY_UNITS)
+    return fig
 
 
-def sample_times(motion: Trajectory, start: float, end: float) -> np.ndarray:
-    """Times to draw a motion at: evenly spread, with both sides of every event, so that jumps stand upright."""
-    count = min(max(64, round(POINTS_PER_PERIOD * (end - start) / motion.period)), MOST_POINTS)
-    events = motion.event_times[(motion.event_times > start) & (motion.event_times < end)][:MOST_POINTS]
-    before = np.maximum(start, events - 1e-9 * motion.period)
-    return np.unique(np.concatenate((np.linspace(start, end, count + 1), events, before)))
+class Trace:
+    """A stretch of a motion as points of its pieces, each with both its ends: jumps stand upright, peaks are round.
+
+    time: [points]; a border of two pieces is there twice, as what each of them says
+    """
+
+    def __init__(self, motion: Trajectory, start: float, end: float):
+        self.motion = motion
+        begin, length = motion.piece_start, motion.piece_length
+        pieces = np.flatnonzero((begin < end) & (begin + length > start))
+        low = np.maximum(begin[pieces], start) - begin[pieces]
+        high = np.minimum(begin[pieces] + length[pieces], end) - begin[pieces]
+        most = max(2, min(MOST_PER_PIECE, MOST_POINTS // max(len(pieces), 1)))
+        share = np.linspace(0.0, 1.0, most)
+        self.index = np.repeat(pieces, most)
+        self.since = (low[:, None] + (high - low)[:, None] * share).ravel()
+        self.time = begin[self.index] + self.since
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A quantity at these points, in SI where the system knows its scales."""
+        return self._plain(name) * (1.0 if name == "side" else scale(name, self.motion.system))
+
+    def _plain(self, name: str) -> np.ndarray:
+        motion = self.motion
+        if name in motion.state_names:
+            return motion.piece_states(self.index, self.since)[motion.state_names.index(name)]
+        if name in motion.observable_names:
+            return motion.piece_observables((name,), self.index, self.since)[0]
+        if name == "side":
+            return motion.piece_side[self.index]
+        if name not in motion.names:
+            raise ArgumentError("name", f"a motion has no {name!r}; {suggestion(name, motion.names)}")
+        integral = motion.integral_names.index(name)
+        return (motion.piece_marks[:, self.index] + motion.piece_integrals(self.index, self.since))[integral]
 
 
 def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float = 1.0) -> bool:
@@ -72,77 +120,131 @@ def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale:
     return bool(stuck)
 
 
+# --- single panels ----------------------------------------------------------------------------------------------------
+def draw_history(
+    motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """A quantity of a motion over time in drive periods; where the contact sticks is shaded.
+
+    name: a state, an observable or an integral (`motion.names`); periods: so many at the end, by default all
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax)
+    start = motion.start_time if periods is None else max(motion.start_time, motion.end - periods * motion.period)
+    trace, period = Trace(motion, start, motion.end), motion.period
+    with style():
+        shaded = periods is not None and shade_stick(ax, motion, start, motion.end, period)
+        ax.plot(trace.time / period, trace[name], **LAST)
+        if name not in ("position", motion.system.machine.place):
+            ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+        ax.set(ylabel=_label(motion, name), xlabel=LABELS["periods"])
+        if periods is not None:
+            ax.set_xlim(start / period, motion.end / period)
+        if shaded:
+            _legend_above(ax)
+    return ax
+
+
+def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """One quantity of a motion over another: the last period over the first ones.
+
+    x, y: by default the first state and its rate; "position" of what travels is drawn less the steady travel, so that a
+        steady motion closes
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax, (5.0, 3.6))
+    inner, rate = motion.state_names[:2]
+    x, y = x or inner, y or rate
+    period, end, begin = motion.period, motion.end, motion.start_time
+    last = max(begin, end - period)
+    parts = [(Trace(motion, last, end), LAST, "last period")]
+    if last > begin:
+        first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
+        parts.insert(0, (first, FAINT, "first periods"))
+    travels = x == "position" and motion.system.machine.cyclic is not None and end - begin >= period
+    size = scale("position", motion.system)
+    speed = size * float(np.diff(motion.at([last, end], "position"))[0]) / period if travels else 0.0
+    origin = _relative(parts[-1][0], x, speed).mean() if travels else 0.0
+    with style():
+        for trace, look, label in parts:
+            ax.plot(_relative(trace, x, speed) - origin, trace[y], **look, label=label)
+        trace = parts[-1][0]
+        ax.plot(_relative(trace, x, speed)[-1:] - origin, trace[y][-1:], **END, label="end")
+        steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
+        place = with_unit(steady, "position", motion.system) if travels else _label(motion, x)
+        ax.set(xlabel=place, ylabel=_label(motion, y))
+        ax.locator_params(axis="x", nbins=7)
+        _legend_above(ax)
+    return ax
+
+
+def _relative(trace: Trace, name: str, speed: float) -> np.ndarray:
+    return trace[name] - speed * trace.time
+
+
+def draw_friction_loop(motion: Trajectory, *, ax: Axes | None = None) -> Axes:
+    """Friction over sliding velocity in the last period: accelerating, decelerating and stuck.
+
+    Returns the axes: `ax`, or those of a new figure.
+    """
+    ax = given_axes(ax, (5.0, 3.6))
+    trace = Trace(motion, max(motion.start_time, motion.end - motion.period), motion.end)
+    velocity, friction = trace["contact_velocity"], trace["friction"]
+    stuck = np.zeros(len(velocity), bool)
+    if motion.system.friction.kind == "set-valued":
+        stuck = trace["side"] == STUCK
+    faster = np.append(np.diff(np.abs(velocity)) > 0.0, False)
+    ends = np.flatnonzero(np.append(trace.index[1:] != trace.index[:-1], True))
+    faster[ends] = faster[np.maximum(ends - 1, 0)]  # the last point of a piece goes on as the piece does
+    with style():
+        for chosen, look, label in (
+            (stuck, HELD, "stuck"),
+            (faster & ~stuck, FASTER, "accelerating"),
+            (~faster & ~stuck, SLOWER, "decelerating"),
+        ):
+            if chosen.any():
+                ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
+        ax.set(xlabel=_label(motion, "contact_velocity") + ", last period", ylabel=_label(motion, "friction"))
+        ax.locator_params(axis="x", nbins=7)
+        _legend_above(ax)
+    return ax
+
+
+def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The chosen points of a line, cut by NaN where it goes on elsewhere; each run ends on the next point of its piece.
+
+    Where the force jumps from one piece to the next, as a set-valued contact's does, nothing is drawn across.
+    """
+    joined = np.append(False, chosen[:-1] & (pieces[1:] == pieces[:-1]))
+    kept = np.flatnonzero(chosen | joined)
+    breaks = np.flatnonzero((np.diff(kept) > 1) | ~(chosen[kept[:-1]])) + 1
+    at = kept.astype(float)
+    at = np.insert(at, breaks, np.nan)
+    empty = np.isnan(at)
+    index = np.where(empty, 0, at).astype(int)
+    return np.where(empty, np.nan, x[index]), np.where(empty, np.nan, y[index])
+
+
 def _time_histories(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then angle, velocity and friction over the last periods."""
     period, end = motion.period, motion.end
-    start = max(0.0, end - DETAIL_PERIODS * period)
-    whole = sample_times(motion, 0.0, end)
-    axes[0].plot(whole / period, motion.at(whole, "position"), **LAST)
+    start = max(motion.start_time, end - DETAIL_PERIODS * period)
+    draw_history(motion, "position", ax=axes[0])
     what = "Place" if motion.system.machine.cyclic is None else "Travel"
-    axes[0].set(title=f"{what} over the whole run", ylabel=_place_label(motion), xlabel=LABELS["periods"])
-    if start > 0.0:
+    axes[0].set(title=f"{what} over the whole run")
+    if start > motion.start_time:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
         _legend_above(axes[0])
-    t = sample_times(motion, start, end)
     moving = motion.system.machine.contact_state
     names = (motion.state_names[0], moving, "friction")
     for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
-        shaded = shade_stick(ax, motion, start, end, period)
-        ax.plot(t / period, motion.at(t, name), **LAST)
-        ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        ax.set(title=title, ylabel=_place_label(motion) if name == "position" else _label(name))
-        ax.set_xlim(start / period, end / period)
+        draw_history(motion, name, periods=DETAIL_PERIODS, ax=ax)
+        ax.set(title=title)
         if name != "friction":
             ax.tick_params(labelbottom=False)
-        if shaded and name == moving:
-            _legend_above(ax)
-    axes[-1].set_xlabel(LABELS["periods"])
-
-
-def _phase_planes(axes: Any, motion: Trajectory) -> None:
-    """theta-theta', X-X' relative to the mean travel, and R against X'; the last period over the first ones."""
-    period, end = motion.period, motion.end
-    last = max(0.0, end - period)
-    t = sample_times(motion, last, end)
-    shown = [(t, LAST, "last period")]
-    if last > 0.0:
-        shown.insert(0, (sample_times(motion, 0.0, min(last, FIRST_PERIODS * period)), FAINT, "first periods"))
-    whole = end >= period and motion.system.machine.cyclic is not None
-    moving = motion.system.machine.contact_state
-    speed = (motion.at(end, "position")[0] - motion.at(last, "position")[0]) / period if whole else 0.0
-
-    def relative(times: np.ndarray) -> np.ndarray:
-        return motion.at(times, "position") - speed * times
-
-    origin = relative(t).mean() if whole else 0.0
-    inner, rate = motion.state_names[:2]
-    for times, style, label in shown:
-        axes[0].plot(motion.at(times, inner), motion.at(times, rate), **style, label=label)
-        axes[1].plot(relative(times) - origin, motion.at(times, moving), **style)
-    axes[0].plot(motion.at(t[-1:], inner), motion.at(t[-1:], rate), **END, label="end")
-    axes[1].plot(relative(t[-1:]) - origin, motion.at(t[-1:], moving), **END)
-    label = _place_label(motion) if inner == "position" else _label(inner)
-    axes[0].set(title=_inner_name(motion), xlabel=label, ylabel=_label(rate))
-    _legend_above(axes[0])
-    steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
-    axes[1].set(title=_body_name(motion), xlabel=steady if whole else _place_label(motion), ylabel=_label(moving))
-
-    velocity, friction = motion.at(t, "contact_velocity"), motion.at(t, "friction")
-    stuck = np.zeros_like(t, bool)
-    if motion.system.friction.kind == "set-valued":
-        stuck = motion.at(t, "side") == STUCK
-    faster = np.append(np.diff(np.abs(velocity)) > 0.0, False)
-    for chosen, style, label in (
-        (stuck, HELD, "stuck"),
-        (faster & ~stuck, FASTER, "accelerating"),
-        (~faster & ~stuck, SLOWER, "decelerating"),
-    ):
-        if chosen.any():  # with the point after each, so that the lines join
-            axes[2].plot(velocity, np.where(chosen | np.roll(chosen, 1), friction, np.nan), **style, label=label)
-    axes[2].set(title="Friction", xlabel=LABELS["contact_velocity"] + ", last period", ylabel=LABELS["friction"])
-    _legend_above(axes[2])
-    for ax in axes:
-        ax.locator_params(axis="x", nbins=7)
+            ax.set_xlabel("")
+        if name != moving and (legend := ax.get_legend()):
+            legend.remove()
 
 
 def _body_name(motion: Trajectory) -> str:
@@ -161,9 +263,10 @@ def _inner_name(motion: Trajectory) -> str:
     return "Pendulum" if motion.state_names[0] == "angle" else "Inner motion"
 
 
-def _label(name: str) -> str:
-    """The axis label of a state; its name in words where there is none."""
-    return LABELS.get(name, name.replace("_", " "))
+def _label(motion: Trajectory, name: str) -> str:
+    """The axis label of a quantity, its name in words where there is none; with its unit where that is known."""
+    label = _place_label(motion) if name == "position" else LABELS.get(name, name.replace("_", " "))
+    return with_unit(label, name, motion.system)
 
 
 def _legend_above(axes: Axes) -> None:

@@ -14,7 +14,8 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.case.case import CHOICES, CaseError, case_from_text
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.symbols import STATES, printed
+from vibrocap.physics.symbols import STATES
+from vibrocap.plotting.labels import EQUALS, percent, symbol_text
 from vibrocap.plotting.units import case_in_si
 
 MOST_PANELS = 6
@@ -27,7 +28,6 @@ FEW = 10
 
 NOT_RUN = -1  # status of a run to come
 NOTHING = re.compile(r" \((?:NaN|empty|infinite): (.*)\)")  # what a meaning says of missing values
-EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 SYMBOLS = {
     "mean_velocity": "⟨X′⟩",
     "drift": "ΔX",
@@ -74,6 +74,11 @@ class ViewAxis:
             return high > low and bool(abs(_share(np.log, low, middle, high)) < abs(_share(float, low, middle, high)))
         ratios = self.values[1:] / self.values[:-1]
         return bool(np.ptp(ratios) <= EVEN * (ratios[0] - 1.0))
+
+    @property
+    def counts(self) -> bool:
+        """Whether the axis numbers runs, of which there is none between two."""
+        return self.path in ("case", "run")
 
     @property
     def edges(self) -> np.ndarray:
@@ -318,7 +323,7 @@ def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
     meaning = str(attributes.get("long_name", path)).replace(" [rad]", "")
     for plain, nice in (("^2", "²"), ("omega_n", "ωₙ")):
         meaning = meaning.replace(plain, nice)
-    words = [meaning, printed(str(attributes.get("symbol", "")))]
+    words = [meaning, symbol_text(str(attributes.get("symbol", "")))]
     unit = "rad" if "[rad]" in str(attributes.get("long_name", "")) else unit
     return "  ".join(word for word in (*words, "" if unit == "1" else f"[{unit}]") if word)
 
@@ -343,11 +348,12 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
             value = fixed.get(path, getattr(record, info.name))
             usual = part == "friction" or info.name == "normal_load"  # named only where it is not as usual
             if path not in varied and not (usual and value == info.default):
-                numbers.append(f"{printed(info.symbol)}{EQUALS}{value_text(value)}")
+                numbers.append(f"{symbol_text(info.symbol)}{EQUALS}{value_text(value)}")
     for name, start in case.initial.items():
         value = float(fixed.get(f"initial.{name}", start))
         if value and f"initial.{name}" not in varied:
-            numbers.append(f"{printed(STATES[name][0]) if name in STATES else name}(0){EQUALS}{value:.4g}")
+            symbol = symbol_text(STATES[name][0]) if name in STATES else name
+            numbers.append(f"{symbol}(0){EQUALS}{value_text(value)}")
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
@@ -360,14 +366,14 @@ def runs_label(dataset: Any) -> str:
             f" of at most {periods} periods, settled to {float(settle):g}" if settle else f" of {periods} periods"
         )
     if "runs_computed" in dataset.attrs:
-        words.append(f"{float(dataset.attrs['share_computed']):.1%} of them made, the others filled in between")
+        words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
     in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
     return "; ".join([*words, "in SI" if in_si else "all dimensionless"])
 
 
 def value_text(value: Any) -> str:
     """A value as it stands in a title."""
-    return value if isinstance(value, str) else f"{float(value):.4g}"
+    return value if isinstance(value, str) else f"{float(value):.4g}".replace("-", "\N{MINUS SIGN}")
 
 
 def panel_title(path: str, value: float | str) -> str:

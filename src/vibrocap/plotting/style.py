@@ -1,8 +1,11 @@
 """The style of all pictures: colours, labels, figures, and files that come out the same every time.
 
-Figures are made as objects, never through pyplot's global state, so that drawing leaves no trace in a session.
+Figures are made as objects, never through pyplot's global state, so that drawing leaves no trace in a session. What
+draws into axes that it is given does so within `style()`, which ends with it.
 """
 
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
 
 from vibrocap.files import replacing
 
@@ -42,6 +46,8 @@ LABELS = {
     "drive": r"drive $h\cos\omega\tau$",
 }
 
+BELOW = 36.0  # points below axes at which a legend begins: room for the numbers and the label of the axis
+
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))  # of units
 
 STYLE: dict[Any, Any] = {
@@ -49,7 +55,7 @@ STYLE: dict[Any, Any] = {
     "savefig.dpi": 150,
     "font.family": "DejaVu Sans",
     "font.size": 9,
-    "mathtext.fontset": "stix",
+    "mathtext.fontset": "dejavusans",  # the letters of all else
     "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
@@ -68,6 +74,21 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 8.5,
     "svg.hashsalt": "vibrocap",
 }
+
+
+@contextlib.contextmanager
+def style(settings: Mapping[Any, Any] | None = None) -> Iterator[None]:
+    """A context in which Matplotlib draws in the style of this package; it leaves no trace.
+
+    settings: of Matplotlib, such as {"font.size": 12}, over those of the style
+    """
+    with matplotlib.rc_context(STYLE | dict(settings or {})):
+        yield
+
+
+def given_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
+    """The axes to draw into: those given, or those of a new figure in the project's style; `size` in inches."""
+    return figure(size=size)[1][0, 0] if ax is None else ax
 
 
 def figure(
@@ -95,6 +116,13 @@ def legend(axes: Axes, **options: Any) -> None:
     """A legend in the project's style."""
     with matplotlib.rc_context(STYLE):
         axes.legend(**{"loc": "best", **options})
+
+
+def legend_below(axes: Axes, handles: Sequence[Any], **options: Any) -> None:
+    """A legend below axes and their label, where it covers nothing."""
+    down = ScaledTranslation(0.0, -BELOW / 72.0, axes.get_figure(root=True).dpi_scale_trans)  # type: ignore[union-attr]
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 0.0}
+    legend(axes, handles=handles, **place, **({"bbox_transform": axes.transAxes + down, "fontsize": 7.5} | options))
 
 
 def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:

@@ -5,10 +5,11 @@ from typing import Any
 
 from vibrocap.case.case import CHOICES, Case
 from vibrocap.physics.conversion import path_in_si
+from vibrocap.physics.parameters import given_parameters
 from vibrocap.physics.system import System
 from vibrocap.physics.units import parameter_keys, written_in_si
+from vibrocap.plotting.labels import EQUALS, LETTERS_PER_INCH, filled, law_words
 
-EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 IN_SI = "In SI units."
 
 
@@ -21,6 +22,19 @@ def with_unit(label: str, name: str, system: System) -> str:
 def scale(name: str, system: System) -> float:
     """By what values of a quantity are multiplied for a picture: to SI, of a system that knows its scales."""
     return 1.0 if system.units is None else system.si.factor(name)
+
+
+def parts_in_si(system: System, width: float) -> str:
+    """The parts of a system in SI, each on lines of its own, for the head of a picture of that width in inches."""
+    lines = []
+    for name in CHOICES:
+        part = getattr(system, name)
+        numbers = _quantities(name, part, system, set(), {})
+        if name == "machine" and system.units is not None:
+            numbers += [f"{key}{EQUALS}{value:.4g}" for key, value in given_parameters(system.units).items()]
+        text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
+        lines.append(filled(text, round(LETTERS_PER_INCH * width), "    "))
+    return "\n".join(lines)
 
 
 def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:

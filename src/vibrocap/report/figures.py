@@ -14,6 +14,7 @@ WIDE = 8.2, 1.9  # for one
 SHARED = 3  # labels at most in a legend above all panels
 CROWDED = 4  # curves, from which on the legend is set small
 
+LAWS = {"LM": "LM: LuGre law (bristles).", "EM": "EM: exponential law (sticks)."}
 LABELS = {
     "mass_ratio": r"mass ratio $\lambda$",
     "mean_velocity": "average velocity",
@@ -30,7 +31,9 @@ def draw(figure: Figure, path: Path) -> Path:
     for panel, ax in zip(figure.panels, axes.flat, strict=True):
         _panel(ax, panel)
     _legends(fig, axes, figure)
-    plots.footnote(fig)
+    roles = {curve.role for panel in figure.panels for curve in panel.curves}
+    laws = [words for role, words in LAWS.items() if role in roles]
+    plots.footnote(fig, " ".join([*laws, plots.DIMENSIONLESS]))
     return plots.save(fig, path)
 
 

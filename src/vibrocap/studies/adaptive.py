@@ -27,6 +27,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, suggestion
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+from vibrocap.progress import shows_progress, told
 from vibrocap.studies.axes import Axis, Grid, axis_of
 from vibrocap.studies.checks import plan_complaints
 from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
@@ -61,6 +62,7 @@ class Border:
     computed: np.ndarray
 
 
+@shows_progress("Mapping", counted=True)
 def adaptive_map(
     system: Any,
     over: Mapping[str, Any],
@@ -73,7 +75,7 @@ def adaptive_map(
     refine_unsettled: bool = True,
     evaluate: Evaluator | None = None,
     tile: int = TILE,
-    progress: Callable[[int, int], None] | None = None,
+    progress: bool | Callable[[int, int], None] | None = None,
     **settings: Any,
 ) -> "xarray.Dataset":
     """A map over two parameters, run on a coarse grid and, down to the finest spacing, where labels change.
@@ -90,7 +92,8 @@ def adaptive_map(
     evaluate: what runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble, to which
         system, measures and settings go; runs settle to max(1e-6, 1000 tolerance) where `settle` is not among these.
     tile: runs per call of the evaluator, which has one call for each round of refinement that is no larger
-    progress: called after each of these calls with the runs done and those wanted by now; more may follow
+    progress: True for a bar, or a function that is called after each of these calls with the runs done and those wanted
+        by now; more may follow
 
     Returns a dataset on the full grid. `computed` tells runs from fillings, which come from the corners of the cell
     around a point, where all labels agree: real measures by bilinear interpolation (in the logarithm of an axis that
@@ -128,8 +131,8 @@ def adaptive_map(
             codes[i, j], computed[i, j] = _codes(results, by, refine_unsettled, known), True
             places.append(place)
             found.append(results)
-            if progress is not None:
-                progress(int(computed.sum()), goal)
+            if (report := told(progress)) is not None:
+                report(int(computed.sum()), goal)
 
     order, corners = np.concatenate(places), leaf_corners(codes, computed, levels, margin)
     runs = {name: np.concatenate([results[name] for results in found]) for name in found[0]}

@@ -13,6 +13,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, reporting
 from vibrocap.studies.code_version import code_version
 from vibrocap.studies.dataset import empty_results, labelled, open_study
 from vibrocap.studies.designs import Design
@@ -35,7 +36,7 @@ SECONDS = {
     "smooth": 3e-6,
 }  # per run and period on one core, roughly, by kind of law
 
-Progress = Callable[[float], None] | None
+Report = Callable[[float], None] | None
 
 
 class Stopped(KeyboardInterrupt):
@@ -86,7 +87,7 @@ def sweep(
     device: "cpu", or "cuda": a graphics card (extra `gpu`), whose results agree with the processor's to rounding
     workers: so many processes of a local Dask cluster (in a script, below `if __name__ == "__main__":`); scheduler: the
         address of another cluster, whose workers see the folder too; both need `out`
-    progress: called now and then with the share done
+    progress: True for a bar, or a function that is called now and then with the share done
 
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
     of every run: a run that failed is NaN and its status says why. The results depend on nothing but the study itself:
@@ -147,10 +148,11 @@ def run_study(
     elif tile_runs is None and out is not None and not (workers or scheduler):
         tile_runs = tile_runs_by_time(study, Path(out), threads)
     tile = tile_shape(study.plan.shape, tile_runs)
-    progress = progress and _rising(progress)
-    if out is None:
-        return _in_memory(study, tile, threads, progress)
-    return _stored(study, tile, Path(out), resume, threads, workers, scheduler, progress)
+    with reporting(progress, "Sweeping") as report:
+        report = report and _rising(report)
+        if out is None:
+            return _in_memory(study, tile, threads, report)
+        return _stored(study, tile, Path(out), resume, threads, workers, scheduler, report)
 
 
 def _require_packages(out: Any, cluster: Any) -> None:
@@ -190,7 +192,7 @@ def _duration(seconds: float) -> str:
     return f"{math.ceil(seconds)} seconds"
 
 
-def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progress: Progress) -> "xarray.Dataset":
+def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progress: Report) -> "xarray.Dataset":
     """All tiles, into arrays."""
     shape = study.plan.shape
     results = empty_results(study)
@@ -204,7 +206,7 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
     return labelled(study, results)
 
 
-def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Progress) -> "xarray.Dataset":
+def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Report) -> "xarray.Dataset":
     """All tiles that are not stored yet, into a store."""
     opened = opened_for_writing(out, study, tile, resume=resume)
     store = opened.store
@@ -238,7 +240,7 @@ def _stored(study, tile, out, resume, threads, workers, scheduler, progress: Pro
     return open_study(out)
 
 
-def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | None, report: Progress) -> None:
+def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | None, report: Report) -> None:
     """Compute and store tiles in this process; one is on its way to the disk while the next is computed."""
     with ThreadPoolExecutor(1) as writer:
         writing = None

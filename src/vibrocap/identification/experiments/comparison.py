@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from vibrocap.identification.fitting.fit import fit, split_records
 from vibrocap.identification.problem.parametrisation import law_class
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_result import Fit, relative_rmse, table
+from vibrocap.progress import Progress, shows_progress, told
 
 FEW = 8  # records up to which each one is left out in turn
 KEPT = 2 / 3  # of a single record, which is fitted; the rest is held out
@@ -73,13 +74,14 @@ class Comparison:
         return "\n".join([*table([head, *rows]), "", tail])
 
 
+@shows_progress("Comparing laws")
 def compare(
     records: Any,
     laws: Sequence[Any],
     *,
     held_out: Any = (),
     load: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **settings: Any,
 ) -> Comparison:
@@ -87,6 +89,7 @@ def compare(
 
     held_out: records (or names of some) that no fit sees; without: each record is left out in turn where there are 2
         to 8, the last third of a single record otherwise.
+    progress: True for a bar, or a function that is called with the share that is done
     options: settings of `fit` for single laws, by law name; **settings: of `fit` for all.
     With n_eff independent samples, p parameters and the mean square error s^2 (over the records' units)
 
@@ -103,7 +106,7 @@ def compare(
             raise ValueError(f"laws: {name!r} is given twice")
     fitted, unseen = split_records(records, held_out, load)
     folds, method = _folds(fitted, unseen)
-    said = progress or (lambda _: None)
+    said = told(progress) or (lambda _: None)
     settings = {"intervals": "covariance", **settings}
     rows, done, total = [], 0, len(laws) * (1 + len(folds))
     for law, name in zip(laws, names, strict=True):

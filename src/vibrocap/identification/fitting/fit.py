@@ -2,7 +2,7 @@
 
 import functools
 import time as clock
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from vibrocap.identification.problem.prediction import Prediction, nuisances
 from vibrocap.identification.problem.samples import Samples, drafts, samples
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.identification.search.loss import Loss
+from vibrocap.progress import Progress, reporting
 
 DRAFT = 4000  # samples, in all, of a draft
 STARTS = ("fitted", "relaxed")
@@ -41,7 +42,7 @@ def fit(
     load: float | None = None,
     seed: int = 0,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Fit:
     """Fit a friction law to measured records, all of them together.
 
@@ -66,7 +67,7 @@ def fit(
     start: the contact's states at the first sample of each record: "fitted" (nobody measured them) or "relaxed" (zero).
     intervals: "profile" (likelihood profiles) or "covariance" (quicker; symmetric in the logarithm).
     load: normal force (N) of records without their own; without both, coefficients are forces in N.
-    progress: called with the share that is done.
+    progress: True for a bar, or a function that is called with the share that is done.
 
     Returns a `Fit`; where all starts fail its status says so and its law is None. Same input, same numbers.
     Raises ValueError for input that makes no sense: unknown names (with the nearest), bounds reversed, nothing free,
@@ -101,7 +102,8 @@ def fit(
         "fixed": dict(fixed or {}),
         "bounds": {name: tuple(pair) for name, pair in (bounds or {}).items()},
     }
-    return solution(prediction, draft, chosen, settings, unseen, options, begin, progress, simpler)
+    with reporting(progress, f"Fitting {chosen.template.name}") as report:
+        return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
 
 
 def units(fitted: Sequence[Samples], weights: str) -> tuple[float, ...]:

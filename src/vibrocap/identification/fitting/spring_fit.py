@@ -4,7 +4,7 @@ import dataclasses
 import itertools
 import math
 import time as clock
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from vibrocap.identification.problem.velocity_step import (
     relaxation_distance,
 )
 from vibrocap.identification.result.fit_result import Fit
+from vibrocap.progress import Progress, reporting
 
 
 def spring_fit(
@@ -43,7 +44,7 @@ def spring_fit(
     intervals: str = "profile",
     load: float | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Fit:
     """Fit rate-and-state friction to a step of the sliding velocity: a, b, D_c, level and the machine's spring.
 
@@ -111,7 +112,8 @@ def spring_fit(
         "load": load,
         "fixed": held,
     }
-    return solution(prediction, prediction, chosen, settings, (), options, begin, progress)
+    with reporting(progress, f"Fitting {chosen.template.name}") as report:
+        return solution(prediction, prediction, chosen, settings, (), options, begin, report)
 
 
 def _displacement(record: Any, samples: Samples) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time as clock
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from vibrocap.identification.problem.prediction import nuisances
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.steady_prediction import SteadyPrediction
 from vibrocap.identification.result.fit_result import Fit
+from vibrocap.progress import Progress, reporting
 
 
 def steady_fit(
@@ -34,7 +35,7 @@ def steady_fit(
     least_speed: float = 0.0,
     load: float | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Fit:
     """Fit the steady curve R(v) of a law to samples of force and velocity.
 
@@ -79,7 +80,8 @@ def steady_fit(
     }
     every = max(1, prediction.size // DRAFT)
     draft = prediction.of([_each(record, every) for record in fitted], prediction.units)
-    return solution(prediction, draft, chosen, settings, unseen, options, begin, progress)
+    with reporting(progress, f"Fitting {chosen.template.name}") as report:
+        return solution(prediction, draft, chosen, settings, unseen, options, begin, report)
 
 
 def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -> Parametrisation:

@@ -20,6 +20,7 @@ from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.pendulum_capsule import PendulumScales
+from vibrocap.results import Result
 
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
 
@@ -72,8 +73,8 @@ class RecordResult:
     correlation_time: float
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Fit:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Fit(Result):
     """A friction law fitted to records.
 
     law: with the fitted parameters, ready for a case; None where every start failed (`status` says why)
@@ -86,6 +87,8 @@ class Fit:
     starts: where the search began and ended; seconds: time it took; options: how the fit was asked for
     limits: at which parameters stand, those of the search included; they open intervals that they would hold closed
     problem: what was minimised, for profiles, bootstraps and designs that start from here
+
+    Two fits are equal if all of this is but the time they took and `problem`, which the other fields follow from.
     """
 
     law: Law | None
@@ -103,10 +106,25 @@ class Fit:
     unit: float
     identifiability: Identifiability | None
     starts: tuple[Start, ...]
-    seconds: float
+    seconds: float = dataclasses.field(compare=False)
     options: Mapping[str, Any]
-    problem: "Problem | None" = None
+    problem: "Problem | None" = dataclasses.field(default=None, compare=False)
     limits: tuple[ReachedLimit, ...] = ()
+
+    @property
+    def heading(self) -> str:
+        return f"{self.law_name} friction fitted to {len(self.records)} record(s)"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        if not self.ok:
+            return {"status": str(self.status)}
+        free = [p for p in self.parameters if p.name in self.free]
+        return {
+            "error": f"relative RMSE {_percent(self.relative_rmse)} ({self.rmse:.4g} N)",
+            "parameters": " ".join(f"{p.name}={number(p.value, 4)}" for p in free),
+            "status": str(self.status),
+        }
 
     @property
     def units(self) -> MeasuredUnits:

@@ -16,6 +16,7 @@ from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
 from vibrocap.numerics.compiler.library import Compiled
 from vibrocap.numerics.compiler.machine import Target, host, object_code
 from vibrocap.numerics.compiler.subset import Refused
+from vibrocap.progress import stage
 
 __all__ = [
     "FLOATS",
@@ -75,6 +76,7 @@ def _compiled(text: str, entry: str, short: bool) -> Compiled:
         with cache.one_process_at_a_time(name):
             code = cache.kept(name)  # another process may have made it
             if code is None:
-                code = object_code(ir(text, entry, short=short), host())
+                with stage("compiling"):
+                    code = object_code(ir(text, entry, short=short), host())
                 cache.keep(name, code)
     return Compiled(code)

@@ -68,20 +68,26 @@ def recorded_run(
     plain: bool = False,
     keep_pieces: bool = True,
     order: int | None = None,
+    phase: float = 0.0,
 ) -> Recorded:
-    """Run one motion to its end, or to where it could not go on."""
+    """Run one motion to its end, or to where it could not go on.
+
+    phase: of the drive at the start, a share of its period from 0 to 1; times count from where that period began
+    """
     order = series_order(tolerance) if order is None else order
     layout, advance = kernel(equations, order, plain)
     place, rows = layout.places, layout.rows
     real, whole = layout.allocated()
-    whole_periods = int(np.floor(periods + 1e-12))
+    marks = phase + periods  # of the drive, at the end
+    whole_periods = int(np.floor(marks + 1e-12))
     _fill(real, place["STATE"], initial)
     _fill(real, place["PARAMETER"], parameters)
     scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
     _fill(real, place["SCALE"], scales)
     real[place["UNSAFE_SPEED"]] = real[place["FAR_SPEED"]] = np.inf
     real[place["PERIOD"]] = period
-    real[place["TAIL"]] = max(0.0, (periods - whole_periods) * period) if periods - whole_periods > 1e-12 else 0.0
+    real[place["TIME"]] = phase * period
+    real[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
     real[place["TOLERANCE"]] = tolerance
     whole[place["WHOLE_PERIODS"]] = whole_periods
     whole[place["EVENT_LIMIT"]] = max_events_per_period
@@ -109,7 +115,7 @@ def recorded_run(
         if full:
             whole[place["STATUS"]] = status = memory.RUNNING
         if progress is not None:
-            progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods)
+            progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period - phase) / periods)
     completed = int(whole[place["PERIOD_COUNT"]])
     return Recorded(
         status=status,

@@ -1,7 +1,7 @@
 """All attractors of a system: what many starts lead to, each once, and how many of them each attracts."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from vibrocap.orbits.closing.attractor_matching import (
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
 
 # What a start leads to, where that is none of the attractors.
 NOT_SETTLED, FAILED, NOT_TOLD = -2, -3, -4
@@ -73,6 +74,7 @@ class Attractors:
         return float(np.mean(self.label == label))
 
 
+@shows_progress("Running the starts")
 def attractors(
     system: System,
     starts: int = 1000,
@@ -82,7 +84,7 @@ def attractors(
     settle_periods: int = 500,
     tolerance: float = 1e-12,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Attractors:
     """The attractors that starts spread over ranges of the states lead to.
 
@@ -95,7 +97,8 @@ def attractors(
     ranges: {state: (low, high)}; by default all states, as far as motions from within two natural sizes visit them
     initial: values of the states that have no range
     settle_periods: most drive periods of a run; tolerance: of the orbits, see `orbit`
-    progress: called now and then, from any thread, with the share of the starts that have begun
+    progress: True for a bar, or a function that is called now and then, from any thread, with the share of the starts
+        that have begun
 
     An attractor with a small basin may be missed: one of the share s is, with the probability exp(-s starts).
     Raises ValueError naming the argument; so it does for a system that nothing drives in time.
@@ -108,7 +111,7 @@ def attractors(
     map_ = driven_map(system, tolerance, threads)
     ranges = visited_ranges(map_, start) if given is None else given
     states = spread_starts(map_, start, ranges, starts)
-    runs = settling_runs(map_, states, np.tile(map_.parameters(), (starts, 1)), settle_periods, progress=progress)
+    runs = settling_runs(map_, states, np.tile(map_.parameters(), (starts, 1)), settle_periods, progress=told(progress))
     found, label, _ = attractors_of(map_, runs, settle_periods)
     return Attractors(system, found, states, label, ranges, settle_periods)
 

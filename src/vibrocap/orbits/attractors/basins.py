@@ -17,6 +17,7 @@ from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
 
 PHASE = "phase"
 STILL = 1e-6  # drift per drive period below which a settled motion that was not shot does not travel
@@ -51,6 +52,7 @@ class Basins:
     settle_periods: int
 
 
+@shows_progress("Running the starts of the plane")
 def basins(
     system: System,
     plane: Mapping[str, tuple[float, float] | None] | Sequence[str],
@@ -61,7 +63,7 @@ def basins(
     settle_periods: int = 500,
     tolerance: float = 1e-12,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Basins:
     """Basins of direction on a plane of starts, such as {"angle": (-3, 3), "angle_rate": (-3, 3)}.
 
@@ -98,7 +100,7 @@ def basins(
             phases = each
         else:
             states[:, system.state_names.index(name)] = each
-    runs = started_anywhere(map_, states, phases, settle_periods, progress)
+    runs = started_anywhere(map_, states, phases, settle_periods, told(progress))
     found, label, runs = attractors_of(map_, runs, settle_periods)
     drift = _drifts(found, label, runs)
     shape = (counts[0], counts[1])

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from vibrocap.orbits.maps.settling_runs import ROUGH, iterates, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
 from vibrocap.orbits.parameter_range import checked_range, system_at
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
@@ -42,6 +43,7 @@ class BifurcationDiagram:
     state_names: tuple[str, ...]
 
 
+@shows_progress("Running over the parameter")
 def bifurcation_diagram(
     system: System,
     over: str,
@@ -54,7 +56,7 @@ def bifurcation_diagram(
     settle_periods: int = 300,
     kept: int = 64,
     threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> BifurcationDiagram:
     """Stroboscopic states, drift and response period over a parameter, swept in both directions.
 
@@ -67,7 +69,7 @@ def bifurcation_diagram(
         symmetry every other run is recorded by its mirror image, which is a motion too: the way in which a parameter
         changes prefers one of two twins, so that of runs alone all would go to the same
     settle_periods: most drive periods at a point; kept: states kept of a motion that does not settle
-    progress: called at each point with the share done
+    progress: True for a bar, or a function that is called at each point with the share done
 
     A loss of stability with a multiplier close to one is seen late, since runs leave slowly what they were on.
     Raises ValueError naming the argument.
@@ -102,8 +104,8 @@ def bifurcation_diagram(
             drift[row, :, at] = done[2].reshape(each_shape)
             moved = done[3].reshape(*each_shape, -1)
             ends[row] = np.where(np.isfinite(moved), moved, first[row])
-        if progress is not None:
-            progress((step + 1) / len(values))
+        if (report := told(progress)) is not None:
+            report((step + 1) / len(values))
     return BifurcationDiagram(system, over, values, tuple(directions), states, response, drift, system.state_names)
 
 

@@ -17,11 +17,12 @@ from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
 from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
 
 PUSH = 1e-3  # in natural sizes: small beside the distance of attractors, large beside the errors of a run
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Orbit(PeriodicSolution):
     """A steady motion, periodic modulo its drift; the fields are those of `PeriodicSolution`.
 
@@ -75,6 +76,7 @@ class Orbit(PeriodicSolution):
         return shoot(self.system, self.mirrored_state, self.response_period, tolerance=self.tolerance)
 
 
+@shows_progress("Looking for the steady motion")
 def orbit(
     system: System,
     *,
@@ -83,6 +85,7 @@ def orbit(
     half: bool = False,
     settle_periods: int = 2000,
     tolerance: float = 1e-12,
+    progress: Progress = None,
 ) -> Orbit:
     """The steady motion that a start leads to, closed to rounding.
 
@@ -98,6 +101,7 @@ def orbit(
         `initial`, and only if none closes from where a simulation leads; finds unstable orbits too
     settle_periods: most drive periods simulated before it counts as not settled
     tolerance: of the runs, error per step over the natural size of each state
+    progress: True for a bar, or a function that is called now and then
     Returns an `Orbit`; its `status` says whether it closed, and `status.advice` what to try if not. Raises ValueError,
     naming the argument, before any work.
     """
@@ -113,7 +117,7 @@ def orbit(
         asked = closed(map_, start, response_period or 1, half)
         if asked.status is OrbitStatus.CONVERGED:
             return Orbit.of(asked)
-    runs = settling_runs(map_, start[None], map_.parameters()[None], settle_periods)
+    runs = settling_runs(map_, start[None], map_.parameters()[None], settle_periods, progress=told(progress))
     state, periods = runs.state[0], int(runs.response_period[0])
     if asked is not None:
         later = closed(map_, state, response_period or 1, half) if np.all(np.isfinite(state)) else asked

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.physics.system import System
+from vibrocap.results import Result
 
 CLOSE_TO_CIRCLE = 1e-8  # a multiplier whose size is this close to 1 is neither stable nor unstable
 FORGOTTEN = 1e-13  # size of a multiplier below which, with a law that sticks, it is zero
@@ -37,8 +38,8 @@ ADVICE = {
 }
 
 
-@dataclasses.dataclass(frozen=True)
-class PeriodicSolution:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class PeriodicSolution(Result):
     """A periodic solution modulo its drift, as Newton's method left it.
 
     state: at the section (the start of a drive period), position zero
@@ -51,6 +52,8 @@ class PeriodicSolution:
     symmetric: whether the orbit is its own mirror image half a period later; None without that symmetry
     derivative: of the map at the section, [states, states]
     status: `OrbitStatus`; anything but CONVERGED means that the numbers above are those of the last try
+
+    Two are equal if all of this is.
     """
 
     system: System
@@ -66,6 +69,23 @@ class PeriodicSolution:
     iterations: int
     tolerance: float
     mirrored_state: dict[str, float] | None = None
+
+    @property
+    def heading(self) -> str:
+        what = f"steady motion of {self.response_period} drive period(s)" if self.response_period else "cycle"
+        return f"{what} of a {self.system.machine.name}, {self.system.friction.name} friction"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        largest = float(np.max(np.abs(self.multipliers), initial=0.0))
+        stability = "stable" if self.stable else "unstable" if self.unstable else "neither stable nor unstable"
+        found = {"period": f"period {self.period:.10g}"}
+        if self.drift is not None:
+            found["travel"] = f"drift {self.drift:.10g}, mean velocity {self.drift / self.period:.6g}"
+        if self.symmetric is not None:
+            found["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
+        found["stability"] = f"{stability}, largest multiplier {largest:.6g}"
+        return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
 
     @property
     def stable(self) -> bool:

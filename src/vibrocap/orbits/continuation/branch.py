@@ -1,5 +1,6 @@
 """A branch of steady motions over a parameter: labelled arrays, its special points, and why it ends."""
 
+import collections
 import dataclasses
 import itertools
 from collections.abc import Mapping
@@ -22,12 +23,14 @@ from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.results import Result
 
 TOWARDS = ("both", "up", "down")
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Branch:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Branch(Result):
     """Steady motions that go over into each other as a parameter changes, in order of the arclength.
 
     over, between: path and range of the parameter; response_period: of all its orbits, in drive periods; 0 for cycles
@@ -38,6 +41,8 @@ class Branch:
     symmetric: whether its orbits are their own mirror images; None where the system has no such symmetry
     special_points: in order; ends: why it was not followed beyond its first and its last point
     start: index of the point it was followed from; -1 where no orbit closed there and the branch is empty
+
+    Two branches are equal if all of this is: every point, special point and end.
     """
 
     system: System
@@ -57,10 +62,35 @@ class Branch:
     special_points: tuple[SpecialPoint, ...]
     ends: tuple[BranchEnd, BranchEnd]
     start: int
-    closing_map: ClosingMap = dataclasses.field(repr=False)
+    closing_map: ClosingMap = dataclasses.field(compare=False)
 
     def __len__(self) -> int:
         return len(self.parameter)
+
+    @property
+    def heading(self) -> str:
+        what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
+        return f"branch of {self._kind}{what} over {self.over}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        if not len(self):
+            return {"points": "no points", "end": self.ends[0].value}
+        low, high = np.min(self.parameter), np.max(self.parameter)
+        kinds = collections.Counter(special.kind.value for special in self.special_points)
+        return {
+            "points": f"{len(self)} points from {low:.6g} to {high:.6g}",
+            "stability": f"{np.mean(self.stable):.0%} of them stable".replace("%", " %"),
+            "special points": ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no special points",
+            "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
+        }
+
+    @property
+    def _kind(self) -> str:
+        """The word for its orbits, with a space behind."""
+        kind = {True: "symmetric ", False: "travelling ", None: ""}[self.symmetric]
+        drifts = self.closing_map.map.cyclic >= 0
+        return kind if drifts or self.symmetric is not False else "asymmetric "
 
     def orbit(self, point: int) -> Orbit:
         """The orbit at a point of the branch, closed anew, with all that an `Orbit` tells."""
@@ -123,9 +153,7 @@ class Branch:
 
     def __str__(self) -> str:
         """The branch in words."""
-        kind = {True: "symmetric ", False: "travelling ", None: ""}[self.symmetric]
-        drifts = self.closing_map.map.cyclic >= 0
-        kind = kind if drifts or self.symmetric is not False else "asymmetric "
+        kind = self._kind
         if not len(self):
             return f"No {kind}branch: {self.ends[0].advice}"
         what = f"orbits of {self.response_period} drive period(s)" if self.response_period else "cycles"
@@ -199,6 +227,7 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
     )
 
 
+@shows_progress("Following the branch")
 def branch(
     system: System,
     over: str,
@@ -212,6 +241,7 @@ def branch(
     step: float = 0.01,
     settle_periods: int = 2000,
     tolerance: float = 1e-12,
+    progress: Progress = None,
 ) -> Branch:
     """The branch of steady motions through one of them, over a range of a parameter.
 
@@ -225,6 +255,7 @@ def branch(
     towards: "both", "up" or "down", the way of the parameter at the start
     points: most points each way; step: longest, in natural sizes of the states and shares of the range of the parameter
     settle_periods, tolerance: as for `orbit`
+    progress: True for a bar, or a function that is called with the share of the range that is passed
 
     Returns a `Branch`; its `ends` say why it was not followed further, with advice. If no orbit closes at the start it
     is empty. Raises ValueError, naming the argument, before any work.
@@ -255,10 +286,13 @@ def branch(
     if first is None:
         return empty_branch(closure, (low, high))
     follow = cycles_followed if isinstance(closure, CycleMap) else followed
-    back = None if towards == "up" else follow(closure, first, -1.0, points, step)  # type: ignore[arg-type]
+    report, ways = told(progress), 2.0 if towards == "both" else 1.0
+    down = report and (lambda share: report(share / ways))
+    up = report and (lambda share: report(1.0 - (1.0 - share) / ways))
+    back = None if towards == "up" else follow(closure, first, -1.0, points, step, progress=down)  # type: ignore[arg-type]
     if back is not None and back.end is BranchEnd.CLOSED:
         return joined(closure, None, back)
-    onward = None if towards == "down" else follow(closure, first, 1.0, points, step)  # type: ignore[arg-type]
+    onward = None if towards == "down" else follow(closure, first, 1.0, points, step, progress=up)  # type: ignore[arg-type]
     return joined(closure, back, onward)
 
 

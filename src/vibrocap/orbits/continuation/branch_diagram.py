@@ -1,7 +1,7 @@
 """branches(...): a motion followed over a parameter together with all that branches off from it."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,8 @@ from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
+from vibrocap.results import Result
 
 BRANCHING = (SpecialKind.PITCHFORK, SpecialKind.FLIP)
 AT_PARENT = (BranchEnd.PITCHFORK, BranchEnd.FLIP)
@@ -36,8 +38,8 @@ class Join:
     end: int
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class BranchDiagram:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class BranchDiagram(Result):
     """Branches of steady motions over one parameter, and where they meet.
 
     Of mirror twins only one is kept: the other has the opposite drift and the same multipliers.
@@ -50,6 +52,19 @@ class BranchDiagram:
     branches: tuple[Branch, ...]
     joins: tuple[Join, ...]
     unfollowed: tuple[tuple[int, int], ...]
+
+    @property
+    def heading(self) -> str:
+        return f"branches of steady motions over {self.over}"
+
+    @property
+    def facts(self) -> dict[str, str]:
+        low, high = self.between
+        return {
+            "range": f"{low:g} to {high:g}",
+            "branches": f"{len(self.branches)} branches of {sum(map(len, self.branches))} points",
+            "special points": f"{sum(len(each.special_points) for each in self.branches)} special points",
+        }
 
     def table(self) -> list[dict[str, Any]]:
         """The special points of all branches as rows of a table, by branch and then along it."""
@@ -65,6 +80,7 @@ class BranchDiagram:
         return "\n".join(lines)
 
 
+@shows_progress("Following branches")
 def branches(
     system: System,
     over: str,
@@ -77,6 +93,7 @@ def branches(
     step: float = 0.01,
     settle_periods: int = 2000,
     tolerance: float = 1e-12,
+    progress: Progress = None,
 ) -> BranchDiagram:
     """The diagram of steady motions over a parameter: the symmetric orbits, what travels, and what has longer periods.
 
@@ -85,11 +102,12 @@ def branches(
     too if it is not among them. Branches that are joined to none of these are not found: start from one of their
     orbits. Of a system that nothing drives in time the branch of cycles through the start is the whole diagram.
 
+    progress: True for a bar, or a function that is called with the share of the branches known so far
     depth: generations after the first; other arguments as for `branch`
     """
     begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     options = {"points": points, "step": step, "tolerance": tolerance}
-    diagram = _Growing(depth, points, step)
+    diagram = _Growing(depth, points, step, told(progress))
     if mirrored_all_over(system, over, between) and not begun.symmetric:
         symmetric = shoot(begun.system, begun.state, 1, half=True, tolerance=tolerance)
         if symmetric.status is OrbitStatus.CONVERGED:
@@ -105,7 +123,8 @@ def branches(
 class _Growing:
     """A diagram that is being followed."""
 
-    def __init__(self, depth: int, points: int, step: float):
+    def __init__(self, depth: int, points: int, step: float, progress: Callable[[float], None] | None = None):
+        self.progress = progress
         self.depth, self.points, self.step = depth, points, step
         self.branches: list[Branch] = []
         self.generation: list[int] = []
@@ -115,6 +134,9 @@ class _Growing:
     def add(self, new: Branch, generation: int) -> int:
         self.branches.append(new)
         self.generation.append(generation)
+        if self.progress is not None:
+            left = sum(_leaves(special) for each in self.branches for special in each.special_points)
+            self.progress(len(self.branches) / max(len(self.branches) + left - len(self.tried), 1))
         return len(self.branches) - 1
 
     def grow(self) -> None:

@@ -1,5 +1,7 @@
 """Following a branch of cycles that nothing drives in time: the section is set anew where it leaves its phase."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vibrocap.motion.simulate import simulate
@@ -13,7 +15,14 @@ AMID = 0.25  # share of its phase that the section keeps from both ends
 TOO_CLOSE = 1e-9  # change of the parameter, as a share of its range, below which nothing was gained by a new section
 
 
-def cycles_followed(closure: CycleMap, start: BranchPoint, towards: float, most: int, step: float) -> Followed:
+def cycles_followed(
+    closure: CycleMap,
+    start: BranchPoint,
+    towards: float,
+    most: int,
+    step: float,
+    progress: Callable[[float], None] | None = None,
+) -> Followed:
     """`followed` for cycles, whose section is set anew amid its phase where it has come near an end of it.
 
     The points of both sections are of the same cycles at other instants: where the section is set anew, the states jump
@@ -22,7 +31,7 @@ def cycles_followed(closure: CycleMap, start: BranchPoint, towards: float, most:
     points, special = [start], []
     here, sign = start, towards
     while True:
-        way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), step)
+        way = followed(closure, here, sign, min(STRETCH, most - len(points) + 1), step, progress=progress)
         special += [(len(points) - 1 + i, found) for i, found in way.special]
         points += way.points[1:]
         more = len(points) < most

@@ -2,6 +2,7 @@
 
 import dataclasses
 import enum
+from collections.abc import Callable
 
 import numpy as np
 
@@ -88,7 +89,13 @@ def started(closure: Closure, x: np.ndarray) -> BranchPoint | None:
 
 
 def followed(
-    closure: Closure, start: BranchPoint, towards: float, most: int, step: float, from_parent: bool = False
+    closure: Closure,
+    start: BranchPoint,
+    towards: float,
+    most: int,
+    step: float,
+    from_parent: bool = False,
+    progress: Callable[[float], None] | None = None,
 ) -> Followed:
     """Follow a branch from a point, first towards larger (+1) or smaller (-1) parameters along its tangent.
 
@@ -100,6 +107,7 @@ def followed(
 
     most: points; step: longest, in natural sizes of the states and shares of the parameter's range
     from_parent: the start is where this branch bifurcates from another, as in `special_points_between`
+    progress: called after each point with the share of the way to the end of the range, which may shrink again
     """
     here = dataclasses.replace(start, tangent=towards * start.tangent)
     walk = _Walk(closure, closure.coarser(), step, (0.2 if from_parent else 0.1) * step)
@@ -113,11 +121,20 @@ def followed(
         special += [(len(points) - 1, each) for each in between]
         if found is not None:
             points.append(found)
+            if progress is not None:
+                progress(_share_passed(start, found))
         if end is None and _closes(points):
             end = BranchEnd.CLOSED
         if end is not None or found is None:
             return Followed(points, special, end or BranchEnd.NEWTON_FAILED)
         here = found
+
+
+def _share_passed(start: BranchPoint, here: BranchPoint) -> float:
+    """Share of the parameter's range between the start and the end towards which a branch has gone."""
+    first, now = float(start.x[-1]), float(here.x[-1])
+    left = (1.0 - first) if now > first else first
+    return min(abs(now - first) / left, 1.0) if left > 0.0 else 1.0
 
 
 @dataclasses.dataclass

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, D
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
 from vibrocap.orbits.parameter_range import checked_range
 from vibrocap.physics.system import System
+from vibrocap.progress import Progress, shows_progress, told
 
 __all__ = ["Crossing", "CrossingKind", "Crossings", "crossing"]
 
@@ -68,6 +69,7 @@ class Crossings:
         return "\n".join(lines)
 
 
+@shows_progress("Looking for crossings")
 def crossing(
     system: System,
     measure: str = "drift",
@@ -80,7 +82,7 @@ def crossing(
     points: int = 200,
     periods: int = 2000,
     tolerance: float = 1e-12,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
 ) -> Crossings:
     """Where the steady value of a measure equals a value, or that of another system, along a parameter.
 
@@ -96,7 +98,7 @@ def crossing(
         only one of two systems has is given to that one
     points, periods: of the scan: how many parameters, and drive periods to settle in at most
     tolerance: of the runs
-    progress: called with the share of the scan that is done
+    progress: True for a bar, or a function that is called with the share of the scan that is done
 
     What settles slowly is closed by shooting. Two crossings between neighbouring points of the scan are not seen.
     Returns `Crossings`. Raises ValueError for a path, range or measure that is none, before any work.
@@ -106,11 +108,11 @@ def crossing(
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     starts = _starts(systems, initial)
     difference = Difference(measure, over, float(value), int(periods), tolerance)
-    parameters, motions = np.linspace(low, high, points), []
+    parameters, motions, report = np.linspace(low, high, points), [], told(progress)
     for i, place in enumerate(map(float, parameters)):
         motions.append(scanned(systems, starts, difference, place))
-        if progress is not None:
-            progress((i + 1) / points)
+        if report is not None:
+            report((i + 1) / points)
     values = np.array(
         [[math.nan] * len(systems) if each is None else [one.value(measure) for one in each] for each in motions]
     )

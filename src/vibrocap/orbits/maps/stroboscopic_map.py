@@ -1,6 +1,5 @@
 """The stroboscopic map: the state whole drive periods later, and its derivative, for many states at once."""
 
-import copy
 import dataclasses
 import functools
 from collections.abc import Callable
@@ -91,10 +90,13 @@ class StroboscopicMap:
         self.section_states = np.flatnonzero(np.arange(self.states) != self.cyclic)  # all but the cyclic coordinate
         self.smooth_states = self.section_states[~np.array(switched)[self.section_states]]  # nor what a law switches
 
+    def __reduce__(self):
+        return type(self), (self.system, self.tolerance, self.threads, self.plain)  # the equations are recorded anew
+
     def of(self, system: System) -> "StroboscopicMap":
         """The same map of another system of this form."""
-        other = copy.copy(self)
-        other.system = system
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), system=system)
         return other
 
     def parameters(self) -> np.ndarray:

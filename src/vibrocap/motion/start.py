@@ -1,0 +1,75 @@
+"""Where a motion begins: its states, its time, and where in its period the drive is then."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from vibrocap.arguments import ArgumentError, is_number, shown, suggestion
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.system import System
+from vibrocap.physics.units import state_keys
+
+WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is none
+
+
+@dataclasses.dataclass(frozen=True)
+class Start:
+    """When a motion begins, and where in its period the drive is then.
+
+    phase: share of the drive's period, whole parts do not matter; by default what the time says, time/T, for a drive
+    is a function of time that begins a period at time 0
+    """
+
+    time: float = 0.0
+    phase: float | None = None
+
+    def __post_init__(self):
+        for name, value in (("time", self.time), ("phase", 0.0 if self.phase is None else self.phase)):
+            if not is_number(value) or not math.isfinite(value):
+                raise ArgumentError(f"start.{name}", f"should be a finite number, got {shown(value)}")
+
+    def phase_of(self, period: float) -> float:
+        """The phase in [0, 1) of a drive of that period."""
+        phase = self.time / period if self.phase is None else self.phase
+        return max(0.0, phase - math.floor(phase + WHOLE))
+
+
+def begun(system: System, start: Any, initial: Mapping[str, float] | None) -> tuple[dict[str, float], float, float]:
+    """(initial states by name, time, phase of the drive) at the start of a motion, see `simulate`."""
+    if start is None:
+        return initial_state(system, initial), 0.0, 0.0
+    if isinstance(start, Trajectory):
+        if start.state_names != system.state_names:
+            raise ArgumentError(
+                "start",
+                f"should be a motion of the states {', '.join(system.state_names)} to go on from, got one of "
+                f"{', '.join(start.state_names)}; give a Start and initial= instead",
+            )
+        given = start.state | dict(initial or {})
+        return initial_state(system, given), start.end, Start(phase=start.end_phase).phase_of(system.drive.period)
+    if is_number(start):
+        start = Start(float(start))
+    if not isinstance(start, Start):
+        raise ArgumentError("start", f"should be a motion, a time or a Start, got {shown(start)}")
+    return initial_state(system, initial), float(start.time), start.phase_of(system.drive.period)
+
+
+def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
+    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number.
+
+    A name with a unit, "position_m", is a state of a system that knows its scales.
+    """
+    start = dict.fromkeys(system.state_names, 0.0)
+    keys = {} if system.units is None else state_keys(system.si.states)
+    for name, value in (initial or {}).items():
+        if name not in start and name not in keys:
+            near = suggestion(name, [*start, *keys], cutoff=0.0)
+            raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")
+        if isinstance(value, (bool, str)) or not math.isfinite(value):
+            raise ArgumentError(f"initial.{name}", f"should be a finite number, got {value!r}")
+        if name in start:
+            start[name] = float(value)
+        else:
+            start[keys[name].name] = float(value) / system.si.per_key(keys[name])
+    return start

@@ -1,0 +1,138 @@
+"""What results have in common: equal by value, short in a line, a small page in a notebook, at hand as tables.
+
+A result is what the package gives back: a motion, an orbit, a branch, a fit. It is a frozen record. What rooms above
+its own make of it (a picture, labelled arrays) are public functions; the methods here ask for them by name at the door
+of the package, `vibrocap/__init__.py`, when they are called. So no room imports one above it.
+"""
+
+import dataclasses
+import enum
+import html
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+Record = TypeVar("Record", covariant=True)
+MOST_ROWS = 20  # of a table in a notebook
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two values are equal, whatever they are made of: records, arrays, dictionaries, numbers.
+
+    Arrays are equal element by element, with their shape; NaN equals NaN; fields of records that say `compare=False`
+    do not count.
+    """
+    if a is b:
+        return True
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return _same_arrays(np.asarray(a), np.asarray(b))
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, (tuple, list)) and isinstance(b, (tuple, list)):
+        return len(a) == len(b) and all(map(same, a, b))
+    if dataclasses.is_dataclass(a) and not isinstance(a, type) and type(a).__eq__ in (object.__eq__, Result.__eq__):
+        return type(a) is type(b) and all(
+            same(getattr(a, field.name), getattr(b, field.name)) for field in dataclasses.fields(a) if field.compare
+        )
+    return bool(a == b) or (isinstance(a, float) and isinstance(b, float) and a != a and b != b)
+
+
+def _same_arrays(a: np.ndarray, b: np.ndarray) -> bool:
+    return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
+
+
+class Result:
+    """A frozen record that is equal to another by value (see `same`) and shows itself in a few words.
+
+    Give a subclass `heading` (what it is, in a line) and `facts` (a few names with what is to be said of them), and
+    make it a dataclass with `eq=False, repr=False`.
+    """
+
+    @property
+    def heading(self) -> str:
+        """What it is, in a line."""
+        raise NotImplementedError
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """What matters most about it: a few words by name."""
+        raise NotImplementedError
+
+    def __eq__(self, other: object) -> bool:
+        return same(self, other) if type(other) is type(self) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Of the plain fields that count, so that equal results have one hash."""
+        plain = (str, int, bool, enum.Enum, type(None))
+        values = (getattr(self, field.name) for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
+        return hash((type(self).__qualname__, *(value for value in values if isinstance(value, plain))))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.heading}; {', '.join(self.facts.values())}>"
+
+    def _repr_html_(self) -> str:
+        """A heading, a small table and, where matplotlib is installed, a small picture: what a notebook shows."""
+        import vibrocap
+
+        rows = "".join(
+            f'<tr><th style="text-align:left">{html.escape(name)}</th>'
+            f'<td style="text-align:left">{html.escape(text)}</td></tr>'
+            for name, text in self.facts.items()
+        )
+        try:
+            picture = vibrocap.thumbnail(self)
+        except ImportError:  # matplotlib is not installed: the table alone
+            picture = ""
+        heading = html.escape(self.heading)
+        return f"<div><strong>{heading}</strong><table>{rows}</table>{picture}</div>"
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """As labelled arrays, see `vibrocap.to_xarray`."""
+        import vibrocap
+
+        return vibrocap.to_xarray(self)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """As a table, see `vibrocap.to_pandas`."""
+        import vibrocap
+
+        return vibrocap.to_pandas(self)
+
+
+class Rows(tuple[Record, ...]):
+    """Records of one kind, such as the events of a motion: a tuple that can be had as a table."""
+
+    def table(self) -> list[dict[str, Any]]:
+        """A dictionary for each record; what a record holds by name stands among its own columns."""
+        return [_flat(each) for each in self]
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """As a table, a row for each record, see `vibrocap.to_pandas`."""
+        import vibrocap
+
+        return vibrocap.to_pandas(self)
+
+    def _repr_html_(self) -> str:
+        rows = self.table()[:MOST_ROWS]
+        names = list(rows[0]) if rows else []
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
+        body = "".join("<tr>" + "".join(f"<td>{_cell(row[name])}</td>" for name in names) + "</tr>" for row in rows)
+        more = f"<p>and {len(self) - len(rows)} more</p>" if len(self) > len(rows) else ""
+        return f"<table><tr>{head}</tr>{body}</table>{more}" if rows else "<p>none</p>"
+
+
+def _flat(record: Any) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for field in dataclasses.fields(record):
+        value = getattr(record, field.name)
+        found |= value if isinstance(value, Mapping) else {field.name: value}
+    return found
+
+
+def _cell(value: Any) -> str:
+    return html.escape(f"{value:.8g}" if isinstance(value, float) else str(value))

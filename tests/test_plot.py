@@ -1,0 +1,207 @@
+"""plot and figure: one way to a picture of any result, into axes that are given, without a trace in the session."""
+
+import matplotlib
+import matplotlib.font_manager
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import vibrocap as vc
+from vibrocap.plotting.labels import filled, part_items, parts_title, symbol_text
+from vibrocap.plotting.motion import Trace
+
+SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+PANELS = [
+    *(("motion", what) for what in (None, "velocity", "drive_work", "side", "phase plane", "friction loop")),
+    ("orbit", None),
+    *(("branch", what) for what in (None, "drift", "period", "multipliers")),
+    *(("fit", what) for what in (None, "intervals", "one")),
+    *(("map", what) for what in (None, "word")),
+    ("line", None),
+    *(("basins", what) for what in (None, "attractor")),
+    *(("law", what) for what in (None, "presliding")),
+]
+
+
+@pytest.fixture(scope="module")
+def results():
+    orbit = vc.orbit(SYSTEM, initial={"angle": 1.0})
+    time = np.linspace(0.0, 10.0, 300)
+    velocity = 0.3 * np.sin(time)
+    force = 0.2 * np.tanh(velocity / 0.01) + 0.01 * np.sin(40.0 * time)
+    over = {"machine.mass_ratio": [1.0, 2.0, 3.0], "drive.amplitude": [1.0, 2.0]}
+    study = vc.sweep(SYSTEM, over, measures=["mean_velocity", "word"], periods=20, initial={"angle": 1.0})
+    return {
+        "motion": vc.simulate(SYSTEM, periods=6, initial={"angle": 1.0}),
+        "orbit": orbit,
+        "branch": vc.branch(SYSTEM, "machine.mass_ratio", (2.3, 2.6), orbit=orbit, points=6, step=0.05),
+        "fit": vc.fit(vc.Record(name="one", time=time, velocity=velocity, force=force), vc.Coulomb(), starts=1),
+        "map": study,
+        "line": study.isel({"drive.amplitude": 0}),
+        "basins": vc.basins(SYSTEM, ("angle", "velocity"), 4, settle_periods=60),
+        "law": vc.LuGre(),
+    }
+
+
+@pytest.mark.parametrize(("kind", "what"), PANELS)
+def test_a_panel_is_drawn_into_the_axes_that_are_given(results, kind, what):
+    before = dict(matplotlib.rcParams)
+    figure = Figure(figsize=(8, 4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    assert vc.plot(results[kind], what, ax=left) is left
+    assert left.lines or left.collections or left.patches
+    assert left.get_xlabel()
+    assert not right.lines
+    figure.canvas.draw()
+    assert dict(matplotlib.rcParams) == before
+    own = vc.plot(results[kind], what)
+    assert isinstance(own, Axes)
+    assert own.figure is not figure
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "branch",
+        *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("motion", "fit", "map", "line", "basins", "law")),
+    ],
+)
+def test_the_whole_sheet_is_what_the_command_line_writes(results, kind, tmp_path):
+    figure = vc.figure(results[kind], tmp_path / "sheet.png")
+    assert isinstance(figure, Figure)
+    assert (tmp_path / "sheet.png").stat().st_size > 5000
+    again = vc.figure(results[kind], tmp_path / "again.png")
+    assert again is not figure
+    assert (tmp_path / "again.png").read_bytes() == (tmp_path / "sheet.png").read_bytes()
+
+
+@pytest.mark.slow
+def test_pyplot_stays_out_of_it(results):
+    import subprocess
+    import sys
+
+    script = (
+        "import sys, vibrocap as vc; system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic());"
+        "vc.plot(vc.simulate(system, periods=1)); assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+
+
+def test_what_cannot_be_drawn_is_refused_by_name(results):
+    for kind, what, words in (
+        ("motion", "velocty", "a motion has no 'velocty'; did you mean 'velocity'"),
+        ("branch", "velocity", "what: 'velocity' cannot be drawn of it; did you mean 'mean_velocity'"),
+        ("fit", "two", "the fit has no 'two'; did you mean|there is one"),
+        ("basins", "area", "what should be direction or attractor, got 'area'"),
+        ("law", "loop", "what: 'loop' cannot be drawn of it"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            vc.plot(results[kind], what)
+    for function in (vc.plot, vc.figure):
+        with pytest.raises(TypeError, match="result should be"):
+            function(7)
+
+
+def test_style_is_a_context():
+    before = dict(matplotlib.rcParams)
+    with vc.style({"font.size": 13}):
+        assert matplotlib.rcParams["font.size"] == 13
+        assert matplotlib.rcParams["axes.titlelocation"] == "left"
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_letters_in_formulas_are_those_of_the_text():
+    with vc.style():
+        assert matplotlib.rcParams["mathtext.fontset"] == "dejavusans"
+        assert matplotlib.rcParams["font.family"] == ["DejaVu Sans"]
+
+
+# --- what is drawn ----------------------------------------------------------------------------------------------------
+def test_friction_is_drawn_from_pieces_and_not_across_jumps(results):
+    """Of a contact that sticks, no line leads from sliding one way to sliding the other."""
+    motion = results["motion"]
+    ax = vc.plot(motion, "friction loop")
+    eta = SYSTEM.friction.static_coefficient
+    for line in ax.lines:
+        velocity, friction = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+        joined = np.isfinite(friction[1:]) & np.isfinite(friction[:-1])
+        assert not np.any(joined & (np.abs(np.diff(friction)) > 0.5 * eta)), line.get_label()
+        if line.get_label() == "stuck":
+            assert np.all(velocity[np.isfinite(velocity)] == 0.0)
+        else:
+            sliding = np.abs(velocity) > 1e-12
+            assert np.all((velocity * friction)[sliding & np.isfinite(friction)] > 0.0)
+
+
+def test_a_trace_has_both_ends_of_every_piece(results):
+    motion = results["motion"]
+    trace = Trace(motion, 0.0, motion.end)
+    for event, state in zip(motion.event_times, motion.event_states, strict=True):
+        at = np.abs(trace.time - event) < 1e-9
+        assert at.sum() >= 2
+        np.testing.assert_allclose(trace["angle"][at], state[0], atol=1e-8)
+    friction = trace["friction"]
+    jumps = np.abs(np.diff(friction)) > 0.1
+    assert jumps.any()
+    assert np.all(np.diff(trace.time)[jumps] < 1e-9)  # jumps stand upright
+    np.testing.assert_allclose(trace["drive_work"], motion.at(trace.time, "drive_work"), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_head_of_a_sheet_stays_on_the_page():
+    system = vc.System(vc.PendulumCapsule(), vc.MaxwellSlip(), vc.Biharmonic())
+    for figure in (vc.figure(vc.simulate(system, periods=2)), vc.figure(vc.MaxwellSlip())):
+        figure.canvas.draw()
+        box = figure._suptitle.get_window_extent()
+        assert box.x1 < figure.bbox.x1
+        assert box.y0 > max(ax.get_tightbbox().y1 for ax in figure.axes)
+
+
+def test_symbols_are_set_as_mathematics():
+    for symbol, text in (
+        ("eta_c", r"$\eta_{c}$"), ("delta0", r"$\delta_{0}$"), ("lambda", r"$\lambda$"), ("h", "$h$"),
+        ("k_fwd", r"$k_{\mathrm{fwd}}$"), ("theta'", r"$\theta'$"), ("", ""), ("sgn v", "sgn v"),
+    ):  # fmt: skip
+        assert symbol_text(symbol) == text
+    assert "\N{MINUS SIGN}0.4" in parts_title([vc.Constant(force=-0.4)], 8.0)
+    assert not any("_c =" in item for item in part_items(vc.Exponential()))
+
+
+def test_lines_are_filled_by_what_is_seen():
+    words = " ".join(["$\\eta_{c}$\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}0.15,"] * 8)
+    assert len(filled(r"$\eta_{c}$ " * 30, 40).splitlines()) == 3  # 30 symbols of two letters
+    assert filled("one two three", 7) == "one two\nthree"
+    assert filled(words, 200) == words
+
+
+def test_parameters_stand_above_branches_without_the_one_that_varies(results):
+    title = vc.figure(results["branch"])._suptitle.get_text()
+    assert r"\nu" in title
+    assert r"\eta_{c}" in title
+    assert r"\lambda" not in title
+
+
+def test_presliding_loops_are_named_by_amplitude():
+    ax = vc.plot(vc.LuGre(), "presliding")
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    largest = max(np.max(line.get_xdata()) for line in ax.lines)
+    assert float(words[0].removeprefix("$A$ = ")) == pytest.approx(largest, rel=0.01)
+    assert len(words) == len({line.get_color() for line in ax.lines})
+
+
+def test_narrow_intervals_are_seen_beside_wide_ones(results):
+    ax = vc.plot(results["fit"], "intervals")
+    left, right = ax.get_xlim()
+    whole = ax.transData.transform([(left, 0.0), (right, 0.0)])[:, 0]
+    for p in results["fit"].parameters:
+        width = np.diff(ax.transData.transform([(100.0 * (end / p.value - 1.0), 0.0) for end in (p.low, p.high)])[:, 0])
+        assert width > 0.05 * np.diff(whole), p.name
+
+
+def test_cases_of_a_list_are_counted_in_whole_numbers():
+    cases = [{"machine.mass_ratio": x} for x in (1.0, 2.0, 3.0)]
+    study = vc.sweep(SYSTEM, cases=cases, periods=10, initial={"angle": 1.0})
+    ax = vc.plot(study)
+    ax.figure.canvas.draw()
+    assert all(float(tick).is_integer() for tick in ax.get_xticks())
