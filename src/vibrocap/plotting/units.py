@@ -5,9 +5,11 @@ from typing import Any
 
 from vibrocap.case.case import CHOICES, Case
 from vibrocap.physics.conversion import path_in_si
-from vibrocap.physics.parameters import given_parameters
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.roles import NUMBER
+from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
-from vibrocap.physics.units import parameter_keys, written_in_si
+from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in_si
 from vibrocap.plotting.labels import EQUALS, LETTERS_PER_INCH, filled, law_words
 
 IN_SI = "In SI units."
@@ -31,10 +33,21 @@ def parts_in_si(system: System, width: float) -> str:
         part = getattr(system, name)
         numbers = _quantities(name, part, system, set(), {})
         if name == "machine" and system.units is not None:
-            numbers += [f"{key}{EQUALS}{value:.4g}" for key, value in given_parameters(system.units).items()]
+            numbers += _scales(system.units)
         text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
-        lines.append(filled(text, round(LETTERS_PER_INCH * width), "    "))
+        lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
     return "\n".join(lines)
+
+
+def _scales(scales: Scales) -> list[str]:
+    """What the units of a machine are, in words."""
+    found = []
+    for info in parameter_table(scales):
+        unit = unit_name(info.dimension or NUMBER)
+        stem = info.name.removesuffix(suffix(unit)).replace("_", " ")
+        number = f"{getattr(scales, info.name):.4g}"
+        found.append(f"{stem}{EQUALS}{number}\N{NO-BREAK SPACE}{unit}")
+    return found
 
 
 def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
