@@ -218,7 +218,7 @@ def test_parameters_can_be_read_and_changed_by_path(system):
         system.parameter(near + "s")
 
 
-RECORDS = [*CLASSES, law_of("anisotropic-lugre"), vc.PendulumCapsuleInSI, vc.Scales]
+RECORDS = [*CLASSES, law_of("anisotropic-lugre"), vc.PendulumScales, vc.FreeScales]
 
 
 @pytest.mark.parametrize("part", RECORDS, ids=lambda part: part.__name__)

@@ -16,6 +16,7 @@ from vibrocap.physics.catalogue import drives, laws, machines, wrappers
 from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.friction.lugre import LuGre
+from vibrocap.physics.machines.pendulum_capsule import PendulumScales
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import (
     COEFFICIENT,
@@ -29,7 +30,6 @@ from vibrocap.physics.roles import (
     TORQUE,
     dimension_of_unit,
 )
-from vibrocap.physics.scales import Scales
 
 WRAPPED = [wrappers()[wrapper](laws()["lugre"]) for wrapper in ("anisotropic", "backlash")]
 PARTS = [
@@ -110,8 +110,8 @@ def test_a_law_that_declares_nothing_is_fitted_from_its_own_values(record):
 
 
 def test_what_has_no_known_dimension_is_not_converted():
-    scales = Scales(0.2, 0.1)
-    assert dimensionless(Own(), scales, True).knee == 3.0 / scales.velocity_m_s
+    scales = PendulumScales(0.2, 0.1)
+    assert dimensionless(Own(), scales, True).knee == 3.0 / scales.of(SPEED)
     with pytest.raises(ValueError, match=r"low: has no known dimension.*declare its role or its unit.*in WithoutRoles"):
         dimensionless(WithoutRoles(), scales, True)
 

@@ -1,4 +1,4 @@
-"""SI <-> dimensionless: the definitions of docs/model.md, the equations in SI, and the way back."""
+"""SI <-> dimensionless: the definitions of docs/model.md, the equations in SI, keys with units, and the way back."""
 
 import dataclasses
 import math
@@ -8,40 +8,44 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibrocap as vc
-from vibrocap.physics import scales as si
-from vibrocap.physics.catalogue import drives, laws, machines
-from vibrocap.physics.parameters import ParameterError
-from vibrocap.physics.scales import Scales
+from vibrocap.physics.catalogue import drives, law, laws, machines
+from vibrocap.physics.parameters import parameter as vc_parameter
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.parameters import parameters as vc_parameters
+from vibrocap.physics.units import QUANTITIES, parameter_keys, shortest, suffix, written_in_si
 
 EPSILON = 2.0**-52
-CAPSULE = si.PendulumCapsuleInSI(
-    capsule_mass_kg=0.35,
-    pendulum_mass_kg=0.12,
-    pendulum_length_m=0.27,
-    torsional_stiffness_N_m_rad=0.9,
-    torsional_damping_N_m_s_rad=0.04,
-    normal_load_N=3.1,
-    gravity_m_s2=9.81,
-)
-DRIVE = si.BiharmonicInSI(amplitude_N_m=0.5, frequency_rad_s=7.0, second_amplitude_N_m=0.2, second_phase=0.4)
-LUGRE = si.LuGreInSI(
-    bristle_stiffness_N_m=450.0,
-    bristle_damping_N_s_m=6.0,
-    viscous_damping_N_s_m=0.7,
-    coulomb_coefficient=0.2,
-    static_coefficient=0.5,
-    stribeck_velocity_m_s=0.15,
-    stribeck_exponent=1.7,
-    damping_velocity_m_s=0.3,
-)
-EXPONENTIAL = si.ExponentialInSI(coulomb_coefficient=0.2, static_coefficient=0.5, decay_rate_s_m=6.0)
+CAPSULE = {
+    "capsule_mass_kg": 0.35,
+    "pendulum_mass_kg": 0.12,
+    "pendulum_length_m": 0.27,
+    "stiffness_N_m_per_rad": 0.9,
+    "damping_N_m_s_per_rad": 0.04,
+    "normal_load_N": 3.1,
+    "gravity_m_per_s2": 9.81,
+}
+DRIVE = {"amplitude_N_m": 0.5, "frequency_rad_per_s": 7.0, "second_amplitude_N_m": 0.2, "second_phase": 0.4}
+LUGRE = {
+    "bristle_stiffness_N_per_m": 450.0,
+    "bristle_damping_N_s_per_m": 6.0,
+    "viscous_damping_N_s_per_m": 0.7,
+    "coulomb_coefficient": 0.2,
+    "static_coefficient": 0.5,
+    "stribeck_velocity_m_per_s": 0.15,
+    "stribeck_exponent": 1.7,
+    "damping_velocity_m_per_s": 0.3,
+}
+
+
+def bench(machine=CAPSULE, friction=LUGRE, drive=DRIVE) -> vc.System:
+    return vc.System(vc.PendulumCapsule.in_si(**machine), vc.LuGre.in_si(**friction), vc.Biharmonic.in_si(**drive))
 
 
 def test_parameters_are_those_of_the_definitions():
-    """lambda = M/m, rho = k/(m l^2 omega_n^2) and so on, typed from docs/model.md with omega_n written out."""
+    """lambda = M/m, rho = k/(m l^2 omega_n^2) and so on, with omega_n written out."""
     m, l, g = 0.12, 0.27, 9.81  # noqa: E741
     omega_n = math.sqrt(g / l)
-    system = si.SystemInSI(CAPSULE, LUGRE, DRIVE).dimensionless()
+    system = bench()
     expected = {
         "machine.mass_ratio": 0.35 / m,
         "machine.stiffness": 0.9 / (m * l**2 * omega_n**2),
@@ -64,18 +68,26 @@ def test_parameters_are_those_of_the_definitions():
     assert set(expected) == set(system.parameter_paths)
     for path, value in expected.items():
         assert system.parameter(path) == pytest.approx(value, rel=8 * EPSILON), path
-    assert EXPONENTIAL.dimensionless(CAPSULE.scales).decay_rate == pytest.approx(6.0 * l * omega_n, rel=8 * EPSILON)
+    assert system.parameter("machine.mass_ratio") == 0.35 / m  # to the last bit
+    fast = vc.System(
+        vc.PendulumCapsule.in_si(**CAPSULE),
+        vc.Exponential.in_si(decay_rate_s_per_m=6.0),
+        vc.Harmonic.in_si(amplitude_N_m=1, frequency_Hz=5),
+    )
+    assert fast.friction.decay_rate == pytest.approx(6.0 * l * omega_n, rel=8 * EPSILON)
+    assert fast.drive.frequency == pytest.approx(10 * math.pi / omega_n, rel=8 * EPSILON)
 
 
 def lagrangian_rates_in_si(t, y, force):
     """theta'', x'' of the capsule in SI, from the paper's (2) and (3), solved by Cramer's rule."""
     theta, rate = y[0], y[1]
     c, d = CAPSULE, DRIVE
-    m, l, total = c.pendulum_mass_kg, c.pendulum_length_m, c.capsule_mass_kg + c.pendulum_mass_kg  # noqa: E741
-    torque = d.amplitude_N_m * math.cos(d.frequency_rad_s * t)
-    torque += d.second_amplitude_N_m * math.cos(2 * d.frequency_rad_s * t + d.second_phase)
-    torque += m * c.gravity_m_s2 * l * math.sin(theta)
-    torque -= c.torsional_stiffness_N_m_rad * theta + c.torsional_damping_N_m_s_rad * rate
+    m, l = c["pendulum_mass_kg"], c["pendulum_length_m"]  # noqa: E741
+    total = c["capsule_mass_kg"] + m
+    torque = d["amplitude_N_m"] * math.cos(d["frequency_rad_per_s"] * t)
+    torque += d["second_amplitude_N_m"] * math.cos(2 * d["frequency_rad_per_s"] * t + d["second_phase"])
+    torque += m * c["gravity_m_per_s2"] * l * math.sin(theta)
+    torque -= c["stiffness_N_m_per_rad"] * theta + c["damping_N_m_s_per_rad"] * rate
     push = -force - m * l * math.sin(theta) * rate**2
     coupling = -m * l * math.cos(theta)
     determinant = m * l**2 * total - coupling**2
@@ -84,130 +96,195 @@ def lagrangian_rates_in_si(t, y, force):
 
 def test_equations_agree_in_si_and_without_units():
     """The same state has the same accelerations, the friction force computed in SI from LuGre's formula."""
-    scales, law = CAPSULE.scales, LUGRE
-    system = si.SystemInSI(CAPSULE, LUGRE, DRIVE).dimensionless()
+    system = bench()
+    units, time_s = system.si, system.units.time_s
     t, y = 0.83, (0.7, 3.1, 0.2, -0.11, 2e-4)  # s, then rad, rad/s, m, m/s, m
     velocity, deflection = y[3], y[4]
-    drop = law.static_coefficient - law.coulomb_coefficient
-    shape = math.exp(-(abs(velocity / law.stribeck_velocity_m_s) ** law.stribeck_exponent))
-    level = CAPSULE.normal_load_N * (law.coulomb_coefficient + drop * shape)
-    deflection_rate = velocity - law.bristle_stiffness_N_m * abs(velocity) * deflection / level
-    fading = math.exp(-((velocity / law.damping_velocity_m_s) ** 2))
+    drop = LUGRE["static_coefficient"] - LUGRE["coulomb_coefficient"]
+    shape = math.exp(-(abs(velocity / LUGRE["stribeck_velocity_m_per_s"]) ** LUGRE["stribeck_exponent"]))
+    level = CAPSULE["normal_load_N"] * (LUGRE["coulomb_coefficient"] + drop * shape)
+    deflection_rate = velocity - LUGRE["bristle_stiffness_N_per_m"] * abs(velocity) * deflection / level
+    fading = math.exp(-((velocity / LUGRE["damping_velocity_m_per_s"]) ** 2))
     force = (
-        law.bristle_stiffness_N_m * deflection
-        + fading * law.bristle_damping_N_s_m * deflection_rate
-        + law.viscous_damping_N_s_m * velocity
+        LUGRE["bristle_stiffness_N_per_m"] * deflection
+        + fading * LUGRE["bristle_damping_N_s_per_m"] * deflection_rate
+        + LUGRE["viscous_damping_N_s_per_m"] * velocity
     )
     names = system.state_names
-    flow = system.flow(t / scales.time_s, [v / scales.of(name) for name, v in zip(names, y, strict=True)], -1)
-    assert flow.friction * scales.of("friction") == pytest.approx(force, rel=64 * EPSILON)
+    flow = system.flow(t / time_s, [v / units.factor(name) for name, v in zip(names, y, strict=True)], -1)
+    assert flow.friction * units.factor("friction") == pytest.approx(force, rel=64 * EPSILON)
     turn, push = lagrangian_rates_in_si(t, y, force)
-    found = [rate * scales.of(name) / scales.time_s for name, rate in zip(names, flow.rates, strict=True)]
+    found = [rate * units.factor(name) / time_s for name, rate in zip(names, flow.rates, strict=True)]
     assert found == pytest.approx([y[1], turn, y[3], push, deflection_rate], rel=64 * EPSILON)
-    power = flow.powers[0] * scales.power_W
-    drive = flow.drive * scales.of("drive")
-    assert power == pytest.approx(drive * y[1], rel=64 * EPSILON)
+    power = flow.powers[0] * units.factor("drive_power")
+    assert power == pytest.approx(flow.drive * units.factor("drive") * y[1], rel=64 * EPSILON)
 
 
 def test_units_belong_together():
     """Energy = force * length = torque, momentum = force * time = mass * velocity, power = energy/time."""
-    s = Scales(0.12, 0.27, 9.81)
+    scales = vc.PendulumScales(0.12, 0.27, 9.81)
+    of = vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic(), units=scales).si.factor_of
     same = (
-        (s.energy_J, s.force_N * s.length_m, s.torque_N_m, s.mass_kg * s.velocity_m_s**2),
-        (s.momentum_N_s, s.force_N * s.time_s, s.mass_kg * s.velocity_m_s, s.damping_N_s_m * s.length_m),
-        (s.power_W, s.energy_J / s.time_s, s.force_N * s.velocity_m_s),
-        (s.velocity_m_s, s.length_m / s.time_s, 1 / s.inverse_velocity_s_m),
-        (s.force_N, s.stiffness_N_m * s.length_m, s.damping_N_s_m * s.velocity_m_s),
-        (s.torsional_damping_N_m_s, s.torque_N_m * s.time_s, s.torque_N_m / s.frequency_rad_s),
+        (of("J"), of("N") * of("m"), of("N m"), of("kg") * of("m/s") ** 2, 0.12 * 9.81 * 0.27),
+        (of("N s"), of("N") * of("s"), of("kg") * of("m/s"), of("N s/m") * of("m")),
+        (of("W"), of("J") / of("s"), of("N") * of("m/s")),
+        (of("m/s"), of("m") / of("s"), 1 / of("s/m"), math.sqrt(9.81 * 0.27)),
+        (of("N"), of("N/m") * of("m"), of("N s/m") * of("m/s"), 0.12 * 9.81),
     )
     for values in same:
         assert values == pytest.approx([values[0]] * len(values), rel=8 * EPSILON)
+    assert (of("kg"), of("m"), of("1"), of("rad")) == (0.12, 0.27, 1.0, 1.0)
 
 
-sizes = st.floats(1e-3, 1e3)
+sizes = st.floats(1e-3, 1e3).map(lambda value: float(f"{value:.9g}"))
 
 
 @settings(max_examples=50, deadline=None)
-@given(values=st.lists(sizes, min_size=13, max_size=13), phase=st.floats(-3, 3))
-def test_round_trip_is_exact_to_rounding(values, phase):
-    """field/F and then * F: one rounding each, with the same F both ways, so at most 2 * 2^-53 = EPSILON, relative."""
-    capsule = si.PendulumCapsuleInSI(*values[:7])
-    drive = si.BiharmonicInSI(values[7], values[8], values[9], phase)
+@given(values=st.lists(sizes, min_size=16, max_size=16))
+def test_numbers_given_in_si_are_read_back_as_they_were(values):
+    """The number with the fewest digits that gives the same parameter is the one given, and gives it exactly."""
     low, high = sorted((values[10], values[11]))
-    law = si.LuGreInSI(values[12], values[0], values[1], low, high, values[2], values[3], values[4])
-    given_system = si.SystemInSI(capsule, law, drive)
-    returned = si.SystemInSI.of(given_system.dimensionless(), given_system.scales)
-    for part in ("machine", "friction", "drive"):
-        before, after = dataclasses.asdict(getattr(given_system, part)), dataclasses.asdict(getattr(returned, part))
-        assert after == pytest.approx(before, rel=EPSILON, abs=0.0)
-    # the other way round: dimensionless -> SI -> dimensionless
-    system = vc.System(
-        vc.PendulumCapsule(*values[:4]), vc.Exponential(low, high, values[4]), vc.Harmonic(values[5], values[6])
-    )
-    again = si.SystemInSI.of(system, capsule.scales).dimensionless()
-    for path in system.parameter_paths:
-        assert again.parameter(path) == pytest.approx(system.parameter(path), rel=EPSILON, abs=0.0), path
+    capsule = dict(zip(CAPSULE, values[:7], strict=True))
+    law_values = dict(zip(LUGRE, [*values[7:10], low, high, *values[12:15]], strict=True))
+    drive = dict(zip(DRIVE, [*values[13:16], 0.4], strict=True))
+    system = bench(capsule, law_values, drive)
+    for given_part, part in ((capsule, system.machine), (law_values, system.friction), (drive, system.drive)):
+        back = written_in_si(part, system.si)
+        assert back is not None
+        for key, value in back.items():
+            if key in given_part:
+                assert value == given_part[key]
+    rewritten = [written_in_si(part, system.si) for part in (system.machine, system.friction, system.drive)]
+    scales = {key: capsule[key] for key in ("pendulum_mass_kg", "pendulum_length_m", "gravity_m_per_s2")}
+    assert bench(rewritten[0] | scales, rewritten[1], rewritten[2]) == system
+
+
+def test_round_numbers_come_back_round():
+    system = bench()
+    assert written_in_si(system.friction, system.si) == LUGRE
+    found = written_in_si(system.machine, system.si)
+    assert found == {key: value for key, value in CAPSULE.items() if key in found}
+    assert len(found) == 4
+    assert shortest(0.1 / 0.3, 0.3) == 0.1
 
 
 def test_weight_stays_a_word():
-    bench = si.PendulumCapsuleInSI(0.35, 0.12, 0.27, 0.9, 0.04)
-    machine = bench.dimensionless(bench.scales)
-    assert machine.normal_load == "weight"
-    # (M + m) g, counted in m g
-    assert machine.load() * bench.scales.force_N == pytest.approx((0.35 + 0.12) * 9.80665, rel=4 * EPSILON)
-    system = vc.System(machine, vc.Exponential(), vc.Harmonic())
-    assert si.SystemInSI.of(system, bench.scales).machine == bench
+    system = bench({**{k: v for k, v in CAPSULE.items() if k != "normal_load_N"}, "normal_load": "weight"})
+    assert system.machine.normal_load == "weight"
+    assert system.machine.load() * system.si.factor("friction") == pytest.approx((0.35 + 0.12) * 9.81, rel=4 * EPSILON)
+    assert written_in_si(system.machine, system.si)["normal_load"] == "weight"
 
 
-def test_every_part_has_a_record_in_si_and_every_parameter_a_field():
-    """Of the paper's machine, its laws and its drives; the others serve in any units."""
-    records = {record.dimensionless_part: record for record in si.PARTS_IN_SI}
-    assert {part.name for part in records} == {"pendulum-capsule", "harmonic", "biharmonic", "exponential", "lugre"}
-    for part in (*laws().values(), *machines().values(), *drives().values()):
-        if part not in records:
-            continue
-        fields = {parameter for parameter, _ in records[part].quantities.values()}
-        assert fields == {field.name for field in dataclasses.fields(part)}, part
+def test_the_load_has_no_default_in_si():
+    """Without units it is the weight of the pendulum; which load a bench has must be said."""
+    with pytest.raises(
+        ValueError, match=r"machine.normal_load_N: is missing; .*\"weight\".*the weight of the pendulum"
+    ):
+        bench({k: v for k, v in CAPSULE.items() if k != "normal_load_N"})
 
 
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
-def test_every_quantity_of_a_motion_has_a_scale(law):
-    motion = vc.simulate(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()), periods=0.1)
-    scales = CAPSULE.scales
-    assert all(scales.of(name) > 0 for name in (*motion.names, "time") if name != "side")
-
-
-def test_what_has_no_scale_is_refused():
-    @dataclasses.dataclass(frozen=True)
-    class Unknown(vc.Harmonic):
-        pass
-
-    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), Unknown())
-    with pytest.raises(TypeError, match="Unknown has no record in SI"):
-        si.SystemInSI.of(system, CAPSULE.scales)
-    with pytest.raises(KeyError):
-        CAPSULE.scales.of("colour")
+WRAPPED = ("backlash-anisotropic-lugre", "smoothed-anisotropic-coulomb")
 
 
 @pytest.mark.parametrize(
-    ("field", "value"),
+    "part", [*laws().values(), *machines().values(), *drives().values(), *map(law, WRAPPED)], ids=lambda part: part.name
+)
+def test_every_parameter_of_every_part_can_be_given_in_si(part):
+    for effort in ("force", "torque"):
+        keys = parameter_keys(part, effort)
+        assert {each.name for each in keys.values()} == {info.name for info in parameter_table(part)}
+
+
+@pytest.mark.parametrize("kind", [*laws().values(), *map(law, WRAPPED)], ids=lambda kind: kind.name)
+def test_a_dimensional_argument_of_every_law(kind):
+    """A law that is given in SI has, in SI, the force that the same law has with SI numbers for its parameters."""
+    scales = vc.PendulumScales(0.2, 0.5, 9.0)
+    system = vc.System(vc.PendulumCapsule(), kind(), vc.Harmonic(), units=scales)
+    units = system.si
+    numbers = written_in_si(system.friction, units, exactly=False)
+    same = kind(**{each.name: numbers[key] for key, each in parameter_keys(kind, "torque").items() if key in numbers and each.factor == 1.0})  # fmt: skip # noqa: E501
+    states = system.state_names[4:]
+    inner = [0.31 * size if name not in system.friction.switched else 1.0 for name, size in zip(states, system.friction.internal_scales(1.0), strict=True)]  # fmt: skip # noqa: E501
+    force, rates = system.friction.force(0.07, tuple(inner), 1, 1.0)
+    in_si = [value * units.factor(name) for name, value in zip(states, inner, strict=True)]
+    found, found_rates = same.force(0.07 * units.factor("velocity"), tuple(in_si), 1, units.factor_of("N"))
+    assert found == pytest.approx(force * units.factor("friction"), rel=1e-13)
+    expected = [rate * units.factor(f"{name}_rate") for name, rate in zip(states, rates, strict=True)]
+    assert found_rates == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()], ids=lambda kind: kind.name)
+def test_every_quantity_of_a_motion_has_a_unit(kind):
+    system = vc.System(vc.PendulumCapsule(), kind, vc.Harmonic(), units=vc.PendulumScales(0.12, 0.27))
+    motion = vc.simulate(system, periods=0.1)
+    none = {"side", *kind.switched}
+    for name in (*motion.names, "time"):
+        assert (system.si.unit(name) == "1") == (name in none), name
+    assert system.si.unit("drive") == "N m"
+    assert system.si.unit("angle_rate") == QUANTITIES["angle_rate"]
+
+
+def test_a_machine_of_ones_own_counts_in_units_that_are_given():
+    @vc_parameters
+    class Sled(vc.Oscillator):
+        name = "sled"
+        si_scales = vc.FreeScales
+
+    scales = {"mass_unit_kg": 2.0, "length_unit_m": 0.5, "time_unit_s": 0.1}
+    sled = Sled.in_si(mass_kg=3.0, stiffness_N_per_m=100.0, normal_load_N=4.0, **scales)
+    system = vc.System(sled, vc.Coulomb(), vc.Harmonic.in_si(amplitude_N=5.0, frequency_Hz=1.0))
+    assert system.machine == Sled(mass=1.5, stiffness=100 / (2 / 0.1**2), normal_load=4 / (2 * 0.5 / 0.1**2))
+    assert system.units == vc.FreeScales(**scales)
+
+
+def test_a_parameter_without_a_dimension_is_named():
+    @vc_parameters
+    class Strange(vc.Coulomb):
+        name = "strange"
+        colour: float = vc_parameter(1.0, "c", "of no dimension that is known")
+
+    with pytest.raises(ValueError, match=r"friction.colour: declares neither a role nor a unit"):
+        vc.System(vc.PendulumCapsule.in_si(**CAPSULE), Strange.in_si(colour=2.0), vc.Biharmonic.in_si(**DRIVE))
+
+
+def test_parts_in_si_and_parts_without_units_do_not_mix():
+    with pytest.raises(ValueError, match=r"friction should be in SI like the machine, LuGre.in_si"):
+        vc.System(vc.PendulumCapsule.in_si(**CAPSULE), vc.LuGre(), vc.Biharmonic.in_si(**DRIVE))
+    with pytest.raises(ValueError, match=r"machine should be in SI like the other parts, PendulumCapsule.in_si"):
+        vc.System(vc.PendulumCapsule(), vc.LuGre.in_si(**LUGRE), vc.Harmonic())
+    mixed = vc.System(vc.PendulumCapsule.in_si(**CAPSULE), vc.Coulomb(), vc.Biharmonic.in_si(**DRIVE))
+    assert mixed.friction == vc.Coulomb()  # its coefficients are the same numbers with units and without
+    changed = dataclasses.replace(mixed, friction=vc.LuGre.in_si(**LUGRE))
+    assert changed == bench()
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
     [
-        ("pendulum_mass_kg", 0.0),
-        ("pendulum_mass_kg", -1.0),
-        ("capsule_mass_kg", math.nan),
-        ("pendulum_length_m", math.inf),
-        ("torsional_damping_N_m_s_rad", -0.1),
-        ("normal_load_N", "heavy"),
-        ("gravity_m_s2", "9.81"),
+        ("pendulum_mass_kg", 0.0, "should be greater than 0"),
+        ("pendulum_mass_kg", -1.0, "should be greater than 0"),
+        ("capsule_mass_kg", math.nan, "should be a finite number"),
+        ("capsule_mass_kg", -0.5, "should be greater than 0, got -0.5"),
+        ("pendulum_length_m", math.inf, "should be a finite number"),
+        ("damping_N_m_s_per_rad", -0.1, "got -0.1"),
+        ("normal_load_N", "heavy", "weight"),
+        ("gravity_m_per_s2", "9.81", "number"),
+        ("stiffness", 2.0, "has no unit in a case in SI; give stiffness_N_m_per_rad"),
+        ("capsul_mass_kg", 1.0, "did you mean 'capsule_mass_kg'"),
     ],
 )
-def test_wrong_values_are_refused_by_name(field, value):
-    with pytest.raises(ParameterError, match=field):
-        dataclasses.replace(CAPSULE, **{field: value})
+def test_wrong_values_are_refused_by_name(field, value, said):
+    with pytest.raises(ValueError, match=field) as caught:
+        bench({**CAPSULE, field: value})
+    assert said in str(caught.value)
 
 
 def test_static_below_coulomb_level_is_refused():
-    with pytest.raises(ParameterError, match="static_coefficient"):
-        dataclasses.replace(LUGRE, static_coefficient=0.1)
-    with pytest.raises(ParameterError, match="static_coefficient"):
-        dataclasses.replace(EXPONENTIAL, static_coefficient=0.1)
+    with pytest.raises(ValueError, match="static_coefficient"):
+        bench(friction={**LUGRE, "static_coefficient": 0.1})
+
+
+def test_units_as_they_stand_in_keys():
+    assert [suffix(unit) for unit in ("kg", "N m/rad", "N s/m", "1/s", "m/s^2", "Hz")] == [
+        "_kg", "_N_m_per_rad", "_N_s_per_m", "_per_s", "_m_per_s2", "_Hz",
+    ]  # fmt: skip

@@ -27,19 +27,21 @@ def travelled(mass_ratio: float, periods: int = 40) -> tuple[float, bool]:
 
 def in_si() -> vc.System:
     """A machine given in kilograms and metres."""
-    bench = vc.SystemInSI(
-        vc.PendulumCapsuleInSI(
+    bench = vc.System(
+        machine=vc.PendulumCapsule.in_si(
             capsule_mass_kg=0.5,
             pendulum_mass_kg=0.2,
             pendulum_length_m=0.1,
-            torsional_stiffness_N_m_rad=0.4,
-            torsional_damping_N_m_s_rad=0.02,
+            stiffness_N_m_per_rad=0.4,
+            damping_N_m_s_per_rad=0.02,
+            normal_load="weight",
         ),
-        vc.ExponentialInSI(coulomb_coefficient=0.15, static_coefficient=0.45, decay_rate_s_m=10.0),
-        vc.HarmonicInSI(amplitude_N_m=0.35, frequency_rad_s=10.0),
+        friction=vc.Exponential.in_si(decay_rate_s_per_m=10.0),
+        drive=vc.Harmonic.in_si(amplitude_N_m=0.35, frequency_Hz=1.6),
     )
-    print(bench.scales.of("position"))
-    return bench.dimensionless()
+    motion = vc.simulate(bench, periods=2)
+    print(bench.si.factor("position"), motion.si["position"][-1], motion.si.unit("position"))
+    return bench
 
 
 def steady_motions(system: vc.System) -> list[str]:

@@ -7,6 +7,7 @@ import sys as _sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # read by type checkers, and by `_homes`
+    from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
@@ -89,18 +90,10 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
-    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+    from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
-    from vibrocap.physics.scales import (
-        BiharmonicInSI,
-        ExponentialInSI,
-        HarmonicInSI,
-        LuGreInSI,
-        PendulumCapsuleInSI,
-        Scales,
-        SystemInSI,
-    )
+    from vibrocap.physics.scales import FreeScales, Scales, SIScales
     from vibrocap.physics.system import System
     from vibrocap.plotting.basins import draw_basins
     from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
@@ -278,13 +271,14 @@ __all__ = [
     "paper_stick_slip",
     "basalt_velocity_step",
     "emps",
+    "Case",
+    "CaseError",
+    "read_case",
+    "save_case",
     "Scales",
-    "SystemInSI",
-    "PendulumCapsuleInSI",
-    "ExponentialInSI",
-    "LuGreInSI",
-    "HarmonicInSI",
-    "BiharmonicInSI",
+    "PendulumScales",
+    "FreeScales",
+    "SIScales",
     "Oscillator",
     "Constant",
     "Ramp",

@@ -5,6 +5,6 @@ field and what would be right. `case_text` is the way back, with every parameter
 reads back equal. `Case.simulate` is its motion.
 """
 
-from vibrocap.case.case import Case, CaseError, case_from_dict, case_from_text, case_text, read_case
+from vibrocap.case.case import Case, CaseError, case_from_dict, case_from_text, case_text, read_case, save_case
 
-__all__ = ["Case", "CaseError", "case_from_dict", "case_from_text", "case_text", "read_case"]
+__all__ = ["Case", "CaseError", "case_from_dict", "case_from_text", "case_text", "read_case", "save_case"]

@@ -1,7 +1,6 @@
 """A case: a system and how to run it, and the TOML file that says so in the same words as Python."""
 
 import dataclasses
-import json
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -9,15 +8,19 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
+from vibrocap.case.text import as_text
+from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
+from vibrocap.files import write_text
 from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.parameters import ParameterError, parameter_table
+from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
-SECTIONS = (*CHOICES, "initial", "run")
+SECTIONS = (*CHOICES, "scales", "initial", "run")
 LARGEST = 2**24  # bytes of a case file
 KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
@@ -35,6 +38,7 @@ class CaseError(ValueError):
 class Case:
     """A system and how to run it; the fields are the arguments of `simulate`, which says what they mean.
 
+    scales: what the units of a case are whose results are to stay without units; `system.units` where they are in SI
     Raises ValueError, naming the field, for settings that make no sense.
     """
 
@@ -44,9 +48,12 @@ class Case:
     tolerance: float = 1e-9
     max_events_per_period: int = 10_000
     max_steps: int = 50_000_000
+    scales: Scales | None = None
 
     def __post_init__(self):
-        initial_state(self.system, self.initial)
+        start = initial_state(self.system, self.initial)
+        if any(name not in start for name in self.initial):  # given in SI
+            object.__setattr__(self, "initial", {name: value for name, value in start.items() if value})
         check_run(**self.run)
 
     @property
@@ -58,9 +65,18 @@ class Case:
         """The motion of this case."""
         return simulate(self.system, initial=self.initial, **self.run, progress=progress)
 
+    def save(self, path: str | Path, units: str | None = None) -> Path:
+        """Write the case to a TOML file, in SI where its results are, or as `units` says, "SI" or "dimensionless".
+
+        Raises ValueError for SI where the scales of the system are not known.
+        """
+        path = Path(path)
+        write_text(path, case_text(self, units))
+        return path
+
 
 RUN_DEFAULTS: dict[str, Any] = {
-    field.name: field.default for field in dataclasses.fields(Case) if field.name not in ("system", "initial")
+    field.name: field.default for field in dataclasses.fields(Case) if field.name not in ("system", "initial", "scales")
 }
 
 
@@ -124,8 +140,9 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     """The case described by sections of keys, as a TOML parser returns them; CaseError with every complaint at once."""
     complaints = Complaints()
     for name in data:
-        if name not in SECTIONS:
+        if name not in (*SECTIONS, "units"):
             complaints.add(name, f"no such section; {suggestion(name, SECTIONS)}")
+    check_word(data.get("units"), complaints)
     sections: dict[str, Mapping[str, Any]] = {}
     for name in SECTIONS:
         given = data.get(name, {})
@@ -136,42 +153,52 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     classes = {
         name: _chosen(name, sections[name], complaints) for name in CHOICES if isinstance(data.get(name, {}), Mapping)
     }
+    scales, given = None, {}
+    if len(classes) == len(CHOICES) and all(classes.values()):
+        form = form_of(sections, classes, data.get("units"), {name: key for name, (key, _) in CHOICES.items()})
+        if form.check(sections, complaints):
+            raise CaseError(complaints, source)
+        where, values = form.scales_of(sections)
+        if form.si or values:
+            scales = _scales(where, form.classes["machine"].si_scales, values, complaints)
+        if form.si:
+            if scales is None:  # nothing can be converted
+                raise CaseError(complaints, source)
+            plain, given = without_units(sections, form, scales, complaints)
+            sections |= plain
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
     machine, law = classes.get("machine"), classes.get("friction")
     states = (*machine.states, *law.internal) if machine and law else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None
+    kept = data.get("units") == DIMENSIONLESS
     if len(parts) == len(CHOICES) and None not in parts.values():
         try:
-            system = System(**parts)
+            system = System(**parts, units=None if kept else scales)
         except ArgumentError as error:
             complaints.append(error.complaint)
     if complaints or system is None:
-        raise CaseError(complaints, source)
-    return Case(system, {name: float(value) for name, value in sections["initial"].items()}, **sections["run"])
+        raise CaseError([as_given(each, given, sections) for each in complaints], source)
+    initial = {name: float(value) for name, value in sections["initial"].items()}
+    return Case(system, initial, **sections["run"], scales=scales if kept else None)
 
 
-def case_text(case: Case) -> str:
-    """The case as TOML, every parameter written out, so that it reads back equal and stays so if a default changes."""
-    lines = []
-    for section, (key, _) in CHOICES.items():
-        part = getattr(case.system, "friction" if section == "friction" else section)
-        lines += [f"[{section}]", f"{key} = {toml_value(part.name)}"]
-        values = {info.name: getattr(part, info.name) for info in parameter_table(part)}
-        lines += [f"{name} = {toml_value(value)}" for name, value in values.items() if value is not None] + [""]
-    lines += ["[initial]", *(f"{name} = {toml_value(value)}" for name, value in case.initial.items()), ""]
-    lines += ["[run]", *(f"{name} = {toml_value(value)}" for name, value in case.run.items())]
-    return "\n".join(lines) + "\n"
+def case_text(case: Case, units: str | None = None) -> str:
+    """The case as TOML, every parameter written out, so that it reads back equal and stays so if a default changes.
+
+    units: "SI" or "dimensionless"; as the results of the case are where nothing is said
+    Raises ValueError for SI where the scales of the system are not known.
+    """
+    return as_text(case.system, case.scales, case.initial, case.run, CHOICES, units)
 
 
-def toml_value(value: Any) -> str:
-    """A value as TOML writes it."""
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, int):
-        return str(value)
-    return repr(float(value))
+def save_case(system: System, path: str | Path, units: str | None = None, **run: Any) -> Path:
+    """Write a case file of a system; run: initial=..., periods=... and the other fields of a `Case`.
+
+    units: "SI" or "dimensionless"; in SI where the system knows its scales and nothing is said
+    """
+    return Case(system, **run).save(path, units)
 
 
 def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:
@@ -210,6 +237,15 @@ def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complain
             bad |= {each.field for each in found}
             values = {name: value for name, value in values.items() if name not in bad}
     return cls()
+
+
+def _scales(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Scales | None:
+    """What the units of a machine are, or None with complaints."""
+    try:
+        return cls(**given)
+    except ParameterError as error:
+        complaints += [each.about(f"{section}.{each.field}") for each in error.complaints]
+        return None
 
 
 def _has(cls: Any, name: str) -> bool:

@@ -15,6 +15,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap simulate examples/bristles-lugre.toml --json --out run.nc",
         "vibrocap simulate run.nc --set machine.mass_ratio=1.5 --periods 20",
     ),
+    "convert": (
+        "vibrocap convert examples/travels-by-stick-slip.toml --scales pendulum_mass_kg=0.2,pendulum_length_m=0.25",
+        "vibrocap convert examples/bench-in-si.toml --out bench.toml",
+    ),
     "limits": (
         "vibrocap limits examples/bristles-lugre.toml",
         "vibrocap limits examples/bristles-with-offset-points.toml --json",

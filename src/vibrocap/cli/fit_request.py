@@ -9,7 +9,7 @@ from vibrocap.arguments import Complaints, suggestion
 from vibrocap.cli.options import pairs, split
 
 if TYPE_CHECKING:
-    from vibrocap.physics.scales import Scales
+    from vibrocap.physics.machines.pendulum_capsule import PendulumScales
     from vibrocap.records.record import Record
 
 # a field that a fit or a reader complains of: the option that sets it
@@ -130,9 +130,9 @@ def machine_stiffness(
 
 def units_of_case(
     texts: "list[str] | None", out: Path | None, records: "list[Record]", complaints: Complaints
-) -> "Scales | None":
+) -> "PendulumScales | None":
     """The units of the case that a law is written for, if it is to be in such."""
-    from vibrocap.physics.scales import Scales
+    from vibrocap.physics.machines.pendulum_capsule import PendulumScales
 
     if not texts:
         return None
@@ -149,7 +149,7 @@ def units_of_case(
         complaints.append(f"--pendulum {','.join(texts)}: should be {PENDULUM}")
         return None
     try:
-        return Scales(pendulum_mass_kg=float(given["mass"]), pendulum_length_m=float(given["length"]))
+        return PendulumScales(pendulum_mass_kg=float(given["mass"]), pendulum_length_m=float(given["length"]))
     except ValueError:
         complaints.append(f"--pendulum {','.join(texts)}: mass (kg) and length (m) should be numbers > 0")
         return None

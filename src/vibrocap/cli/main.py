@@ -20,6 +20,7 @@ from vibrocap.case.case import CaseError
 from vibrocap.cli.branch import basins, branch
 from vibrocap.cli.check import check
 from vibrocap.cli.command_examples import examples_of
+from vibrocap.cli.convert import convert
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
 from vibrocap.cli.options import Refusal, needs, writable_folder
@@ -128,7 +129,7 @@ app = App(
 # They know no part, or see to it themselves.
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
-    new, examples, reproduce, simulate, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
+    new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
     friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples

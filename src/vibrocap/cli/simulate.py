@@ -19,10 +19,10 @@ from vibrocap.cli.options import (
     writable_table,
 )
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
+from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.physics.parameters import described
 
 # kind of event: what the contact does
 EVENTS = {
@@ -107,6 +107,8 @@ def simulate(
         except ArgumentError as error:  # more than this machine can keep
             raise Refusal(*by_option(error.complaints, {"periods": "--periods"})) from None
         record = motion_record(motion)
+        if motion.system.units is not None:
+            record = record_in_si(record, motion.system)
     if out is not None:
         write_motion(motion, setup, out)
     moved = len(motion.piece_start) > 0
@@ -129,11 +131,16 @@ def simulate(
         complain(f"{motion.status.text}\n" + "\n".join(motion.certificate.failures))
         return INCOMPLETE
     complain(
-        f"The run could not be completed ({motion.status.value}): it stopped at time {motion.end:.10g} of "
-        f"{motion.periods * motion.period:.10g}.\n{motion.status.text}"
+        f"The run could not be completed ({motion.status.value}): it stopped at time {_time(motion, motion.end)} of "
+        f"{_time(motion, motion.periods * motion.period)}.\n{motion.status.text}"
         + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
     )
     return INCOMPLETE
+
+
+def _time(motion: Trajectory, time: float) -> str:
+    """A time, in s where the system knows its scales."""
+    return _said(time, "") if motion.system.units is None else _said(time * motion.system.si.factor("time"), "s")
 
 
 def motion_record(motion: Trajectory) -> dict[str, Any]:
@@ -167,38 +174,49 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
 
 
 def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None:
-    """The summary of `vibrocap simulate`."""
+    """The summary of `vibrocap simulate`; record: in SI where the system knows its scales."""
     page = Page()
     page.say(title, style="bold")
     for part in CHOICES:
-        page.say(f"  {described(getattr(motion.system, part))}", style="dim")
+        page.say(f"  {in_words(getattr(motion.system, part), motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
-        page.print(_energy_table(record["energy"]))
+        page.print(_energy_table(record["energy"], bool(record.get("units"))))
     if record["certificate"]:
         page.print(_certificate_table(record["certificate"], motion))
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
-    if motion.system.machine.cyclic is None:
+    if motion.system.units is not None:
+        units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
+    elif motion.system.machine.cyclic is None:
         units = "All quantities are in the units of the parameters."
     page.say(units, style="dim")
 
 
+def _said(value: float, unit: str, digits: int = 10) -> str:
+    """A number with its unit."""
+    return f"{value:.{digits}g}" + (f" {unit}" if unit not in ("", "1") else "")
+
+
 def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
-    done = record["time"] / motion.period
+    units: dict[str, Any] = record.get("units") or {"state": {}}
+    second = units.get("time", "")
+    period = motion.si.period if second else motion.period
+    done = record["time"] / period
     made = table("Motion", "quantity", "value", "what it rests on")
-    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {motion.period:.8g}"
-    made.add_row("time reached", f"{record['time']:.10g}", periods)
+    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {_said(period, second, 8)}"
+    made.add_row("time reached", _said(record["time"], second), periods)
     for name, value in record["state"].items():
-        made.add_row(name.replace("_", " "), f"{value:.10g}", "at the end")
+        made.add_row(name.replace("_", " "), _said(value, units["state"].get(name, "")), "at the end")
     made.add_section()
     if record["drift"] is not None:
-        made.add_row("drift", f"{record['drift']:.10g}", "travel in the last whole period")
+        made.add_row("drift", _said(record["drift"], units.get("drift", "")), "travel in the last whole period")
         velocity = record["mean_velocity"]
-        start, end = (mark / motion.period for mark in velocity["window"])
+        start, end = (mark / period for mark in velocity["window"])
         count = round(end - start)
         settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
-        made.add_row("mean velocity", f"{velocity['value']:.10g}", window)
+        speed = units.get("mean_velocity", {}).get("value", "")
+        made.add_row("mean velocity", _said(velocity["value"], speed), window)
         made.add_row("response", *_response(motion))
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
@@ -222,13 +240,14 @@ def _response(motion: Trajectory) -> tuple[str, str]:
     return response.kind, f"modulo the drift, to {response.residual:.1e}{symmetry[response.symmetric]}"
 
 
-def _energy_table(energy: dict[str, Any]) -> Table:
-    made = table(f"Energy from {energy['window'][0]:.6g} to {energy['window'][1]:.6g}", "channel", "value", "meaning")
+def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
+    start, end = (_said(mark, "s" if in_si else "", 6) for mark in energy["window"])
+    made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     for name, text in CHANNELS.items():
         if name == "belt" and energy[name] == 0.0:
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
-        made.add_row(name.replace("_", " "), number, text)
+        made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)
     return made
 
 

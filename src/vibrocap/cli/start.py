@@ -73,7 +73,7 @@ def new(
 
 def new_case(chosen: Mapping[str, str], file: str) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run."""
-    from vibrocap.case.case import toml_value
+    from vibrocap.case.text import toml_value
     from vibrocap.physics.parameters import parameter_table
     from vibrocap.physics.symbols import STATES
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 UNITS = "dimensionless"
 SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"
+IN_SI = "SI; a value over the dimensionless_unit of its column is the value without units"
 MEANINGS = {
     "time": "time",
     "angle": "pendulum angle [rad]",
@@ -35,12 +36,25 @@ MEANINGS = {
 
 
 def columns(motion: Trajectory) -> dict[str, np.ndarray]:
-    """What is exported, by name, on the motion's time grid."""
+    """What is exported, by name, on the motion's time grid; in SI where the system knows its scales."""
     if not len(motion.piece_start):  # nothing but the start was computed
-        return {"time": np.zeros(1)} | {name: np.array([value]) for name, value in motion.state.items()}
-    names = (*motion.state_names, *motion.integral_names)
-    found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
-    return found | {name: motion[name] for name in ("friction", "drive", "side")}
+        found = {"time": np.zeros(1)} | {name: np.array([value]) for name, value in motion.state.items()}
+    else:
+        names = (*motion.state_names, *motion.integral_names)
+        found = {"time": motion.time, **dict(zip(names, motion.values(motion.time), strict=True))}
+        found |= {name: motion[name] for name in ("friction", "drive", "side")}
+    if motion.system.units is None:
+        return found
+    return {name: values * _scale(motion, name) if name != "side" else values for name, values in found.items()}
+
+
+def _unit(motion: Trajectory, name: str) -> str:
+    return UNITS if motion.system.units is None else motion.system.si.unit(name)
+
+
+def _scale(motion: Trajectory, name: str) -> float:
+    """What one dimensionless unit of a column is in the column's unit."""
+    return 1.0 if motion.system.units is None else motion.system.si.factor(name)
 
 
 def write_motion(motion: Trajectory, case: Case, path: Path) -> Path:
@@ -81,7 +95,7 @@ def motion_dataset(motion: Trajectory, case: Case, certificate: str | None = Non
     known = {} if certificate is None else {"certificate": certificate}
     table = columns(motion)
     variables = {
-        name: ("time", values.astype(np.int8) if name == "side" else values, _attributes(name))
+        name: ("time", values.astype(np.int8) if name == "side" else values, _attributes(motion, name))
         for name, values in table.items()
         if name != "time"
     }
@@ -89,13 +103,17 @@ def motion_dataset(motion: Trajectory, case: Case, certificate: str | None = Non
     return xarray.Dataset(
         variables,
         coords={
-            "time": ("time", table["time"], _attributes("time")),
-            "event_time": ("event", motion.event_times, {"long_name": "time of event", "units": UNITS}),
+            "time": ("time", table["time"], _attributes(motion, "time")),
+            "event_time": (
+                "event",
+                motion.event_times * _scale(motion, "time"),
+                _attributes(motion, "time") | {"long_name": "time of event"},
+            ),
         },
         attrs={
             "title": "Motion of a vibro-driven capsule",
             "source": f"vibrocap {version('vibrocap')}",
-            "units": f"{UNITS}: {SCALES}",
+            "units": f"{UNITS}: {SCALES}" if motion.system.units is None else IN_SI,
             **known,
             "status": motion.status.value,
             "status_text": motion.status.text,
@@ -109,8 +127,12 @@ def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
     write_netcdf(motion_dataset(motion, case, certificate), path)
 
 
-def _attributes(name: str) -> dict[str, str]:
-    return {"long_name": _meaning(name), "units": UNITS}
+def _attributes(motion: Trajectory, name: str) -> dict[str, Any]:
+    found: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
+    if motion.system.units is None:
+        return found
+    found["long_name"] = found["long_name"].removesuffix(" [rad]")
+    return found | {"dimensionless_unit": _scale(motion, name)}
 
 
 def _certificate_text(motion: Trajectory) -> str:
@@ -125,11 +147,13 @@ def _write_csv(motion: Trajectory, case: Case, path: Path) -> None:
         "certificate": " ".join(_certificate_text(motion).split()),
         "status": motion.status.value,
         "status_text": motion.status.text,
-        "scales": SCALES,
+        "scales": SCALES if motion.system.units is None else IN_SI,
     }
     header = case_text(case).splitlines()
     header += ["", "[result]", *(f"{key} = '''{value}'''" for key, value in result.items())]
-    header += ["", "[result.units]", *(f'{name} = "{UNITS}"' for name in table)]
+    header += ["", "[result.units]", *(f'{name} = "{_unit(motion, name)}"' for name in table)]
+    if motion.system.units is not None:
+        header += ["", "[result.dimensionless_unit]", *(f"{name} = {_scale(motion, name)!r}" for name in table)]
     header += ["", "[result.meaning]", *(f'{name} = "{_meaning(name)}"' for name in table)]
     lists = [
         [str(int(x)) for x in table[name]] if name == "side" else map(repr, table[name].tolist()) for name in table

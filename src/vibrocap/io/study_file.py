@@ -50,6 +50,8 @@ def _write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
     attributes = dataset["status"].attrs
     flags = np.array(attributes["flag_values"], dtype=dataset["status"].dtype)  # CF: of the type of the variable
     dataset["status"] = dataset["status"].assign_attrs(flag_values=flags)
+    for variable in dataset.variables.values():  # values in their unit, as they are seen, whatever the store holds
+        variable.encoding = {key: value for key, value in variable.encoding.items() if key != "scale_factor"}
     write_netcdf(dataset, path)
 
 

@@ -18,6 +18,7 @@ from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.physics.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError
@@ -55,7 +56,8 @@ def ensemble(
 ) -> dict[str, np.ndarray]:
     """Many runs of one machine, law and drive, of each of which only measures are kept.
 
-    over: values by parameter path ("machine.mass_ratio") or initial state ("initial.angle"), [runs] each
+    over: values by parameter path ("machine.mass_ratio") or initial state ("initial.angle"), [runs] each; of a system
+        that knows its scales also in SI ("drive.frequency_Hz"), while the measures stay without units
     measures: names of `measure_table()`, or measures of one's own
     initial: start of all runs by state; what is not named starts at zero
     periods: whole drive periods, the budget of a run
@@ -80,7 +82,7 @@ def ensemble(
     start = initial_state(system, initial)
     asked, needed = resolved(measures)
     check_travel(needed, system)
-    columns = _columns(system, over)
+    columns = _columns(system, over)  # without units from here on
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
     check_whole("periods", periods, 1, MOST_PERIODS)
     window = usual_window(periods) if window is None else window
@@ -181,6 +183,9 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """The values that vary, as arrays [runs]: of numbers, or of objects where some are text."""
     if not isinstance(over, Mapping) or not over:
         raise ValueError(f"over should name at least one parameter or initial state with its values, got {over!r}")
+    parts = (getattr(system, part) for part in PARTS)
+    given = {path: _column(path, values) for path, values in over.items()} if system.units is not None else over
+    over = values_without_units(given, system.units, *parts)
     known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))
     columns: dict[str, np.ndarray] = {}
     for path, given in over.items():

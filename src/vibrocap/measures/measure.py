@@ -54,43 +54,59 @@ class Measure:
 
     name: by which it is asked for, a Python name; meaning: in a few words, with the window it belongs to
     how: a `Reduction` or `Derived`, best made by `Measure.largest` and its like; unit: "1" where it has none
+    si_unit: in which a study of a system that knows its scales gives it, such as "N m/s"; "1": as it is
     """
 
     name: str
     meaning: str
     how: Standard | Reduction | Derived
     unit: str = "1"
+    si_unit: str = "1"
 
     def __post_init__(self):
         if not self.name.isidentifier() or keyword.iskeyword(self.name):
             raise ValueError(f"name of a measure should be a Python name such as 'peak_power', got {self.name!r}")
 
     @classmethod
-    def mean(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+    def mean(
+        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
+    ) -> "Measure":
         """The mean over time of a function of the instant (`Instant`), over the window."""
-        return cls(name, meaning, Reduction("mean", function), unit)
+        return cls(name, meaning, Reduction("mean", function), unit, si_unit)
 
     @classmethod
-    def integral(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+    def integral(
+        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
+    ) -> "Measure":
         """The integral over time of a function of the instant, over the window."""
-        return cls(name, meaning, Reduction("integral", function), unit)
+        return cls(name, meaning, Reduction("integral", function), unit, si_unit)
 
     @classmethod
-    def largest(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+    def largest(
+        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
+    ) -> "Measure":
         """The largest value of a function of the instant in the window."""
-        return cls(name, meaning, Reduction("largest", function), unit)
+        return cls(name, meaning, Reduction("largest", function), unit, si_unit)
 
     @classmethod
-    def least(cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1") -> "Measure":
+    def least(
+        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
+    ) -> "Measure":
         """The least value of a function of the instant in the window."""
-        return cls(name, meaning, Reduction("least", function), unit)
+        return cls(name, meaning, Reduction("least", function), unit, si_unit)
 
     @classmethod
     def derived(
-        cls, name: str, meaning: str, function: Callable[..., Any], of: tuple[str, ...], unit: str = "1"
+        cls,
+        name: str,
+        meaning: str,
+        function: Callable[..., Any],
+        of: tuple[str, ...],
+        unit: str = "1",
+        si_unit: str = "1",
     ) -> "Measure":
         """A function of other measures: called with the arrays of the measures `of`, in that order."""
-        return cls(name, meaning, Derived(function, tuple(of)), unit)
+        return cls(name, meaning, Derived(function, tuple(of)), unit, si_unit)
 
 
 class Instant:

@@ -19,6 +19,7 @@ from vibrocap.numerics.api import (
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.system import System
+from vibrocap.physics.units import state_units
 
 
 @functools.lru_cache(maxsize=16)
@@ -27,10 +28,11 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
 
     The switched states of a law say which of its pieces holds; their largest and least values mean nothing.
     """
-    kinds = machines().values() if system is None else (type(system.machine),)
-    contacts = laws().values() if system is None else (type(system.friction),)
+    kinds = [*machines().values()] if system is None else [type(system.machine)]
+    contacts = [*laws().values()] if system is None else [type(system.friction)]
     lawful = (tuple(name for name in law.internal if name not in law.switched) for law in contacts)
     states = dict.fromkeys(state for names in (*(kind.states for kind in kinds), *lawful) for state in names)
+    units = {name: unit for kind in kinds for law in contacts for name, unit in state_units(kind, law).items()}
     channels = dict.fromkeys(channel for kind in kinds for channel in kind.channels)
     found = [
         *TRAVEL,
@@ -39,16 +41,16 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
         *FRICTION,
-        *(_extreme(bound, state) for state in states for bound in ("largest", "least")),
+        *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
         *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
     return {measure.name: measure for measure in found}
 
 
 TRAVEL = (
-    Measure("displacement", "travel over the window", Standard(lambda runs: runs.displacement)),
-    Measure("drift", "travel per drive period", Standard(lambda runs: runs.displacement / runs.periods)),
-    Measure("mean_velocity", "travel per time", Standard(lambda runs: runs.displacement / runs.time)),
+    Measure("displacement", "travel over the window", Standard(lambda runs: runs.displacement), si_unit="m"),
+    Measure("drift", "travel per drive period", Standard(lambda runs: runs.displacement / runs.periods), si_unit="m"),
+    Measure("mean_velocity", "travel per time", Standard(lambda runs: runs.displacement / runs.time), si_unit="m/s"),
 )
 
 
@@ -95,6 +97,7 @@ RESPONSE = (
         "time_to_settle",
         "time after which the motion stays within the threshold of where it goes (NaN: not settled)",
         Standard(lambda runs: np.where(runs.settled, runs.head("since") * runs.period, np.nan)),
+        si_unit="s",
     ),
     Measure(
         "symmetric",
@@ -111,7 +114,7 @@ def _work(channel: str) -> Measure:
         return runs.entry("INTEGRAL", names.index(channel)) / runs.periods if channel in names else runs.nowhere
 
     meaning = f"work of {channel.replace('_', ' ')} per drive period, positive into the system"
-    return Measure(f"{channel}_work", meaning, Standard(work, ASK_INTEGRALS))
+    return Measure(f"{channel}_work", meaning, Standard(work, ASK_INTEGRALS), si_unit="J")
 
 
 def _cost_of_transport(work: np.ndarray, drift: np.ndarray) -> np.ndarray:
@@ -124,6 +127,7 @@ COST_OF_TRANSPORT = Measure.derived(
     "work of the drive per distance travelled (infinite: no travel)",
     _cost_of_transport,
     of=("drive_work", "drift"),
+    si_unit="J/m",
 )
 
 
@@ -133,43 +137,58 @@ def _area(runs: Gathered, after_channels: int) -> np.ndarray:
 
 FRICTION = (
     Measure(
-        "peak_friction", "largest friction force |R| in the window", Standard(lambda runs: runs.entry("PEAK"), ASK_PEAK)
+        "peak_friction",
+        "largest friction force |R| in the window",
+        Standard(lambda runs: runs.entry("PEAK"), ASK_PEAK),
+        si_unit="N",
     ),
     Measure(
         "mean_friction",
         "mean of the friction force |R| over the window",
         Standard(lambda runs: runs.entry("MAGNITUDE") / runs.time, ASK_MAGNITUDE),
+        si_unit="N",
     ),
     Measure(
         "velocity_loop_area",
         "area of the loop of friction against velocity per drive period, positive clockwise",
         Standard(lambda runs: _area(runs, 2), ASK_INTEGRALS),
+        si_unit="N m/s",
     ),
     Measure(
         "displacement_loop_area",
         "work against friction per drive period, the area of the loop of friction against displacement",
         Standard(lambda runs: _area(runs, 1), ASK_INTEGRALS),
+        si_unit="J",
     ),
 )
 
 
 REACTION = (
-    Measure.mean("mean_reaction", "mean normal reaction of the ground over the window", lambda now: now.reaction),
+    Measure.mean(
+        "mean_reaction", "mean normal reaction of the ground over the window", lambda now: now.reaction, si_unit="N"
+    ),
     Measure.least(
         "least_reaction",
         "least normal reaction of the ground in the window; below 0 the machine would have lifted off",
         lambda now: now.reaction,
+        si_unit="N",
     ),
     Measure.largest(
-        "largest_reaction", "largest normal reaction of the ground in the window", lambda now: now.reaction
+        "largest_reaction",
+        "largest normal reaction of the ground in the window",
+        lambda now: now.reaction,
+        si_unit="N",
     ),
 )
 
 
-def _extreme(bound: str, state: str) -> Measure:
+def _extreme(bound: str, state: str, unit: str) -> Measure:
     def extreme(runs: Gathered) -> np.ndarray:
         return runs.state_entry(bound.upper(), state)
 
     return Measure(
-        f"{bound}_{state}", f"{bound} {state.replace('_', ' ')} in the window", Standard(extreme, ASK_EXTREMES)
+        f"{bound}_{state}",
+        f"{bound} {state.replace('_', ' ')} in the window",
+        Standard(extreme, ASK_EXTREMES),
+        si_unit=unit,
     )

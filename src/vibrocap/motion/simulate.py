@@ -56,7 +56,7 @@ def simulate(
     events: no step crosses a change between sticking and sliding.
 
     periods: drive periods, a positive number, not necessarily whole
-    initial: initial states by name; what is not named starts at zero
+    initial: initial states by name, with a unit in it where they are in SI; what is not named starts at zero
     start: when it begins: at a time, or as a `Start` says (time and phase of the drive), by default at 0. Or a motion
         of the same states, at whose end it goes on: there in time, with the states (but for those in `initial`), and
         where in its period the drive was then

@@ -8,6 +8,7 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, is_number, shown, suggestion
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.system import System
+from vibrocap.physics.units import state_keys
 
 WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is none
 
@@ -55,13 +56,20 @@ def begun(system: System, start: Any, initial: Mapping[str, float] | None) -> tu
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
-    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number."""
+    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number.
+
+    A name with a unit, "position_m", is a state of a system that knows its scales.
+    """
     start = dict.fromkeys(system.state_names, 0.0)
+    keys = {} if system.units is None else state_keys(system.si.states)
     for name, value in (initial or {}).items():
-        if name not in start:
-            near = suggestion(name, start, cutoff=0.0)
+        if name not in start and name not in keys:
+            near = suggestion(name, [*start, *keys], cutoff=0.0)
             raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")
         if isinstance(value, (bool, str)) or not math.isfinite(value):
             raise ArgumentError(f"initial.{name}", f"should be a finite number, got {value!r}")
-        start[name] = float(value)
+        if name in start:
+            start[name] = float(value)
+        else:
+            start[keys[name].name] = float(value) / system.si.per_key(keys[name])
     return start

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate
+from vibrocap.motion.in_si import MotionInSI
 from vibrocap.results import Result, Rows
 
 STUCK, FORWARD, BACK = 0, 1, -1
@@ -212,6 +213,12 @@ class Trajectory(Result):
         """The final state by name."""
         values = self.states(np.array([self.end])) if len(self.piece_start) else self.sections[:1].T
         return {name: float(values[i, 0]) for i, name in enumerate(self.state_names)}
+
+    @property
+    def si(self) -> MotionInSI:
+        """The same motion in SI. ValueError where the system does not know its scales (`System.units`)."""
+        _ = self.system.si
+        return MotionInSI(self)
 
     @property
     def names(self) -> tuple[str, ...]:

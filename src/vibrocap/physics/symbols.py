@@ -10,8 +10,11 @@ from collections.abc import Callable, Iterable
 
 from vibrocap.physics.catalogue import drives, laws, machines, wrappers
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
-from vibrocap.physics.scales import MOTION_UNITS, PARTS_IN_SI, Scales
+from vibrocap.physics.scales import EFFORTS, FreeScales
+from vibrocap.physics.units import DRIVE_UNITS, over_seconds, parameter_keys
+from vibrocap.physics.units import QUANTITIES as QUANTITY_UNITS
 
 GREEK = {
     "alpha": "α",
@@ -36,6 +39,7 @@ GREEK = {
 }
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
+HEAD = ("symbol", "name in code", "meaning", "default")
 # Symbol and meaning of what a motion can be asked for, by name; the states stand first, in their order.
 STATES = {
     "angle": ("theta", "angle of the pendulum from upright"),
@@ -103,7 +107,7 @@ def page() -> str:
         "Written by `python -m vibrocap.physics.symbols > docs/symbols.md`, from the parts themselves.",
         "",
         "A path such as `machine.mass_ratio` names a parameter of a system. All is dimensionless unless a unit is",
-        "given; time is in units of sqrt(l/g), length in l, mass in m.",
+        "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit.",
         "",
     ]
     for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())):
@@ -113,9 +117,10 @@ def page() -> str:
             lines += _wrapped()
     lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
     lines += ["## What else a motion can be asked for", "", *_quantities(QUANTITIES), ""]
-    lines += ["## In SI", "", "`Scales` and the records whose fields carry units.", ""]
-    for record in (Scales, *PARTS_IN_SI):
-        lines += [f"### `{record.__name__}`", "", *_parameters(record), ""]
+    lines += ["## Scales", "", "What the units of a machine are, in [machine] of a case in SI or in [scales].", ""]
+    records = dict.fromkeys((*(machine.si_scales for machine in machines().values()), FreeScales))
+    for record in (each for each in records if parameter_table(each)):
+        lines += [f"### `{record.__name__}`", "", *_rows(parameter_table(record)), ""]
     return "\n".join(lines)
 
 
@@ -141,12 +146,26 @@ def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
 
 
 def _parameters(part: type) -> list[str]:
-    return _rows(parameter_table(part))
+    """The table of a part, with the keys in SI of those of its parameters that have units."""
+    efforts = [part.effort] if issubclass(part, Machine) else list(EFFORTS)
+    keys: dict[str, list[str]] = {}
+    for effort in efforts:
+        for each in parameter_keys(part, effort).values():
+            if each.has_unit and each.key not in keys.setdefault(each.name, []):
+                keys[each.name].append(each.key)
+    rows = [
+        (*row, ", ".join(f"`{key}`" for key in keys.get(row[1].strip("`"), ())))
+        for row in _cells(parameter_table(part))
+    ]
+    return _table((*HEAD, "in SI"), rows)
 
 
 def _rows(parameters: Iterable[ParameterInfo]) -> list[str]:
-    rows = [(printed(info.symbol), f"`{info.name}`", info.meaning, _default(info)) for info in parameters]
-    return _table(("symbol", "name in code", "meaning", "default"), rows)
+    return _table(HEAD, _cells(parameters))
+
+
+def _cells(parameters: Iterable[ParameterInfo]) -> list[tuple[str, ...]]:
+    return [(printed(info.symbol), f"`{info.name}`", info.meaning, _default(info)) for info in parameters]
 
 
 def _default(info: ParameterInfo) -> str:
@@ -156,11 +175,20 @@ def _default(info: ParameterInfo) -> str:
     return f"{info.default:g}" if isinstance(info.default, (int, float)) else ""
 
 
+def _unit(name: str) -> str:
+    """SI unit of what a motion can be asked for, of any machine and law."""
+    if name == "drive":
+        return " or ".join(DRIVE_UNITS.values())
+    state = name.removesuffix("_rate")
+    if name.endswith("_work"):
+        return "J"
+    if name in QUANTITY_UNITS or state not in QUANTITY_UNITS:
+        return QUANTITY_UNITS.get(name, "")
+    return over_seconds(QUANTITY_UNITS[state])
+
+
 def _quantities(quantities: dict[str, tuple[str, str]]) -> list[str]:
-    rows = [
-        (printed(symbol), f"`{name}`", meaning, MOTION_UNITS.get(name, ""))
-        for name, (symbol, meaning) in quantities.items()
-    ]
+    rows = [(printed(symbol), f"`{name}`", meaning, _unit(name)) for name, (symbol, meaning) in quantities.items()]
     return _table(("symbol", "name in code", "meaning", "unit in SI"), rows)
 
 

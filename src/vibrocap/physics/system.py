@@ -9,6 +9,10 @@ from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
+from vibrocap.physics.part import PartInSI
+from vibrocap.physics.scales import Scales
+from vibrocap.physics.system_in_si import parts_without_units
+from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")
 
@@ -58,19 +62,40 @@ class System:
     contact at rest has one and only one way to go on, stuck or slipping to one side. Where n <= 0 it has lifted off;
     but if b - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with b - s mu <= 0
     has no way to go on, or could as well be at rest.
+
+    units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
+    system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).
+    Parts in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them.
     """
 
     machine: Machine
     friction: Law
     drive: Drive
+    units: Scales | None = None
 
     def __post_init__(self):
+        given = {part: getattr(self, part) for part in PARTS}
+        if any(isinstance(part, PartInSI) for part in given.values()):
+            found, scales = parts_without_units(given, self.units)
+            for name, value in (found | {"units": scales}).items():
+                object.__setattr__(self, name, value)
+        if self.units is not None and not isinstance(self.units, Scales):
+            wanted = self.machine.si_scales.__name__
+            raise TypeError(f"units should be scales, {wanted}(...), got {self.units!r}")
         for part, contract in zip(PARTS, (Machine, Law, Drive), strict=True):
             given = getattr(self, part)
             if not isinstance(given, contract):
                 raise TypeError(f"{part} should be a {contract.__name__.lower()}, got {given!r}")
         if self.friction.internal and self.machine.normal_load == 0:
             raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
+
+    @property
+    def si(self) -> Units:
+        """Factor and SI unit of every quantity. ValueError where the scales are not known."""
+        if self.units is None:
+            wanted = type(self.machine).si_scales.__name__
+            raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
+        return Units(self.units, self.machine.effort, state_units(self.machine, self.friction))
 
     @property
     def state_names(self) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
 from vibrocap.files import replacing
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.plotting.style import BLUE, GREEN, ORANGE, STYLE, VERMILION, blank_figure
+from vibrocap.plotting.units import scale
 
 PERIODS = 5  # the last ones are filmed
 FRAMES_PER_SECOND = 25
@@ -108,8 +109,18 @@ class _Scene:
         self.marks = np.arange(first, last + 0.25, 0.25)
         lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
         self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0)[0] for size in lengths]
+        unit = scale("position", self.motion.system)
         self.numbers = {
-            mark: self.axes.text(0, -0.1, f"{mark:g}", ha="center", va="top", fontsize=8, color=grey, clip_on=True)
+            mark: self.axes.text(
+                0,
+                -0.1,
+                f"{mark * unit:.4g}",
+                ha="center",
+                va="top",
+                fontsize=8,
+                color=grey,
+                clip_on=True,
+            )
             for mark in self.marks[self.marks % 1 == 0]
         }
         self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none")[0]
@@ -134,7 +145,7 @@ class _Scene:
         self.axes.text(
             side,
             self.low + 0.02,
-            "lengths in $l$; triangle: start of the film",
+            f"lengths in {'$l$' if self.motion.system.units is None else 'm'}; triangle: start of the film",
             ha="right",
             fontsize=7.5,
             color="#555555",
@@ -158,10 +169,11 @@ class _Scene:
             label.set_x(mark - camera)
         self.flag.set_xdata([self.position[0] - camera])
         earlier = time - self.motion.period
-        lines = [rf"time $\tau/T$ = {time / self.motion.period:.2f}", f"position $X$ = {position:+.3f}"]
+        size, unit = scale("position", self.motion.system), "" if self.motion.system.units is None else " m"
+        lines = [rf"time $\tau/T$ = {time / self.motion.period:.2f}", f"position $X$ = {position * size:+.3f}{unit}"]
         if earlier >= 0.0:
             drift = position - self.motion.at(earlier, "position")[0]
-            lines.append(f"drift over the last period = {drift:+.4f}")
+            lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
         self.clock.set_text("\n".join(lines))
         self.state.set_text(words)
         self.state.set_color(colour)

@@ -25,6 +25,7 @@ from vibrocap.plotting.style import (
     save,
     style,
 )
+from vibrocap.plotting.units import IN_SI, parts_in_si, scale, with_unit
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
@@ -50,7 +51,8 @@ def motion_figure(motion: Trajectory) -> Figure:
     The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes.
     """
     system = motion.system
-    title = parts_title((system.machine, system.friction, system.drive), WIDTH)
+    parts = (system.machine, system.friction, system.drive)
+    title = parts_title(parts, WIDTH) if system.units is None else parts_in_si(system, WIDTH)
     fig = blank_figure((WIDTH, 7.7 + 0.17 * (title.count("\n") + 1)))
     with style():
         left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
@@ -67,7 +69,7 @@ def motion_figure(motion: Trajectory) -> Figure:
             legend.remove()  # as above
         right.align_ylabels()
         fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
-        footnote(fig, DIMENSIONLESS if system.machine.cyclic else ANY_UNITS)
+        footnote(fig, IN_SI if system.units is not None else DIMENSIONLESS if system.machine.cyclic else ANY_UNITS)
     return fig
 
 
@@ -90,6 +92,10 @@ class Trace:
         self.time = begin[self.index] + self.since
 
     def __getitem__(self, name: str) -> np.ndarray:
+        """A quantity at these points, in SI where the system knows its scales."""
+        return self._plain(name) * (1.0 if name == "side" else scale(name, self.motion.system))
+
+    def _plain(self, name: str) -> np.ndarray:
         motion = self.motion
         if name in motion.state_names:
             return motion.piece_states(self.index, self.since)[motion.state_names.index(name)]
@@ -131,8 +137,7 @@ def draw_history(
         ax.plot(trace.time / period, trace[name], **LAST)
         if name not in ("position", motion.system.machine.place):
             ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
-        label = _place_label(motion) if name == "position" else _label(name)
-        ax.set(ylabel=label, xlabel=LABELS["periods"])
+        ax.set(ylabel=_label(motion, name), xlabel=LABELS["periods"])
         if periods is not None:
             ax.set_xlim(start / period, motion.end / period)
         if shaded:
@@ -157,7 +162,8 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
         first = Trace(motion, begin, min(last, begin + FIRST_PERIODS * period))
         parts.insert(0, (first, FAINT, "first periods"))
     travels = x == "position" and motion.system.machine.cyclic is not None and end - begin >= period
-    speed = float(np.diff(motion.at([last, end], "position"))[0]) / period if travels else 0.0
+    size = scale("position", motion.system)
+    speed = size * float(np.diff(motion.at([last, end], "position"))[0]) / period if travels else 0.0
     origin = _relative(parts[-1][0], x, speed).mean() if travels else 0.0
     with style():
         for trace, look, label in parts:
@@ -165,8 +171,8 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
         trace = parts[-1][0]
         ax.plot(_relative(trace, x, speed)[-1:] - origin, trace[y][-1:], **END, label="end")
         steady = r"position less steady travel $X - \langle X' \rangle\,\tau$"
-        place = _place_label(motion) if x == "position" else _label(x)
-        ax.set(xlabel=steady if travels else place, ylabel=_label(y))
+        place = with_unit(steady, "position", motion.system) if travels else _label(motion, x)
+        ax.set(xlabel=place, ylabel=_label(motion, y))
         ax.locator_params(axis="x", nbins=7)
         _legend_above(ax)
     return ax
@@ -198,7 +204,7 @@ def draw_friction_loop(motion: Trajectory, *, ax: Axes | None = None) -> Axes:
         ):
             if chosen.any():
                 ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
-        ax.set(xlabel=LABELS["contact_velocity"] + ", last period", ylabel=LABELS["friction"])
+        ax.set(xlabel=_label(motion, "contact_velocity") + ", last period", ylabel=_label(motion, "friction"))
         ax.locator_params(axis="x", nbins=7)
         _legend_above(ax)
     return ax
@@ -257,9 +263,10 @@ def _inner_name(motion: Trajectory) -> str:
     return "Pendulum" if motion.state_names[0] == "angle" else "Inner motion"
 
 
-def _label(name: str) -> str:
-    """The axis label of a state; its name in words where there is none."""
-    return LABELS.get(name, name.replace("_", " "))
+def _label(motion: Trajectory, name: str) -> str:
+    """The axis label of a quantity, its name in words where there is none; with its unit where that is known."""
+    label = _place_label(motion) if name == "position" else LABELS.get(name, name.replace("_", " "))
+    return with_unit(label, name, motion.system)
 
 
 def _legend_above(axes: Axes) -> None:

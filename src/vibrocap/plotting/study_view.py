@@ -16,6 +16,7 @@ from vibrocap.motion.trajectory import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.labels import EQUALS, percent, symbol_text
+from vibrocap.plotting.units import case_in_si
 
 MOST_PANELS = 6
 EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
@@ -176,19 +177,25 @@ def study_view(
         axes, points = _scattered(chosen)
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
     settle = dataset.attrs.get("settle")
-    band = dataset.attrs.get("dead_band", THRESHOLDS * float(settle) if settle else ZERO)
+    band = float(dataset.attrs.get("dead_band", THRESHOLDS * float(settle) if settle else ZERO))
     return View(
         asked,
         str(dataset[asked].attrs.get("long_name", asked.replace("_", " "))),
         str(dataset[asked].attrs.get("units", "1")),
         _kind(asked, [panel.values for panel in panels]),
-        float(band if dead_band is None else dead_band),
+        float(_in_its_unit(band, dataset, asked) if dead_band is None else dead_band),
         axes,
         panels,
         points,
         case_label(chosen, fixed),
         runs_label(chosen),
     )
+
+
+def _in_its_unit(band: float, dataset: Any, measure: str) -> float:
+    """A dead band of a measure in its own unit."""
+    size = dataset[measure].attrs.get("dimensionless_unit")
+    return band if size is None else float(f"{band * float(size):.2g}")
 
 
 def first_measure(dataset: Any) -> str:
@@ -328,6 +335,8 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
     except (KeyError, CaseError):
         return ", ".join(f"{path} = {value}" for path, value in fixed.items())
     varied = {str(name) for name in dataset.coords} - set(fixed)
+    if case.system.units is not None:
+        return case_in_si(case, varied, fixed)
     kinds, numbers = [], []
     for part, (key, _) in CHOICES.items():
         record = getattr(case.system, part)
@@ -358,7 +367,8 @@ def runs_label(dataset: Any) -> str:
         )
     if "runs_computed" in dataset.attrs:
         words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
-    return "; ".join([*words, "all dimensionless"])
+    in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
+    return "; ".join([*words, "in SI" if in_si else "all dimensionless"])
 
 
 def value_text(value: Any) -> str:

@@ -24,7 +24,9 @@ def plan_complaints(system: System, plan: Runs) -> list[str]:
     """What is wrong with the paths and the values of a plan, in words."""
     if isinstance(plan, CaseList):
         return _case_complaints(system, plan)
-    complaints = path_complaints(plan.paths, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)])
+    complaints = path_complaints(
+        plan.paths, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)], system.units
+    )
     if complaints:
         return complaints
     return _merged(complaint for values in _trials(system, plan) for complaint in refusal(system, values))
@@ -51,7 +53,7 @@ def _case_complaints(system: System, plan: CaseList) -> list[str]:
     complaints = []
     for number in range(plan.count):
         case = plan.case(number)
-        found = path_complaints(case, [kinds_chosen(system, case)])
+        found = path_complaints(case, [kinds_chosen(system, case)], system.units)
         if not found and number < LIMIT:
             found = list(refusal(system, case))
         complaints += [Complaint(f"cases[{number}]", complaint) for complaint in found]

@@ -76,9 +76,10 @@ def labelled(study: Study, results: Mapping[str, np.ndarray]) -> "xarray.Dataset
 
     dims = study.plan.dims
     coordinates: dict[str, Any] = {
-        path: (path, values, coordinate_attributes(path)) for path, values in axis_values(study).items()
+        path: (path, values, coordinate_attributes(path, study.case.system))
+        for path, values in axis_values(study).items()
     }
     data: dict[str, Any] = {}
     for each in variables(study):
-        (data if each.measured else coordinates)[each.name] = (dims, results[each.name], each.attributes)
+        (data if each.measured else coordinates)[each.name] = (dims, each.shown(results[each.name]), each.attributes)
     return xarray.Dataset(data, coordinates, study_attributes(study))

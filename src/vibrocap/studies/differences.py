@@ -22,7 +22,7 @@ def differences(stored: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str
 def _described(record: Mapping[str, Any]) -> Said:
     found: Said = {}
     for section, entries in tomllib.loads(record["case"]).items():
-        for key, value in entries.items():
+        for key, value in entries.items() if isinstance(entries, dict) else ():
             found[key if section == "run" else f"{section}.{key}"] = (str(value), value)
     found |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
     names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]

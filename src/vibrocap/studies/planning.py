@@ -44,7 +44,7 @@ def planned_study(
     if not found:
         complaints += plan_complaints(system, plan)
     elif isinstance(over, Mapping):
-        complaints += path_complaints(over, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)])
+        complaints += path_complaints(over, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)], system.units)
     if complaints:
         raise CaseError(complaints, "the study")
     run: dict[str, Any] = {name: settings[name] for name in RUN_DEFAULTS}

@@ -112,6 +112,7 @@ def _measure_record(measure: str | Measure) -> Any:
         return measure
     how = measure.how
     found = {"name": measure.name, "meaning": measure.meaning, "unit": measure.unit, "how": type(how).__name__}
+    found |= {"si_unit": measure.si_unit} if measure.si_unit != "1" else {}
     found |= {name: getattr(how, name) for name in ("kind", "of") if hasattr(how, name)}
     found |= {"of": list(found["of"])} if "of" in found else {}
     return found | {"function": function_fingerprint(getattr(how, "function", how))}

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
+from vibrocap.physics.conversion import path_in_si
 from vibrocap.physics.system import System
 from vibrocap.studies.checks import check_runs
 from vibrocap.studies.runs import Block
@@ -118,6 +119,10 @@ def measured_runs(
 
 def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:
     """What a system that does not vary at a path has there; NaN or an empty word where it has nothing."""
+    place = path_in_si(path, system.machine, system.friction, system.drive) if system.units is not None else None
+    if place is not None:
+        own = _own_value(system, initial, place[0])
+        return own if isinstance(own, str) else own * system.si.per_key(place[1])
     part, _, name = path.partition(".")
     if path in KINDS:
         return getattr(system, part).name

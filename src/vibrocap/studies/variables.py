@@ -5,12 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case.case import case_text
+from vibrocap.case.case import CHOICES, case_text
 from vibrocap.measures.during_run import measure_table
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.conversion import path_in_si
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
+from vibrocap.physics.system import System
+from vibrocap.physics.units import Key
 from vibrocap.studies.runs import Runs
 from vibrocap.studies.study import Study
 from vibrocap.studies.variation import INITIAL, KINDS
@@ -26,6 +29,8 @@ class Variable:
     """One array of results: its type, what it holds where nothing was run, and its attributes.
 
     measured: whether `ensemble` returns it; if not, it is a value of the plan that lies along its runs.
+    scale: what one dimensionless unit is in the unit of the attributes. Stored are values without units, with their
+        `scale_factor`, by which whoever reads them multiplies (CF conventions).
     """
 
     name: str
@@ -33,6 +38,16 @@ class Variable:
     fill: Any
     attributes: dict[str, Any]
     measured: bool = True
+    scale: float = 1.0
+
+    @property
+    def stored_attributes(self) -> dict[str, Any]:
+        """The attributes in a store."""
+        return self.attributes if self.scale == 1.0 else self.attributes | {"scale_factor": self.scale}
+
+    def shown(self, values: np.ndarray) -> np.ndarray:
+        """Values as they are read from a store."""
+        return values if self.scale == 1.0 else values * self.scale
 
     @property
     def bytes_per_run(self) -> int:
@@ -53,20 +68,36 @@ def variables(study: Study) -> tuple[Variable, ...]:
         _count("window_start", np.int32, -1, "start of the window of the measures, in drive periods from the start"),
         _count("window_periods", np.int32, 0, "length of the window of the measures, in drive periods"),
     )
-    return (*always, *_measures(study), *_along_runs(study.plan))
+    return (*always, *_measures(study), *_along_runs(study.plan, study.case.system))
 
 
-def coordinate_attributes(path: str) -> dict[str, Any]:
-    """Name, symbol and unit of what varies."""
+def coordinate_attributes(path: str, system: System | None = None) -> dict[str, Any]:
+    """Name, symbol and unit of what varies; system: of which it varies, for paths in SI."""
     if path in KINDS:
         return {"long_name": path.replace(".", " ")}
     part, _, name = path.partition(".")
+    if system is not None and system.units is not None and (in_si := _key_in_si(path, system)) is not None:
+        words = in_si.stem.replace("_", " ")
+        before = {"initial": "initial ", "drive": "drive "}.get(part, "")
+        return {"long_name": f"{before}{words}", "units": in_si.unit}
     if path.startswith(INITIAL):
         symbol, meaning = STATES.get(name, (name, name))
         return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
     catalogue = {"machine": machines, "friction": laws, "drive": drives}[part]()
     info = next(info for kind in catalogue.values() for info in parameter_table(kind) if info.name == name)
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
+
+
+def _key_in_si(path: str, system: System) -> Key | None:
+    """The key of a path in SI, of the system or of any other kind of its part."""
+    parts = {name: getattr(system, name) for name in CHOICES}
+    section = path.partition(".")[0]
+    others = CHOICES[section][1]().values() if section in CHOICES else laws().values()
+    for kind in (parts.get(section, system.friction), *others):
+        place = path_in_si(path, **(parts | {section if section in CHOICES else "friction": kind}))
+        if place is not None:
+            return place[1]
+    return None
 
 
 def axis_values(study: Study) -> dict[str, np.ndarray]:
@@ -102,22 +133,26 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         measure = table[given] if isinstance(given, str) else given
         if measure.name in ALWAYS:
             continue
-        attributes = {"long_name": measure.meaning, "units": measure.unit}
+        attributes: dict[str, Any] = {"long_name": measure.meaning, "units": measure.unit}
+        scale = 1.0
+        if study.case.system.units is not None and measure.si_unit != "1":
+            scale = study.case.system.si.factor_of(measure.si_unit)
+            attributes |= {"units": measure.si_unit, "dimensionless_unit": scale}
         if getattr(measure.how, "text", False):
             found.append(Variable(measure.name, TEXT, "", attributes))
         else:
-            found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes))
+            found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale))
     return tuple(found)
 
 
-def _along_runs(plan: Runs) -> tuple[Variable, ...]:
+def _along_runs(plan: Runs, system: System) -> tuple[Variable, ...]:
     """The values of a plan whose runs lie along one dimension: as many as there are results, so stored like these."""
     if plan.gridded:
         return ()
     return tuple(
-        Variable(path, TEXT, "", coordinate_attributes(path), measured=False)
+        Variable(path, TEXT, "", coordinate_attributes(path, system), measured=False)
         if plan.is_text(path)
-        else Variable(path, np.dtype(np.float64), np.nan, coordinate_attributes(path), measured=False)
+        else Variable(path, np.dtype(np.float64), np.nan, coordinate_attributes(path, system), measured=False)
         for path in plan.paths
     )
 

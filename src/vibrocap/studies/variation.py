@@ -7,12 +7,14 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.arguments import Complaints, suggestion
+from vibrocap.arguments import ArgumentError, Complaints, suggestion
 from vibrocap.case.case import CHOICES, CaseError, case_from_dict
+from vibrocap.case.units import as_given
+from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
 
-INITIAL = "initial."
 # path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)
 KINDS = {f"{part}.{key}": (part, catalogue) for part, (key, catalogue) in CHOICES.items()}
 
@@ -33,9 +35,9 @@ def varied(system: System, values: Mapping[str, Any]) -> System:
     Raises ValueError for a value that a part, or the system, refuses.
     """
     parts = kinds_chosen(system, values)
-    for part, new in _fields(values).items():
+    for part, new in _fields(values_without_units(values, system.units, *parts.values())).items():
         parts[part] = dataclasses.replace(parts[part], **new)
-    return System(**parts)
+    return System(**parts, units=system.units)
 
 
 def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
@@ -47,15 +49,21 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     else:
         return ()
     sections: dict[str, dict[str, Any]] = {}
-    for name, part in kinds_chosen(system, values).items():
+    parts = kinds_chosen(system, values)
+    for name, part in parts.items():
         sections[name] = {info.name: getattr(part, info.name) for info in parameter_table(part)}
         sections[name][CHOICES[name][0]] = part.name
-    for part, new in _fields(values).items():
+    try:
+        plain = values_without_units(values, system.units, *parts.values())
+    except ArgumentError as error:
+        return error.complaints
+    for part, new in _fields(plain).items():
         sections[part] |= new
     try:
         case_from_dict(sections)
     except CaseError as error:
-        return error.complaints
+        given = {new: (old, values[old]) for old, new in zip(values, plain, strict=True)}
+        return tuple(as_given(complaint, given, sections) for complaint in error.complaints)
     raise AssertionError(f"a system refused {dict(values)}, a case file with them is accepted")
 
 
@@ -75,13 +83,26 @@ def paths(parts: Mapping[str, Any]) -> tuple[str, ...]:
     return (*parameters, *(INITIAL + state for state in (*parts["machine"].states, *parts["friction"].internal)))
 
 
-def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Complaints about paths that are none, or that are unknown for one of the choices of kinds (parts by name)."""
+def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], units: Scales | None) -> list[str]:
+    """Complaints about paths that are none, or that are unknown for one of the choices of kinds (parts by name).
+
+    units: of the system; paths that carry a unit need to know them
+    """
     choices = list(choices)
-    known = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *KINDS]
+    plain = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *KINDS]
+    in_si = dict.fromkeys(path for parts in choices for path in paths_in_si(**parts))
+    known = [*plain, *(in_si if units is not None else ())]
     complaints = Complaints()
     for path in given:
-        if path not in known:
+        if units is None and path in in_si:
+            found = next(place for parts in choices if (place := path_in_si(path, **parts)) is not None)
+            complaints.add(path, f"the case does not say what its units are; give {found[0]}, or a case in SI")
+        elif units is not None and path == "machine.kind":
+            complaints.add(path, "machines count in units of their own; in SI do a study for each")
+        elif path in in_si:
+            if any(path_in_si(path, **parts) is None for parts in choices):
+                complaints.add(path, "not all kinds have it; vary what they have, or do a study for each")
+        elif path not in known:
             complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
         elif path not in KINDS and (lacking := [parts for parts in choices if path not in paths(parts)]):
             part = lacking[0][path.partition(".")[0].replace("initial", "friction")]

@@ -5,8 +5,8 @@ from typing import Any
 
 from vibrocap.identification.problem.parametrisation import with_values
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.pendulum_capsule import PendulumScales
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.scales import Scales
 
 IN_SI = """\
 # In the units of the records, which are SI: N, m, s. A case counts forces in the weight m g of the pendulum, lengths in
@@ -17,7 +17,7 @@ TURNING_IN_SI = """\
 """
 
 
-def dimensionless(law: Law, scales: Scales, known_load: bool) -> Law:
+def dimensionless(law: Law, scales: PendulumScales, known_load: bool) -> Law:
     """The law that was fitted in SI, in the dimensionless units of a case.
 
         stiffness l/(m g)     damping l/(m g sqrt(l/g))     velocity sqrt(g l)     length l     coefficients as they are
@@ -35,17 +35,16 @@ def dimensionless(law: Law, scales: Scales, known_load: bool) -> Law:
                 f"{info.name}: has no known dimension, so that it cannot be converted; declare its role or its unit, "
                 f'as in parameter(..., unit="N s/m"), in {type(law).__name__}'
             )
-        coefficient, force, length, time, _ = info.dimension.exponents
-        if coefficient and not known_load:
+        if info.dimension.coefficient and not known_load:
             raise ValueError(
                 f"normal_force: is not known, so that {info.name} is a force in N; "
                 "give the normal force of the records for a law in the units of a case"
             )
-        values[info.name] = value / (scales.force_N**force * scales.length_m**length * scales.time_s**time)
+        values[info.name] = value / scales.of(info.dimension)
     return with_values(law, values)
 
 
-def heading(scales: Scales | None, rotary: bool = False) -> str:
+def heading(scales: PendulumScales | None, rotary: bool = False) -> str:
     """Lines of comment that say in which units a section of a case file stands."""
     if rotary:
         return TURNING_IN_SI

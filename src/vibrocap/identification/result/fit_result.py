@@ -20,7 +20,7 @@ from vibrocap.identification.result.measured_units import MeasuredUnits, measure
 from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.scales import Scales
+from vibrocap.physics.machines.pendulum_capsule import PendulumScales
 from vibrocap.results import Result
 
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
@@ -190,7 +190,7 @@ class Fit(Result):
         ]
         return "\n".join(lines)
 
-    def save(self, folder: str | Path, scales: Scales | None = None) -> tuple[Path, Path]:
+    def save(self, folder: str | Path, scales: PendulumScales | None = None) -> tuple[Path, Path]:
         """Write fit.json and friction.toml into a folder, which is made; their paths.
 
         scales: of the pendulum in whose units friction.toml is written, as a case wants it; None: in SI, as fitted.

@@ -4,11 +4,12 @@ from typing import ClassVar
 
 from vibrocap.physics.elementary import cos
 from vibrocap.physics.parameters import Number, Positive, parameter, parameters
+from vibrocap.physics.part import Part
 
 __all__ = ["Drive", "Number", "Positive", "cos", "parameter", "parameters"]
 
 
-class Drive:
+class Drive(Part):
     """What every drive offers: its value, its period, and whether it is odd under half a period."""
 
     name: ClassVar[str]

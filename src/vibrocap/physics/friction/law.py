@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from vibrocap.physics.elementary import exp, log, power, sqrt
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.part import Part
 
 __all__ = [
     "AtLeastOne",
@@ -44,7 +45,7 @@ Exponent = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LAR
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)]
 
 
-class Law:
+class Law(Part):
     """What every friction law offers.
 
     kind: "set-valued": at rest any force up to `holding_limit` (the contact sticks);
@@ -55,6 +56,7 @@ class Law:
         0.0 and change at reversals and where a guard of `switches` falls to zero. A run starts with all of them at 0.
     internal_symmetry: sign of each internal state when the motion is mirrored; -1 for all unless given.
     shape_parameters: parameters that choose the formula when they are whole numbers (an exponent, for instance).
+    state_units: SI units of internal states that no other law has, "N" for instance.
     source: where the law was published. creeps: whether it drifts under an oscillating force below breakaway.
     special_cases: simpler laws that this one is for some values: by the simpler law's name the values of own parameters
         that it has not, a number or the name of another own parameter whose value it takes. Parameters of the same name
@@ -68,6 +70,7 @@ class Law:
     switched: ClassVar[tuple[str, ...]] = ()
     internal_symmetry: ClassVar[tuple[int, ...] | None] = None
     shape_parameters: ClassVar[tuple[str, ...]] = ()
+    state_units: ClassVar[Mapping[str, str]] = {}
     source: ClassVar[str] = ""
     creeps: ClassVar[bool] = False
     special_cases: ClassVar[Mapping[str, Mapping[str, float | str]]] = {}

@@ -3,15 +3,29 @@
 Mechanical states come first in the state vector, the internal states of the friction law after them.
 """
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.part import Part
+from vibrocap.physics.scales import FreeScales, Scales, SIScales
 
-__all__ = ["Machine", "NonNegative", "Number", "Positive", "cos", "parameter", "parameters", "sin"]
+__all__ = [
+    "Machine",
+    "NonNegative",
+    "Number",
+    "Positive",
+    "SIScales",
+    "Scales",
+    "cos",
+    "parameter",
+    "parameters",
+    "sin",
+]
 
 
-class Machine:
+class Machine(Part):
     """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
 
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
@@ -19,6 +33,9 @@ class Machine:
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
     half-period symmetry. place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     effort: what the drive exerts, a force along the line of sliding or a torque.
+    si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
+    case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
+    the load besides a force. state_units: SI units of states that no other machine has, "rad/s" for instance.
     """
 
     name: ClassVar[str]
@@ -29,6 +46,10 @@ class Machine:
     channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque"]] = "force"
     place: ClassVar[str | None] = None
+    si_scales: ClassVar[type[Scales]] = FreeScales
+    si_names: ClassVar[Mapping[str, str]] = {}
+    si_load: ClassVar[str] = ""
+    state_units: ClassVar[Mapping[str, str]] = {}
     normal_load: Any  # a number, or a word that the machine knows
 
     @property

@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
 
 
 @parameters
@@ -39,6 +39,8 @@ class Oscillator(Machine):
     contact_state: ClassVar = "sliding_velocity"
     symmetry: ClassVar = (-1, -1)
     channels: ClassVar = ("drive", "damper", "belt")
+    si_scales: ClassVar = SIScales
+    si_load: ClassVar = "1 where the coefficients of the law are forces in N"
 
     @classmethod
     def pulled(cls, speed: float, **given: float) -> "Oscillator":

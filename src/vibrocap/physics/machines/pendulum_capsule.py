@@ -1,10 +1,13 @@
 """The pendulum capsule: an inverted pendulum, driven by a torque, on a capsule that slides on a line."""
 
+import math
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, cos, parameter, parameters, sin
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, cos, parameter, parameters, sin
+
+STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 
 LOADS = ("weight", "dynamic")
 
@@ -19,6 +22,34 @@ def _checked_load(given: Any) -> Any:
 
 
 @parameters
+class PendulumScales(Scales):
+    """Scales of a pendulum of mass m and length l under gravity g_0 (Liu et al. 2019, before eq. 4).
+
+    Mass is counted in m, length in l and time in 1/omega_n = sqrt(l/g_0), so that forces are counted in the weight of
+    the pendulum, m g_0.
+    """
+
+    pendulum_mass_kg: Positive = parameter(..., "m", "mass of the pendulum", unit="kg")
+    pendulum_length_m: Positive = parameter(..., "l", "length of the pendulum", unit="m")
+    gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
+
+    @property
+    def mass_kg(self) -> float:
+        """m."""
+        return self.pendulum_mass_kg
+
+    @property
+    def length_m(self) -> float:
+        """l."""
+        return self.pendulum_length_m
+
+    @property
+    def time_s(self) -> float:
+        """1/omega_n = sqrt(l/g_0)."""
+        return math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
+
+
+@parameters
 class PendulumCapsule(Machine):
     """Inverted pendulum (mass m, length l) on a capsule (mass M), joined by a torsional spring and a viscous damper.
 
@@ -28,9 +59,10 @@ class PendulumCapsule(Machine):
         theta'' = [(lambda+1) P - sin(theta) cos(theta) theta'^2 - R cos(theta)] / B
         X''     = [cos(theta) P - sin(theta) theta'^2 - R] / B
 
-    Time is in units of sqrt(l/g), length in l, mass in m: `Scales` converts to and from SI. N = 1 is the weight of the
-    pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1). A constant
-    load does not follow the pendulum, whose bob rises and falls. With normal_load = "dynamic" it does: from the
+    Time is in units of sqrt(l/g), length in l, mass in m: `PendulumScales`. N = 1, the default without units, is the
+    weight of the pendulum, m g; the weight on the contact is lambda + 1, chosen by normal_load = "weight" (erratum 1).
+    In SI there is no default: what is meant has to be said. A constant load does not follow the pendulum, whose bob
+    rises and falls. With normal_load = "dynamic" it does: from the
     vertical balance, N = lambda + 1 + (cos(theta))'', and with eq. 9
 
         B N = (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2 + sin(theta) cos(theta) R
@@ -55,6 +87,12 @@ class PendulumCapsule(Machine):
     symmetry: ClassVar = (-1, -1, -1, -1)
     channels: ClassVar = ("drive", "damper")
     effort: ClassVar = "torque"
+    si_scales: ClassVar = PendulumScales
+    si_names: ClassVar = {"mass_ratio": "capsule_mass"}
+    si_load: ClassVar = (
+        '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
+        "default, because the one without units, 1, is the weight of the pendulum alone"
+    )
 
     @property
     def follows_load(self) -> bool:

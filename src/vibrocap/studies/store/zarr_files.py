@@ -31,10 +31,13 @@ class ZarrFiles:
         group = zarr.create_group(MemoryStore(self._files), attributes=attributes)
         for path, values in axis_values(study).items():
             fill = "" if values.dtype == TEXT else np.nan
-            array = self._array(group, path, values.dtype, fill, values.shape, (path,), coordinate_attributes(path))
+            described = coordinate_attributes(path, study.case.system)
+            array = self._array(group, path, values.dtype, fill, values.shape, (path,), described)
             array[:] = values
         self._arrays = {
-            each.name: self._array(group, each.name, each.dtype, each.fill, tile, study.plan.dims, each.attributes)
+            each.name: self._array(
+                group, each.name, each.dtype, each.fill, tile, study.plan.dims, each.stored_attributes
+            )
             for each in variables(study)
         }
 

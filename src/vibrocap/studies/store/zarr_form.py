@@ -119,6 +119,8 @@ class _ArrayAttributes(_Strict):
     symbol: str | None = None
     flag_values: list[int] | None = None
     flag_meanings: str | None = None
+    dimensionless_unit: float | None = None
+    scale_factor: float | None = None
 
 
 class _Array(_Strict):

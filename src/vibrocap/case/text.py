@@ -1,0 +1,75 @@
+"""The text of a case: every parameter written out, without units or in SI, so that it reads back equal."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from vibrocap.case.units import DIMENSIONLESS, PARTS, SI, WORDS
+from vibrocap.physics.parameters import given_parameters, parameter_table
+from vibrocap.physics.scales import Scales
+from vibrocap.physics.system import System
+from vibrocap.physics.units import Units, state_keys, state_units, written, written_in_si
+
+Section = Mapping[str, Any]
+
+
+def as_text(
+    system: System, kept: Scales | None, initial: Section, run: Section, choices: Mapping[str, Any], units: str | None
+) -> str:
+    """The TOML text of a case; kept: scales of a system whose results stay without units.
+
+    In SI the numbers are those with the fewest digits that read back exactly; where there are none for some of them,
+    the numbers are written without units, with their scales, unless SI is asked for: then to rounding.
+    """
+    if units not in (None, *WORDS):
+        raise ValueError(f'units should be "SI" or "dimensionless", got {units!r}')
+    own = system.machine.si_scales
+    scales = system.units or kept or (None if parameter_table(own) else own())
+    in_si = units == SI or (units is None and system.units is not None)
+    if in_si and scales is None:
+        fields = ", ".join(info.name for info in parameter_table(own))
+        raise ValueError(f"units: SI needs to know the scales of the machine: {fields}")
+    head, sections = "", None
+    if in_si and scales is not None:
+        sections = _in_si(system, scales, initial, choices, exactly=units is None)
+    if sections is None:
+        sections = {name: _plain(getattr(system, name), choices[name][0]) for name in PARTS}
+        if scales is not None and parameter_table(scales):
+            sections["scales"] = given_parameters(scales)
+            head = f'units = "{DIMENSIONLESS}"\n\n' if units == DIMENSIONLESS or system.units is None else ""
+        sections["initial"] = dict(initial)
+    sections["run"] = dict(run)
+    blocks = (
+        f"[{name}]\n" + "".join(f"{k} = {toml_value(x)}\n" for k, x in rows.items()) for name, rows in sections.items()
+    )
+    return head + "\n".join(blocks)
+
+
+def _plain(part: Any, key: str) -> dict[str, Any]:
+    return {key: part.name} | given_parameters(part)
+
+
+def _in_si(
+    system: System, scales: Scales, initial: Section, choices: Mapping[str, Any], exactly: bool
+) -> dict[str, dict[str, Any]] | None:
+    """The sections in SI; None where `exactly` is asked for and not possible."""
+    units = Units(scales, system.machine.effort, state_units(system.machine, system.friction))
+    found: dict[str, dict[str, Any]] = {}
+    for name in PARTS:
+        part = getattr(system, name)
+        values = written_in_si(part, units, exactly)
+        if values is None:
+            return None
+        own = given_parameters(scales) if name == "machine" else {}
+        found[name] = {choices[name][0]: part.name} | own | values
+    start = written(initial, state_keys(units.states), units, exactly)
+    return None if start is None else found | {"initial": start}
+
+
+def toml_value(value: Any) -> str:
+    """A word or a number as TOML writes it."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, int):
+        return str(value)
+    return repr(float(value))

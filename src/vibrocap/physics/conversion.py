@@ -1,0 +1,138 @@
+"""Conversion: what is given in SI becomes the parameters of a part without units, or complaints that name the key."""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from vibrocap.arguments import ArgumentError, Complaints, is_number, listed, suggestion
+from vibrocap.physics.parameters import ParameterInfo, parameter_table
+from vibrocap.physics.scales import Scales
+from vibrocap.physics.units import Key, Units, one_way, parameter_keys, same_without_units, state_keys, state_units
+
+
+@dataclasses.dataclass(frozen=True)
+class WithoutUnits:
+    """What was given in SI, without units.
+
+    values: by name. keys: under which key each was given. complaints: about what cannot be converted, field = key.
+    """
+
+    values: dict[str, Any]
+    keys: dict[str, str]
+    complaints: Complaints
+
+
+def part_without_units(part: Any, given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
+    """The parameters of a part (a class) whose values are given in SI.
+
+    bare: whether a key without a unit is in SI too, as where a case says units = "SI"
+    In SI only a zero, a word and a number without a unit have defaults: any other is that of a certain size of machine.
+    """
+    keys = parameter_keys(part, units.effort)
+    found = _without_units({info.name for info in parameter_table(part)}, keys, given, units, bare)
+    for info in parameter_table(part):
+        if info.name not in {*found.keys, *given} and not _has_default(info, keys):
+            found.complaints.add(*_missing(part, info, keys))
+    return found
+
+
+def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool = False) -> WithoutUnits:
+    """Initial states by name whose values are given in SI."""
+    return _without_units(set(units.states), state_keys(units.states), given, units, bare)
+
+
+INITIAL = "initial."
+
+
+def path_in_si(path: str, machine: Any, friction: Any, drive: Any) -> tuple[str, Key] | None:
+    """(path without unit, key) of a path such as "drive.frequency_Hz"; None for one that is none in SI.
+
+    machine, friction, drive: parts or their classes
+    """
+    section, _, name = path.partition(".")
+    if path.startswith(INITIAL):
+        keys: Mapping[str, Key] = state_keys(state_units(machine, friction))
+    else:
+        part = {"machine": machine, "friction": friction, "drive": drive}.get(section)
+        if part is None:
+            return None
+        keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
+    key = keys.get(name)
+    return (f"{section}.{key.name}", key) if key is not None and key.has_unit else None
+
+
+def paths_in_si(machine: Any, friction: Any, drive: Any) -> tuple[str, ...]:
+    """Every path of these parts and their initial states that carries its unit."""
+    parts = {"machine": machine, "friction": friction, "drive": drive}
+    found: list[str] = []
+    for section, part in parts.items():
+        keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
+        found += [f"{section}.{key}" for key, each in keys.items() if each.has_unit]
+    states = state_keys(state_units(machine, friction))
+    return (*found, *(INITIAL + key for key, each in states.items() if each.has_unit))
+
+
+def values_without_units(values: Mapping[str, Any], scales: Scales | None, *parts: Any) -> dict[str, Any]:
+    """Values by path, numbers or arrays, without units; what is not in SI, and all where no scales are known, stays.
+
+    parts: machine, friction law and drive. Raises ArgumentError for a quantity that is given in two ways.
+    """
+    found: dict[str, Any] = {}
+    for path, value in values.items():
+        place = path_in_si(path, *parts) if scales is not None else None
+        plain = path if place is None else place[0]
+        if plain in found:
+            raise ArgumentError(path, "is given in two ways; give one of them")
+        if place is None or scales is None or isinstance(value, str):
+            found[plain] = value
+        else:
+            found[plain] = value / place[1].scale(scales, parts[0].effort)
+    return found
+
+
+def _without_units(
+    names: Iterable[str], keys: Mapping[str, Key], given: Mapping[str, Any], units: Units, bare: bool
+) -> WithoutUnits:
+    found = WithoutUnits({}, {}, Complaints())
+    for key, value in given.items():
+        known = keys.get(key) or _named(key, value, names, keys, bare)
+        if isinstance(known, str):
+            found.complaints.add(key, known)
+        elif known.name in found.keys:
+            found.complaints.add(key, f"is {found.keys[known.name]} once more; give one of them")
+        else:
+            found.keys[known.name] = key
+            number = is_number(value) and (known.has_unit or known.key != key)
+            found.values[known.name] = value / units.per_key(known) if number else value
+    return found
+
+
+def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], bare: bool) -> Key | str:
+    """What a key without a unit stands for, or what is wrong with it."""
+    stems = {each.stem: each.name for each in keys.values()}
+    name = key if key in names else stems.get(key)
+    first = one_way(keys, name) if name else None
+    if first is None:
+        if key in names:
+            return "declares neither a role nor a unit, so that it cannot be given in SI"
+        return f"no such key in SI; {suggestion(key, keys)}"
+    if isinstance(value, str):
+        return first
+    ways = [each.key for each in keys.values() if each.name == name and each.has_unit]
+    if bare and len(ways) == 1 and key in stems:
+        return first
+    return f"has no unit in a case in SI; give {listed(ways, ' or ')}"
+
+
+def _has_default(info: ParameterInfo, keys: Mapping[str, Key]) -> bool:
+    return info.default in (None, 0.0) or same_without_units(keys, info.name) or one_way(keys, info.name) is None
+
+
+def _missing(part: Any, info: ParameterInfo, keys: Mapping[str, Key]) -> tuple[str, str]:
+    ways = [each.key for each in keys.values() if each.name == info.name and each.has_unit]
+    text = "is missing; it has no default in SI"
+    if info.name == "normal_load" and part.si_load:
+        text = f"is missing; give the load on the contact in {keys[ways[0]].unit}, or {part.si_load}"
+    elif len(ways) > 1:
+        text += f" (or {listed(ways[1:], ' or ')})"
+    return ways[0], text

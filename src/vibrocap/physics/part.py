@@ -1,0 +1,28 @@
+"""Parts in SI: a machine, a law or a drive whose parameters are given with their units."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+
+@dataclasses.dataclass(frozen=True)
+class PartInSI:
+    """A part whose parameters are given in SI; `System` makes the part of it, by the scales of its machine.
+
+    part: its class. values: by keys that carry their unit, such as "bristle_stiffness_N_per_m".
+    """
+
+    part: type
+    values: Mapping[str, Any]
+
+
+class Part:
+    """What every machine, law and drive offers besides its physics."""
+
+    @classmethod
+    def in_si(cls, **values: Any) -> Any:
+        """This part with its parameters in SI, each with its unit in its name: `Harmonic.in_si(frequency_Hz=5, ...)`.
+
+        The keys are those of a case file in SI; `System` takes it, if its other parts are in SI too.
+        """
+        return PartInSI(cls, values)

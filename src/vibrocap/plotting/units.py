@@ -1,0 +1,82 @@
+"""Units in pictures: labels of quantities with their SI unit, and a case in brief in SI."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from vibrocap.case.case import CHOICES, Case
+from vibrocap.physics.conversion import path_in_si
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.roles import NUMBER
+from vibrocap.physics.scales import Scales
+from vibrocap.physics.system import System
+from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in_si
+from vibrocap.plotting.labels import EQUALS, LETTERS_PER_INCH, filled, law_words
+
+IN_SI = "In SI units."
+
+
+def with_unit(label: str, name: str, system: System) -> str:
+    """A label with the SI unit of a quantity, of a system that knows its scales."""
+    unit = "1" if system.units is None else system.si.unit(name)
+    return label if unit == "1" else f"{label} [{unit}]"
+
+
+def scale(name: str, system: System) -> float:
+    """By what values of a quantity are multiplied for a picture: to SI, of a system that knows its scales."""
+    return 1.0 if system.units is None else system.si.factor(name)
+
+
+def parts_in_si(system: System, width: float) -> str:
+    """The parts of a system in SI, each on lines of its own, for the head of a picture of that width in inches."""
+    lines = []
+    for name in CHOICES:
+        part = getattr(system, name)
+        numbers = _quantities(name, part, system, set(), {})
+        if name == "machine" and system.units is not None:
+            numbers += _scales(system.units)
+        text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
+        lines.append(filled(text, round(0.85 * LETTERS_PER_INCH * width), "    "))
+    return "\n".join(lines)
+
+
+def _scales(scales: Scales) -> list[str]:
+    """What the units of a machine are, in words."""
+    found = []
+    for info in parameter_table(scales):
+        unit = unit_name(info.dimension or NUMBER)
+        stem = info.name.removesuffix(suffix(unit)).replace("_", " ")
+        number = f"{getattr(scales, info.name):.4g}"
+        found.append(f"{stem}{EQUALS}{number}\N{NO-BREAK SPACE}{unit}")
+    return found
+
+
+def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
+    """The kinds of the parts of a case in SI, and the quantities with a unit that a study left as they are.
+
+    varied: paths that vary. fixed: values of paths at which a picture is fixed
+    """
+    system = case.system
+    parts = {name: getattr(system, name) for name in CHOICES}
+    plain = {place[0] for path in varied if (place := path_in_si(path, **parts)) is not None}
+    kinds, numbers = [], []
+    for name, (key, _) in CHOICES.items():
+        kind = fixed.get(f"{name}.{key}", parts[name].name)
+        if f"{name}.{key}" not in varied:
+            kinds.append(kind if name == "machine" else f"{kind} {name}")
+        if kind == parts[name].name:
+            numbers += _quantities(name, parts[name], system, varied | plain, fixed)
+    return f"{', '.join(kinds)}; {', '.join(numbers)}"
+
+
+def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
+    """The quantities of a part with a unit, in words."""
+    keys = parameter_keys(type(part), system.si.effort)
+    found = []
+    for key, value in (written_in_si(part, system.si, exactly=False) or {}).items():
+        each = keys.get(key)
+        if each is not None and each.has_unit and f"{name}.{each.name}" not in varied and value:
+            number = float(fixed.get(f"{name}.{key}", value))
+            found.append(
+                f"{each.stem.replace('_', ' ')}{EQUALS}{number:.4g} {each.unit}".replace("-", "\N{MINUS SIGN}")
+            )
+    return found

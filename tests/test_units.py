@@ -1,0 +1,347 @@
+"""Results in SI: cases there and back, motions, files, and sweeps whose numbers are those without units."""
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.case.case import CaseError, case_from_text, case_text, read_case
+from vibrocap.cli import main as cli
+from vibrocap.io.motion_file import read_source, write_motion
+
+CASE = """\
+[machine]
+kind = "pendulum-capsule"
+capsule_mass_kg = 0.5
+pendulum_mass_kg = 0.2
+pendulum_length_m = 0.25
+stiffness_N_m_per_rad = 0.98
+damping_N_m_s_per_rad = 0.08
+normal_load = "weight"
+
+[friction]
+law = "exponential"
+decay_rate_s_per_m = 6.5
+
+[drive]
+waveform = "harmonic"
+amplitude_N_m = 0.9
+frequency_Hz = 1.1
+
+[initial]
+angle = 1.0
+velocity_m_per_s = 0.1
+
+[run]
+periods = 12
+"""
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("si.toml").write_text(CASE, encoding="utf-8")
+    return tmp_path
+
+
+def complaints(text):
+    with pytest.raises(CaseError) as caught:
+        case_from_text(text)
+    return caught.value.complaints
+
+
+def without(text, case=CASE):
+    return "".join(line for line in case.splitlines(keepends=True) if text not in line)
+
+
+# --- cases ------------------------------------------------------------------------------------------------------------
+def test_a_case_in_si_is_the_system_of_its_parts():
+    machine = vc.PendulumCapsule.in_si(
+        capsule_mass_kg=0.5,
+        pendulum_mass_kg=0.2,
+        pendulum_length_m=0.25,
+        stiffness_N_m_per_rad=0.98,
+        damping_N_m_s_per_rad=0.08,
+        normal_load="weight",
+    )
+    drive = vc.Harmonic.in_si(amplitude_N_m=0.9, frequency_Hz=1.1)
+    system = vc.System(machine, vc.Exponential.in_si(decay_rate_s_per_m=6.5), drive)
+    case = case_from_text(CASE)
+    assert case.system == system
+    assert case.initial == {"angle": 1.0, "velocity": 0.1 / math.sqrt(9.80665 * 0.25)}
+
+
+def test_units_si_makes_bare_keys_si():
+    bare = CASE
+    for unit in ("_kg", "_N_m_per_rad", "_N_m_s_per_rad", "_s_per_m", "_N_m", "_m_per_s"):
+        bare = bare.replace(f"{unit} =", " =")
+    bare = 'units = "SI"\n' + bare.replace("pendulum_mass =", "pendulum_mass_kg =")
+    assert case_from_text(bare) == case_from_text(CASE)
+    (said,) = complaints(bare.replace("frequency_Hz", "frequency"))
+    assert said == "drive.frequency: has no unit in a case in SI; give frequency_Hz or frequency_rad_per_s"
+
+
+def test_the_text_in_si_has_the_numbers_that_were_given():
+    case = case_from_text(CASE)
+    text = case_text(case)
+    assert case_from_text(text) == case
+    assert set(CASE.splitlines()) <= set(text.splitlines())
+
+
+@pytest.mark.parametrize("path", sorted(Path("examples").glob("*.toml")), ids=lambda path: path.stem)
+def test_every_example_there_and_back(path):
+    """To SI to rounding (4 ulp: a product and a quotient by the same factor), and then exactly."""
+    case = read_case(path)
+    known = dataclasses.replace(case, scales=None if case.system.units else vc.PendulumScales(0.2, 0.25))
+    in_si = case_from_text(case_text(known, "SI"))
+    for name in case.system.parameter_paths:
+        before, after = case.system.parameter(name), in_si.system.parameter(name)
+        assert before == after or before == pytest.approx(after, rel=2**-50), name
+    assert in_si.initial == pytest.approx(case.initial, rel=2**-50)
+    back = case_from_text(case_text(in_si, "dimensionless"))
+    assert back.system == dataclasses.replace(in_si.system, units=None)
+    assert back.scales == in_si.system.units
+    assert case_from_text(case_text(back, "SI")) == in_si
+
+
+def test_a_case_without_units_that_knows_its_scales_has_results_in_si():
+    plain = '[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "coulomb"\n[drive]\nwaveform = "harmonic"\n'
+    scales = "[scales]\npendulum_mass_kg = 0.2\npendulum_length_m = 0.25\n"
+    known = case_from_text(plain + scales)
+    assert known.system == dataclasses.replace(case_from_text(plain).system, units=vc.PendulumScales(0.2, 0.25))
+    kept = case_from_text('units = "dimensionless"\n' + plain + scales)
+    assert kept.system == case_from_text(plain).system
+    assert kept.scales == vc.PendulumScales(0.2, 0.25)
+
+
+def test_the_default_load_without_units_stays_the_weight_of_the_pendulum():
+    plain = '[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "coulomb"\n[drive]\nwaveform = "harmonic"\n'
+    assert case_from_text(plain).system.machine.load() == 1.0
+    (said,) = complaints(without("normal_load"))
+    assert said.startswith('machine.normal_load_N: is missing; give the load on the contact in N, or "weight"')
+    assert "the one without units, 1, is the weight of the pendulum alone" in said
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("stiffness_N_m_per_rad = 0.98", "stiffness = 2.0"),
+         "machine.stiffness: has no unit in a case in SI; give stiffness_N_m_per_rad"),
+        (("capsule_mass_kg = 0.5", "mass_ratio = 2.5"),
+         "machine.mass_ratio: has no unit in a case in SI; give capsule_mass_kg"),
+        (("capsule_mass_kg = 0.5", "capsule_mass_kg = -0.5"),
+         "machine.capsule_mass_kg: should be greater than 0, got -0.5"),
+        (("capsule_mass_kg = 0.5", 'capsule_mass_kg = "1"'), "machine.capsule_mass_kg: should be a number, got '1'"),
+        (("pendulum_length_m = 0.25", ""), "machine.pendulum_length_m: is missing"),
+        (("frequency_Hz = 1.1", "frequency_Hz = 1.1\nfrequency_rad_per_s = 7"),
+         "drive.frequency_rad_per_s: is frequency_Hz once more; give one of them"),
+        (("velocity_m_per_s = 0.1", "velocity = 0.1"),
+         "initial.velocity: has no unit in a case in SI; give velocity_m_per_s"),
+        (("angle = 1.0", "angel_deg = 1.0"), "initial.angel_deg: no such key in SI; did you mean 'angle_deg'?"),
+        (("[run]", "[scales]\npendulum_mass_kg = 1\n[run]"),
+         "scales: belongs to a case without units; in SI [machine] says what its units are: "
+         "pendulum_mass_kg, pendulum_length_m, gravity_m_per_s2"),
+        (("[machine]", 'units = "si"\n[machine]'), """units: should be "SI" or "dimensionless", got 'si'"""),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_si_is_named_as_it_was_given(change, said):
+    assert complaints(CASE.replace(*change)) == (said,)
+
+
+def test_a_case_is_saved_from_python(place):
+    system = case_from_text(CASE).system
+    vc.save_case(system, "saved.toml", initial={"angle": 0.5, "position_m": 0.1}, periods=7)
+    found = read_case("saved.toml")
+    assert found.system == system
+    assert found.periods == 7
+    assert found.initial == {"angle": 0.5, "position": 0.1 / 0.25}
+    plain = vc.System(vc.PendulumCapsule(mass_ratio=1 / 3), vc.LuGre(), vc.Harmonic())
+    vc.Case(plain).save("plain.toml")
+    assert read_case("plain.toml").system == plain
+    with pytest.raises(ValueError, match=r"units: SI needs to know .* pendulum_mass_kg"):
+        vc.save_case(plain, "no.toml", "SI")
+
+
+# --- motions ----------------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def motions():
+    """The same motion in SI and without units."""
+    case = case_from_text(CASE)
+    return case.simulate(), dataclasses.replace(case, system=dataclasses.replace(case.system, units=None)).simulate()
+
+
+def test_a_motion_in_si_is_the_motion_without_units(motions):
+    known, plain = motions
+    assert np.array_equal(known.coefficients, plain.coefficients)
+    assert known.si["position"] == pytest.approx(plain["position"] * 0.25, rel=1e-15)
+    assert known.si.end == pytest.approx(12 / 1.1, rel=1e-14)
+    assert known.si.unit("velocity") == "m/s"
+    t = np.array([0.1, 1.0])
+    drive = 0.9 * np.cos(2 * np.pi * 1.1 * t)
+    assert known.si.at(t, "drive") == pytest.approx(drive, rel=1e-13)
+    with pytest.raises(ValueError, match=r"units: are not known"):
+        _ = plain.si
+
+
+def test_a_start_in_si_is_the_start_without_units(motions):
+    system = motions[0].system
+    found = vc.simulate(system, initial={"velocity_m_per_s": 0.1, "angle_deg": 90.0}, periods=0.01)
+    assert found.initial["velocity"] == motions[0].initial["velocity"]
+    assert found.initial["angle"] == pytest.approx(math.pi / 2, rel=1e-15)
+    with pytest.raises(ValueError, match=r"initial.velocity_m: no such state"):
+        vc.simulate(system, initial={"velocity_m": 0.1})
+
+
+@pytest.mark.parametrize("ending", ["csv", "nc"])
+def test_files_carry_si_with_units_and_their_case(motions, ending, tmp_path):
+    import xarray
+
+    known, plain = motions
+    case = case_from_text(CASE)
+    path = write_motion(known, case, tmp_path / f"motion.{ending}")
+    assert read_source(path) == case
+    if ending == "nc":
+        with xarray.open_dataset(path) as found:
+            assert found["velocity"].attrs["units"] == "m/s"
+            assert found["time"].attrs["units"] == "s"
+            assert np.array_equal(found["velocity"], known.si["velocity"])
+            scale = found["velocity"].attrs["dimensionless_unit"]
+            assert found["velocity"].values / scale == pytest.approx(plain["velocity"], rel=1e-15)
+        return
+    text = path.read_text(encoding="utf-8")
+    assert '# velocity = "m/s"\n' in text
+    rows = np.genfromtxt([line for line in text.splitlines() if line[0] != "#"], delimiter=",", names=True)
+    assert np.array_equal(rows["drive"], known.si["drive"])
+
+
+def test_json_carries_si_units_and_the_numbers_without(place, capsys):
+    assert cli.main(["simulate", "si.toml", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["units"]["drift"] == "m"
+    assert found["units"]["state"]["angle_rate"] == "rad/s"
+    assert found["units"]["energy"]["drive"] == "J"
+    plain = found["dimensionless"]
+    motion = case_from_text(CASE).simulate()
+    assert plain["state"] == motion.state
+    assert found["time"] == pytest.approx(12 / 1.1, rel=1e-14)
+    assert found["drift"] == plain["drift"] * 0.25
+    assert found["mean_velocity"]["value"] == pytest.approx(plain["mean_velocity"]["value"] * math.sqrt(9.80665 * 0.25))
+    assert found["energy"]["drive"] == pytest.approx(plain["energy"]["drive"] * 0.2 * 9.80665 * 0.25)
+
+
+def test_the_summary_has_units(place, capsys):
+    assert cli.main(["simulate", "si.toml"]) == 0
+    out = capsys.readouterr().out
+    for said in ("capsule_mass 0.5 kg", "frequency 1.1 Hz", "pendulum_length 0.25 m", " m/s ", " J ", "in SI"):
+        assert said in out
+    assert "dimensionless" not in out
+
+
+def test_convert_writes_the_other_form_and_back(place, capsys):
+    assert cli.main(["convert", "si.toml", "--out", "plain.toml"]) == 0
+    assert cli.main(["convert", "plain.toml", "--out", "again.toml"]) == 0
+    assert read_case("again.toml") == read_case("si.toml")
+    assert read_case("plain.toml").system.units is None
+    example = "plain.toml"
+    lines = Path(example).read_text().replace('units = "dimensionless"', "").replace("[scales]", "")
+    Path(example).write_text(without("gravity", without("pendulum_", lines)))
+    assert cli.main(["convert", example]) == 2
+    assert "--scales: is missing" in capsys.readouterr().err
+    assert cli.main(["convert", example, "--scales", "pendulum_mass_kg=0.2,pendulum_length_m=x", "--to", "metric"]) == 2
+    said = capsys.readouterr().err
+    assert "--to: should be SI or dimensionless, got 'metric'" in said
+    assert "--scales pendulum_length_m: should be a number, got 'x'" in said
+
+
+# --- sweeps -----------------------------------------------------------------------------------------------------------
+OVER = {"machine.capsule_mass_kg": [0.3, 0.5], "drive.frequency_Hz": "0.8:1.4:3"}
+MEASURES = ("mean_velocity", "drive_work", "word", "largest_angle_rate")
+
+
+def test_a_sweep_in_si_is_the_sweep_without_units_bit_for_bit(tmp_path):
+    import xarray
+
+    system = case_from_text(CASE).system
+    how = {"measures": MEASURES, "periods": 12, "initial": {"velocity_m_per_s": 0.1}}
+    found = vc.sweep(system, OVER, **how, out=tmp_path / "map")
+    plain = dataclasses.replace(system, units=None)
+    over = {
+        "machine.mass_ratio": np.array([0.3, 0.5]) / 0.2,
+        "drive.frequency": np.linspace(0.8, 1.4, 3) / (1 / system.si.scales.time_s / (2 * math.pi)),
+    }
+    same = vc.sweep(plain, over, **(how | {"initial": {"velocity": 0.1 / system.si.factor("velocity")}}))
+    raw = xarray.open_zarr(tmp_path / "map" / "results.zarr", consolidated=False, mask_and_scale=False)
+    for name in MEASURES:
+        assert np.array_equal(raw[name].values, same[name].values), name
+    assert found["mean_velocity"].attrs["units"] == "m/s"
+    assert np.array_equal(found["mean_velocity"], same["mean_velocity"].values * system.si.factor("velocity"))
+    assert found["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5]
+    assert found["drive.frequency_Hz"].attrs["units"] == "Hz"
+    memory = vc.sweep(system, OVER, **how)
+    xarray.testing.assert_identical(found.load(), memory)
+
+
+def test_lists_and_designs_take_paths_in_si():
+    system = case_from_text(CASE).system
+    rows = [{"machine.capsule_mass_kg": 0.3}, {"drive.frequency_rad_per_s": 7.0}, {"initial.position_m": 0.1}]
+    found = vc.sweep(system, cases=rows, periods=4, window=2)
+    assert found["machine.capsule_mass_kg"].values.tolist() == [0.3, 0.5, 0.5]
+    assert found["drive.frequency_rad_per_s"].values[1] == 7.0
+    assert found["drive.frequency_rad_per_s"].values[0] == pytest.approx(2 * math.pi * 1.1, rel=1e-15)
+    assert found["initial.position_m"].values.tolist() == [0.0, 0.0, 0.1]
+    drawn = vc.sweep(system, {"drive.amplitude_N_m": (0.5, 0.9)}, design=vc.Design("sobol", 2), periods=4, window=2)
+    assert ((drawn["drive.amplitude_N_m"] >= 0.5) & (drawn["drive.amplitude_N_m"] <= 0.9)).all()
+
+
+@pytest.mark.parametrize(
+    ("over", "said"),
+    [
+        ({"machine.capsule_mass_kg": [-0.5, 0.5]}, "machine.capsule_mass_kg: should be greater than 0, got -0.5"),
+        ({"machine.capsule_mas_kg": [0.5]}, "did you mean 'machine.capsule_mass_kg'"),
+        ({"drive.frequency_Hz": [1.0], "drive.frequency_rad_per_s": [6.0]}, "is given in two ways; give one of them"),
+        ({"machine.kind": ["oscillator"]}, "machine.kind: machines count in units of their own"),
+        ({"friction.law": ["lugre", "dahl"], "friction.stribeck_velocity_m_per_s": [0.1]}, "not all kinds have it"),
+    ],
+)
+def test_wrong_axes_in_si_are_named_as_they_were_given(over, said):
+    with pytest.raises(CaseError) as caught:
+        vc.sweep(case_from_text(CASE).system, over, periods=4)
+    assert said in "\n".join(caught.value.complaints)
+
+
+def test_axes_in_si_need_scales():
+    plain = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    with pytest.raises(CaseError, match=r"drive.frequency_Hz: the case does not say .*; give drive.frequency, or"):
+        vc.sweep(plain, {"drive.frequency_Hz": [1.0, 2.0]}, periods=4)
+
+
+@pytest.mark.slow
+def test_axes_in_si_over_several_laws():
+    """Each law gets the same number in SI; the one that the case has keeps its other parameters."""
+    over = {"friction.law": ["lugre", "stribeck"], "friction.stribeck_velocity_m_per_s": [0.1, 0.2]}
+    system = case_from_text(CASE).system
+    found = vc.sweep(system, over, periods=4, window=2)
+    assert found["friction.stribeck_velocity_m_per_s"].attrs["units"] == "m/s"
+    values = [0.1 / system.si.factor("velocity"), 0.2 / system.si.factor("velocity")]
+    plain = vc.System(system.machine, vc.Stribeck(), system.drive)
+    alone = vc.sweep(plain, {"friction.stribeck_velocity": values}, periods=4, window=2)
+    same = found["mean_velocity"].sel({"friction.law": "stribeck"}).values
+    assert np.array_equal(same, alone["mean_velocity"].values * system.si.factor("velocity"))
+
+
+def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
+    import xarray
+
+    arguments = ["sweep", "si.toml", "--over", "drive.frequency_Hz=0.8:1.4:3", "--periods", "4"]
+    assert cli.main([*arguments, "--out", "map", "--export", "map.nc"]) == 0
+    assert cli.main([*arguments, "--out", "map", "--resume", "--export", "map.csv"]) == 0
+    with xarray.open_dataset("map.nc", mask_and_scale=False) as raw, vc.open_study("map") as study:
+        assert np.array_equal(raw["mean_velocity"], study["mean_velocity"])
+        assert raw["mean_velocity"].attrs["units"] == "m/s"
+        rows = [line.split(",") for line in Path("map.csv").read_text().splitlines() if line[0] != "#"]
+        column = rows[0].index("mean_velocity")
+        assert [float(row[column]) for row in rows[1:]] == study["mean_velocity"].values.tolist()
