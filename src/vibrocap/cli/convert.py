@@ -58,7 +58,6 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
     if out is None:
         print(text, end="")
         return OK
-    out.parent.mkdir(parents=True, exist_ok=True)
     write_text(out, text)
     Page().say(f"Case: {out}")
     return OK
