@@ -32,6 +32,8 @@ EVENTS = {
     "reversal": "reverses without sticking",
     "graze": "touches its limit and stays",
     "switch": "goes over to another piece of its law",
+    "lift_off": "loses its load, which ends the run",
+    "paradox": "has no load that follows from the forces",
 }
 # channel of energy: what it is
 CHANNELS = {
@@ -40,6 +42,7 @@ CHANNELS = {
     "belt": "work of the belt under the block",
     "contact_sliding": "work of sliding friction",
     "bristle_loss": "loss in the bristles",
+    "contact_storage": "bristles under a changing load",
     "stored": "gained by machine and contact",
     "residual": "stored less all works: should vanish",
 }
@@ -184,6 +187,8 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
         page.print(_energy_table(record["energy"], bool(record.get("units"))))
     if record["certificate"]:
         page.print(_certificate_table(record["certificate"], motion))
+        for warning in record["certificate"]["warnings"]:
+            page.say(f"Warning: {warning}", style="bold")
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.system.units is not None:
         units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
@@ -244,7 +249,7 @@ def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (_said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     for name, text in CHANNELS.items():
-        if name == "belt" and energy[name] == 0.0:
+        if name in ("belt", "contact_storage") and energy[name] == 0.0:
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)

@@ -11,9 +11,10 @@ class EnergyBalance:
     """Work over a window, positive into the system, and the change of the stored energy.
 
     drive, damper, belt: work of the machine's channels (0 for a channel that it does not have)
-    contact_sliding, bristle_loss: work of friction, split at the bristles
+    contact_sliding, bristle_loss: work of friction, split at the bristles; contact_storage: what bristles gave back less
+    what they took, under a load that follows the motion (0 otherwise: it is in `stored`)
     stored: change of the energy of machine and contact (bristles); 0 over a period of a steady motion
-    residual: stored - (drive + damper + contact_sliding + bristle_loss), 0 but for the error of the motion
+    residual: stored less all works, 0 but for the error of the motion
     window: (start, end) in time; periods: its length in drive periods
     """
 
@@ -26,6 +27,7 @@ class EnergyBalance:
     window: tuple[float, float]
     periods: float
     belt: float = 0.0
+    contact_storage: float = 0.0
 
     @property
     def per_period(self) -> "EnergyBalance":
@@ -40,7 +42,7 @@ class EnergyBalance:
     @property
     def friction(self) -> float:
         """Work of friction: sliding and bristles together."""
-        return self.contact_sliding + self.bristle_loss
+        return self.contact_sliding + self.bristle_loss + self.contact_storage
 
     def _over(self, divisor: float) -> "EnergyBalance":
         kept = ("window", "periods")

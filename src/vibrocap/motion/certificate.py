@@ -41,7 +41,9 @@ class Certificate:
     the motion leave of the equations. Asked at nine points of every step, and of Taylor steps about where the contact
     is slowest. Of an implicit step it is the distance to the state that fits to the slopes (`stiff_pieces.correction`):
     the same number, but along the stiff directions, in which friction multiplies any error.
+    least_reaction: least normal reaction that the ground would have to give (None: the machine does not say).
     verdicts: each of these beside its bound; `ok` where nothing is beyond, `failures` what is, in words.
+    warnings: what is no fault of the computation, but of the model: a constant load that hides a lift-off.
     """
 
     stick_force_ratio: float | None
@@ -55,6 +57,8 @@ class Certificate:
     implicit_steps: int
     defect: float
     verdicts: tuple[Verdict, ...] = ()
+    least_reaction: float | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:

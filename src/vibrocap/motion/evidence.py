@@ -85,6 +85,7 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     )
     if estimate is not None:
         judge("estimated_error", estimate, None)
+    reaction, warnings = _reaction(motion, index, s)
     return Certificate(
         stick_force_ratio=ratio,
         event_velocity=recorded.contact_residual,
@@ -97,6 +98,8 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
         implicit_steps=recorded.implicit_steps,
         defect=defect,
         verdicts=tuple(verdicts),
+        least_reaction=reaction,
+        warnings=warnings,
     )
 
 
@@ -113,6 +116,22 @@ def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, 
     force = np.abs(held - middle)
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
+
+
+def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:
+    """(least normal reaction of the ground, what is to be said of it): a constant load does not notice a lift-off."""
+    if "reaction" not in motion.observable_names:
+        return None, ()
+    (reaction,) = motion.piece_observables(("reaction",), index, s)
+    least = float(np.min(reaction))
+    if least >= 0.0 or motion.system.machine.follows_load:
+        return least, ()
+    first = int(np.argmax(reaction < 0.0))
+    time = motion.piece_start[index[first]] + s[first]
+    return least, (
+        f"the true normal load would be negative, first about time {time:.4g}, down to {least:.4g}: the machine would "
+        f'lift off, which a constant load hides; use normal_load = "dynamic"',
+    )
 
 
 def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
