@@ -272,10 +272,12 @@ def test_a_card_agrees_with_the_cpu_to_rounding():
         assert np.max(np.abs(results[:, state] - expected[:, state])) <= 100.0 * ON_CARD.tolerance
 
 
-def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
+def test_without_the_bindings_the_message_says_what_to_install(monkeypatch):
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "cuda.bindings" else found(name))
-    with pytest.raises(ValueError, match=r'device: "cuda" needs an NVIDIA card.*vibrocap\[gpu\].*no cuda-bindings'):
+    with pytest.raises(
+        ValueError, match=r'device: "cuda" needs an NVIDIA card.*no cuda-bindings.*pip install "cuda-bindings>=12.8"'
+    ):
         on_card.cuda_ensemble_run(*ensemble_of("exponential", 1), ON_CARD)
 
 

@@ -1,7 +1,9 @@
 """Studies as NetCDF and CSV: everything is in them, in full precision, and the case with it."""
 
 import csv
+import errno
 import importlib
+import io
 import tomllib
 
 import numpy as np
@@ -12,6 +14,7 @@ import cheap_ensemble
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case.case import case_from_text
 from vibrocap.files import WriteError
+from vibrocap.io import netcdf
 from vibrocap.io import study_file as export
 from vibrocap.io.study_file import write_study
 from vibrocap.studies.designs import Design
@@ -99,15 +102,57 @@ def test_exports_have_the_same_bytes_in_whatever_order_a_store_gives_its_variabl
     assert write_study(tmp_path / "study", tmp_path / f"third{ending}").read_bytes() == first
 
 
+@pytest.mark.parametrize("found", ["grid", "cases"], indirect=True)
+def test_large_exports_have_the_same_bytes_though_they_are_not_made_in_memory(found, tmp_path, monkeypatch):
+    small = write_study(tmp_path / "study", tmp_path / "small.nc").read_bytes()
+    monkeypatch.setattr(netcdf, "IN_MEMORY", 0)
+    monkeypatch.setattr(netcdf.io, "BytesIO", lambda: pytest.fail("made in memory"))
+    assert write_study(tmp_path / "study", tmp_path / "large.nc").read_bytes() == small
+
+
+class Small:
+    """A file on a disk that takes 3000 bytes."""
+
+    def __init__(self, file):
+        self.file, self.seek, self.read = file, file.seek, file.read
+
+    def write(self, data):
+        room = 3000 - self.file.tell()
+        if room <= 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return self.file.write(bytes(data)[:room])
+
+
+def test_hdf5_sees_no_error_of_the_disk(tmp_path):
+    """Whatever it writes and reads after the disk is full, at random places, is as in a file in memory."""
+    chance = np.random.default_rng(1)
+    memory = io.BytesIO()
+    with (tmp_path / "file").open("w+b", buffering=0) as file:
+        disk = netcdf._Disk(Small(file))
+        for _ in range(500):
+            place, data = int(chance.integers(4000)), chance.bytes(int(chance.integers(1, 300)))
+            for each in (disk, memory):
+                assert each.seek(place) == place
+                assert each.write(data) == len(data)
+            place, found, wanted = int(chance.integers(4500)), bytearray(200), bytearray(200)
+            assert disk.seek(place) == memory.seek(place)
+            assert disk.readinto(found) == memory.readinto(wanted)
+            assert found == wanted
+            assert disk.seek(0, io.SEEK_END) == memory.seek(0, io.SEEK_END)
+    with pytest.raises(OSError, match="No space left"):
+        disk.check()
+
+
 @pytest.mark.skipif(resource is None, reason="this system limits no sizes of files")
 @pytest.mark.parametrize("found", ["grid"], indirect=True)
-@pytest.mark.parametrize("ending", [".csv", ".nc"])
-def test_a_full_disk_leaves_the_old_export(found, tmp_path, ending):
+@pytest.mark.parametrize(("ending", "in_memory"), [(".csv", 0), (".nc", netcdf.IN_MEMORY), (".nc", 0)])
+def test_a_full_disk_leaves_the_old_export(found, tmp_path, monkeypatch, ending, in_memory):
     """At whatever byte: HDF5 would take the process down with it."""
+    monkeypatch.setattr(netcdf, "IN_MEMORY", in_memory)
     path = write_study(found, tmp_path / f"study{ending}")
     whole = path.read_bytes()
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    for size in (0, 1, 512, len(whole) // 3, len(whole) // 2, len(whole) - 1):
+    for size in {0, 1, 512, len(whole) - 1, *range(97, len(whole), len(whole) // 6)}:
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
         try:
             with pytest.raises(WriteError, match=f"study{ending}: cannot be written: File too large"):

@@ -14,8 +14,18 @@ import xarray as xr
 import zarr
 
 import cheap_ensemble
-from vibrocap import Design, Exponential, Harmonic, PendulumCapsule, System, open_study, verify_study, write_study
-from vibrocap.case.case import CaseError
+from vibrocap import (
+    Design,
+    Exponential,
+    Harmonic,
+    Measure,
+    PendulumCapsule,
+    System,
+    open_study,
+    verify_study,
+    write_study,
+)
+from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli.main import main
 from vibrocap.studies.store.checked_store import unpacked_size
 from vibrocap.studies.store.checksums import checksum, sealed
@@ -26,6 +36,7 @@ from vibrocap.studies.sweep import sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:6"}
+IN_SI = Path(__file__).parents[1] / "examples" / "bench-in-si.toml"
 CASE = str(Path(__file__).parents[1] / "examples" / "travels-by-stick-slip.toml")
 
 
@@ -156,6 +167,13 @@ METADATA = {
     "other dimensions": (changed("word", dimension_names=["x", "y"]), "dimension_names"),
     "an unknown key": (changed("word", must_understand=True), "must_understand"),
     "an attribute that changes values": (changed("mean_velocity", attributes={"scale_factor": 2.0}), "scale_factor"),
+    "an attribute that is made up": (changed("mean_velocity", attributes={"add_offset": 2.0}), "add_offset"),
+    "a factor of what has none": (changed("status", attributes={"scale_factor": 2.0}), "scale_factor"),
+    "a factor of an axis": (
+        changed("machine.mass_ratio", attributes={"dimensionless_unit": 2.0}),
+        "dimensionless_unit",
+    ),
+    "another unit": (changed("mean_velocity", attributes={"units": "mm/s"}), "units should be '1'"),
     "an infinite filling": (changed("status", fill_value=10**9), "fill_value"),
     "deep nesting": (
         lambda study: (study / "results.zarr/word/zarr.json").write_text('{"a":' * 20_000 + "1" + "}" * 20_000),
@@ -182,6 +200,55 @@ def test_metadata_that_this_package_does_not_write_are_refused(study, what, caps
     alter(study)
     rewrite(study, record_of(study))
     refused_everywhere(study, capsys, said)
+
+
+@pytest.fixture
+def in_si(tmp_path):
+    """A stored study of a case in SI, with a measure of its own."""
+    power = Measure.largest("power", "largest power of friction", lambda now: now.velocity, "1", "m/s")
+    system = case_from_text(IN_SI.read_text(encoding="utf-8")).system
+    over = {"friction.coulomb_coefficient": [0.05, 0.1]}
+    sweep(system, over=over, measures=("mean_velocity", "word", power), out=tmp_path / "si")
+    return tmp_path / "si"
+
+
+def test_factors_that_follow_from_the_scales_of_the_case_are_read(in_si):
+    found = open_study(in_si).load()
+    speed = 9.80665**0.5 * 0.25**0.5
+    for name in ("mean_velocity", "power"):
+        assert found[name].attrs["units"] == "m/s"
+        assert found[name].attrs["dimensionless_unit"] == pytest.approx(speed, rel=1e-15)
+    assert verify_study(in_si).ok
+
+
+@pytest.mark.parametrize("name", ["mean_velocity", "power"])
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("scale_factor", 2.0), ("scale_factor", None), ("dimensionless_unit", 1.5), ("units", "mm/s"), ("units", "1")],
+)
+def test_factors_and_units_of_another_case_are_refused(in_si, capsys, name, key, value):
+    path = in_si / "results.zarr" / name / "zarr.json"
+    array = json.loads(path.read_text())
+    array["attributes"] |= {key: value}
+    path.write_text(
+        json.dumps({**array, "attributes": {k: v for k, v in array["attributes"].items() if v is not None}})
+    )
+    rewrite(in_si, record_of(in_si))
+    for read in (open_study, verify_study):
+        with pytest.raises(CaseError, match=f"{name}/zarr.json: {key} should be .* by the case of the study, got"):
+            read(in_si)
+    assert main(["plot", str(in_si)]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_factors_are_refused_where_the_case_cannot_be_read(in_si):
+    """As that of a law which is not loaded."""
+    record = record_of(in_si)
+    record["study"]["case"] = record["study"]["case"].replace('law = "exponential"', 'law = "elsewhere"')
+    assert "elsewhere" in record["study"]["case"]
+    rewrite(in_si, record)
+    with pytest.raises(CaseError, match=r"scale_factor cannot be compared with the case of the study: .*elsewhere"):
+        open_study(in_si)
 
 
 def in_record(path, value):

@@ -117,7 +117,15 @@ def test_cases_beside_a_word_of_the_system(cheap, tmp_path):
     xr.testing.assert_identical(found, sweep(system, cases=cases, out=tmp_path / "a").load())
 
 
-@pytest.mark.parametrize(("missing", "options"), [("xarray", {}), ("zarr", {"out": "a"}), ("dask", {"workers": 2})])
+@pytest.mark.parametrize(
+    ("missing", "options"),
+    [
+        ("xarray", {}),
+        ("zarr", {"out": "a"}),
+        ("dask", {"out": "a", "scheduler": "tcp://127.0.0.1:8786"}),
+        ("distributed", {"out": "a", "scheduler": "tcp://127.0.0.1:8786"}),
+    ],
+)
 def test_missing_packages_are_named_before_any_work(missing, options, monkeypatch):
     found = importlib.util.find_spec
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == missing else found(name))

@@ -155,23 +155,21 @@ def changes(step: int, then: Callable[[], None], for_ever: bool = False) -> Iter
         if isinstance(file, int) or "opener" in others or not set(mode) & set("wxa"):
             return opened(file, mode, buffering, *given, **others)
         raw = Counted(file, mode.replace("b", "").replace("t", ""))
+        if buffering == 0:
+            return raw
         buffered = io.BufferedRandom(raw) if "+" in mode else io.BufferedWriter(raw)
         return buffered if "b" in mode else io.TextIOWrapper(buffered, *given, **others)
 
     before = {name: getattr(os, name) for name in CALLS}
-    netcdf = __import__("vibrocap.io.netcdf", fromlist=["_Disk"])
-    disk = netcdf._Disk.__bases__
     for name, original in before.items():
         setattr(os, name, hooked(name, original))
     builtins.open = io.open = counted_open
-    netcdf._Disk.__bases__ = (Counted,)
     try:
         yield count
     finally:
         for name, original in before.items():
             setattr(os, name, original)
         builtins.open = io.open = opened
-        netcdf._Disk.__bases__ = disk
 
 
 def tree(folder: Path) -> dict[str, bytes]:

@@ -14,6 +14,7 @@ from pathlib import Path
 import vibrocap as vc
 from torture.children import answers
 from torture.outcome import Outcome
+from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import CaseError, case_from_dict, case_from_text, read_case
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.parameters import parameter_table
@@ -127,6 +128,8 @@ def fuzz_cases(folder: Path, trials: int, seed: int, deadline: float) -> Outcome
             file.write("r")
         try:
             return "" if isinstance(case.simulate().status, vc.Status) else f"no status: {text!r}"
+        except ArgumentError as error:  # refused as too large for the memory, which ends the command with code 2
+            return "" if "of memory" in str(error) else f"{text!r}\n{error}"
         except BaseException:
             return f"{text!r}\n{traceback.format_exc()[-700:]}"
 

@@ -16,6 +16,7 @@ from pathlib import Path
 import cheap_ensemble
 import vibrocap as vc
 import vibrocap.io.motion_file
+import vibrocap.io.netcdf
 import vibrocap.io.study_file
 import vibrocap.plotting.motion
 import vibrocap.studies.adaptive
@@ -65,8 +66,14 @@ def exports() -> dict[str, Callable[[Path], object]]:
         found = vibrocap.studies.adaptive.adaptive_map(SYSTEM, over, measures=MEASURES)
         vibrocap.io.study_file.write_study(found, path)
 
+    def large(path: Path) -> None:
+        """Not made in memory."""
+        vibrocap.io.netcdf.IN_MEMORY = 0
+        vibrocap.io.study_file.write_study(grid, path)
+
     return {
         "study.nc": lambda path: vibrocap.io.study_file.write_study(grid, path),
+        "large.nc": large,
         "study.csv": lambda path: vibrocap.io.study_file.write_study(grid, path),
         "motion.nc": lambda path: vibrocap.io.motion_file.write_motion(motion, case, path),
         "motion.csv": lambda path: vibrocap.io.motion_file.write_motion(motion, case, path),

@@ -23,7 +23,7 @@ def write_study(source: "str | Path | xarray.Dataset", path: str | Path) -> Path
     """Write a study, a dataset or the folder of one, to a file ending in .nc or .csv, whole or not at all.
 
     The same study gives the same bytes, from its folder or from memory. Memory does not grow with a study that is read
-    from its folder. Raises ValueError for another ending, WriteError where it cannot be written.
+    from its folder, beyond 256 MiB. Raises ValueError for another ending, WriteError where it cannot be written.
     """
     path = Path(path)
     writers: dict[str, Callable[[xarray.Dataset, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}

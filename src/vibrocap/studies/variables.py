@@ -71,6 +71,13 @@ def variables(study: Study) -> tuple[Variable, ...]:
     return (*always, *_measures(study), *_along_runs(study.plan, study.case.system))
 
 
+def unit_and_scale(unit: str, si_unit: str, system: System) -> tuple[str, float | None]:
+    """(unit of a measure in a study of a system, what one dimensionless unit is in it; None where it has none)."""
+    if system.units is None or si_unit == "1":
+        return unit, None
+    return si_unit, system.si.factor_of(si_unit)
+
+
 def coordinate_attributes(path: str, system: System | None = None) -> dict[str, Any]:
     """Name, symbol and unit of what varies; system: of which it varies, for paths in SI."""
     if path in KINDS:
@@ -133,15 +140,14 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         measure = table[given] if isinstance(given, str) else given
         if measure.name in ALWAYS:
             continue
-        attributes: dict[str, Any] = {"long_name": measure.meaning, "units": measure.unit}
-        scale = 1.0
-        if study.case.system.units is not None and measure.si_unit != "1":
-            scale = study.case.system.si.factor_of(measure.si_unit)
-            attributes |= {"units": measure.si_unit, "dimensionless_unit": scale}
+        unit, scale = unit_and_scale(measure.unit, measure.si_unit, study.case.system)
+        attributes: dict[str, Any] = {"long_name": measure.meaning, "units": unit}
+        if scale is not None:
+            attributes["dimensionless_unit"] = scale
         if getattr(measure.how, "text", False):
             found.append(Variable(measure.name, TEXT, "", attributes))
         else:
-            found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale))
+            found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale or 1.0))
     return tuple(found)
 
 

@@ -79,6 +79,7 @@ class _OwnMeasure(_Strict):
     name: Annotated[str, Field(pattern=r"^\w+$")]
     meaning: str
     unit: str
+    si_unit: str = "1"
     how: str
     kind: str | None = None
     of: list[str] | None = None

@@ -48,7 +48,11 @@ def kept(folder: Path) -> Iterator[None]:
 
 
 def write_file(path: Path, data: bytes, unfinished: Path) -> None:
-    """Write a file elsewhere (in the folder `unfinished`, on the same disk), force it to the disk, rename it."""
+    """Write a file elsewhere (in the folder `unfinished`, on the same disk), force it to the disk, rename it.
+
+    `files.replacing` does this for single files. It looks through their folder for what dead processes left, which
+    would take longer with every tile, and puts unfinished ones where only the files of the results may be.
+    """
     unfinished.mkdir(exist_ok=True)
     temporary = unfinished / f"{socket.gethostname()}-{os.getpid()}-{next(_numbers)}"
     binary = getattr(os, "O_BINARY", 0)  # without it Windows writes \r\n for \n

@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vibrocap.case.case import CaseError
+from vibrocap.studies.store.array_units import ArrayUnits
 from vibrocap.studies.store.plain_files import STRANGE, read_plain, why_strange
 from vibrocap.studies.store.record import RESULTS, measure_names, plan_of
 
@@ -171,7 +172,7 @@ def first_places(record: Mapping[str, Any]) -> list[str]:
 
 def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
     """The results of a store, if they are of the form that this package writes; CaseError, with all that is not."""
-    arrays = expected_arrays(record)
+    arrays, units = expected_arrays(record), ArrayUnits(record)
     metadata: dict[str, bytes] = {}
     types: dict[str, str] = {}
     complaints = strange_names(path / RESULTS, arrays)
@@ -184,7 +185,8 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
             else:
                 array = _Array.model_validate_json(metadata[place])
                 types[name] = array.data_type
-                complaints += [f"{RESULTS}/{place}: {wrong}" for wrong in _differences(array, arrays[name])]
+                wrong = _differences(array, arrays[name]) or units.complaints(name, dict(array.attributes))
+                complaints += [f"{RESULTS}/{place}: {each}" for each in wrong]
         except FileNotFoundError:
             complaints.append(f"{RESULTS}/{place} is missing")
         except OSError as error:
