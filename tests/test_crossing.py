@@ -280,7 +280,7 @@ def test_command_says_what_did_not_settle(case, capsys):
         (["--over", f"{RATIO}=3:4", "--against", "lugre"], "--against should be friction.law=NAME or PATH=VALUE"),
         (["--over", f"{RATIO}=3:4", "--against", "friction.law=lugger"], "no friction law is called 'lugger'"),
         (["--over", f"{RATIO}=3:4", "--against", "friction.decay=1"], "did you mean"),
-        (["--over", f"{RATIO}=3:4", "--measure", "speed"], "measure should be a number"),
+        (["--over", f"{RATIO}=3:4", "--measure", "speed"], "--measure: should be a number of the table of measures"),
     ],
 )
 def test_command_refuses_what_makes_no_sense(case, arguments, complaint, capsys):

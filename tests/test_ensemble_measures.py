@@ -35,17 +35,19 @@ def system_with(law, ratio=2.5, drive=None):
 def stored_motion(system, periods) -> Trajectory:
     """The motion step by step as an ensemble follows it, from the plain kernel: no other one has to be compiled."""
     start = dict.fromkeys(system.state_names, 0.0) | START
-    run = (periods, TOLERANCE, 10_000, 10**6)
+    limits = 10_000, 10**6
     recorded = recorded_run(
         equations(system),
         parameter_values(system),
         list(start.values()),
         system.drive.period,
-        *run,
+        periods,
+        TOLERANCE,
+        *limits,
         plain=True,
         order=ORDER,
     )
-    return _trajectory(system, start, *run, 256, recorded)
+    return _trajectory(system, start, periods, TOLERANCE, limits, 0.0, 0.0, 256, recorded)
 
 
 # --- during the run = from the stored motion -------------------------------------------------------------------------

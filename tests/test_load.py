@@ -1,12 +1,15 @@
 """The normal load that the pendulum makes: values found by another solver, identities, and where it ends."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import vibrocap as vc
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import INCOMPLETE
 from vibrocap.motion.equations import equations
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.physics.catalogue import laws
@@ -203,3 +206,31 @@ def test_load_follows_from_the_vertical_momentum():
         assert recorded.balance is not None  # the two agree, to 1e-9 at points drawn at random
         assert recorded.balance.normal is not None
         assert JetWriter(recorded.graph, list(recorded.rates), False, recorded.balance).balance is not None
+
+
+def test_a_constant_load_that_hides_a_lift_off_is_said():
+    law = vc.Exponential(coulomb_coefficient=0.15, static_coefficient=0.45)
+    hidden = vc.simulate(capsule("weight", law, amplitude=1.8, mass_ratio=0.5), periods=3, initial=START).certificate
+    assert hidden.ok  # the motion is that of its equations
+    assert hidden.least_reaction < -2.0
+    assert len(hidden.warnings) == 1
+    assert 'use normal_load = "dynamic"' in hidden.warnings[0]
+    for load in ("weight", "dynamic"):
+        certificate = vc.simulate(capsule(load), periods=3, initial=START).certificate
+        assert certificate.least_reaction > 1.0
+        assert not certificate.warnings
+    assert vc.simulate(vc.System(vc.Oscillator(), law, vc.Harmonic()), periods=1).certificate.least_reaction is None
+
+
+def test_a_capsule_that_lifts_off_ends_the_command_with_its_status(tmp_path, capsys):
+    case = tmp_path / "light.toml"
+    system = capsule(law=vc.LuGre(), amplitude=1.8, mass_ratio=0.5)
+    vc.save_case(system, case)
+    assert main(["simulate", str(case), "--periods", "5", "--json"]) == INCOMPLETE
+    found = json.loads(capsys.readouterr().out)
+    assert found["status"] == "lift off"
+    assert found["events"]["lift_off"] == 1
+    assert found["certificate"]["least_reaction"] == pytest.approx(0.0, abs=1e-8)
+    works = ("drive", "damper", "contact_sliding", "bristle_loss", "contact_storage")
+    assert found["energy"]["stored"] == pytest.approx(sum(found["energy"][name] for name in works), abs=1e-9)
+    assert abs(found["energy"]["contact_storage"]) > 1e-6

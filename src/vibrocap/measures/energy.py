@@ -11,8 +11,9 @@ class EnergyBalance:
     """Work over a window, positive into the system, and the change of the stored energy.
 
     drive, damper, belt: work of the machine's channels (0 for a channel that it does not have)
-    contact_sliding, bristle_loss: work of friction, split at the bristles; contact_storage: what bristles gave back less
-    what they took, under a load that follows the motion (0 otherwise: it is in `stored`)
+    contact_sliding, bristle_loss: work of friction, split at the bristles
+    contact_storage: what bristles gave back less what they took, under a load that follows the motion (otherwise 0: it
+    is in `stored`)
     stored: change of the energy of machine and contact (bristles); 0 over a period of a steady motion
     residual: stored less all works, 0 but for the error of the motion
     window: (start, end) in time; periods: its length in drive periods

@@ -9,11 +9,12 @@ from vibrocap.numerics.kernel.generated import (
     SAFE_SPEED,
     SET_VALUED,
     SHARP_INTERNAL,
+    SPARSE,
     STEP,
     VELOCITY,
     unresolved_abreast,
 )
-from vibrocap.numerics.kernel.step.resolved import FAR_RANGE, excursion, learn
+from vibrocap.numerics.kernel.step.resolved import FAINT, FAR_RANGE, excursion, learn
 from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser
 
 
@@ -44,13 +45,25 @@ def resolved_abreast(real, side, start, change, h, moving):
                     reach = excursion(real, VELOCITY + lane, length)
                     learn(real, lane, length, abs(real[VELOCITY + lane]) - reach, abs(real[VELOCITY + lane]) + reach)
             fine = fine | known_abreast(real, least, most)
+    telling = moving | ~moving
+    if SPARSE:
+        telling = ~moving | (side == 0.0) | ~(velocity_tail_abreast(real, h) > FAINT * (speed + change))
     if bits(~fine) == 0:
-        return fine
+        return fine & telling
     low, high = start - change, start + change
     if KINKED or SET_VALUED:
         low = where(side > 0.0, greater(low, 0.0 * low), low)
         high = where(side < 0.0, lesser(high, 0.0 * high), high)
-    return fine | (unresolved_abreast(real, h, h, start, start, low, high) == 0.0)
+    return (fine | (unresolved_abreast(real, h, h, start, start, low, high) == 0.0)) & telling
+
+
+def velocity_tail_abreast(real, h):
+    """`resolved.velocity_tail` of the velocity of all lanes."""
+    power = h
+    for _ in range(ORDER - 2):
+        power = power * h
+    last, before = load(real, VELOCITY + ORDER * LANES), load(real, VELOCITY + (ORDER - 1) * LANES)
+    return (abs(last) * h + abs(before)) * power
 
 
 def known_abreast(real, least, most):
