@@ -347,42 +347,21 @@ def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
         assert [float(row[column]) for row in rows[1:]] == study["mean_velocity"].values.tolist()
 
 
-# --- the command line -------------------------------------------------------------------------------------------------
-def changed(*words):
-    """The start and the drive of a run with changes to the case, from its JSON."""
-    return cli.main(["simulate", "si.toml", "--periods", "1", "--json", *words])
-
-
-def test_changes_on_the_command_line_are_in_si(place, capsys):
-    words = ("--set", "machine.capsule_mass_kg=0.4", "--initial", "angle_deg=20,velocity_m_per_s=0")
-    assert changed(*words) == 0
-    found = json.loads(capsys.readouterr().out)
-    text = CASE.replace("capsule_mass_kg = 0.5", "capsule_mass_kg = 0.4").replace("angle = 1.0", "angle_deg = 20")
-    text = text.replace("velocity_m_per_s = 0.1", "velocity_m_per_s = 0").replace("periods = 12", "periods = 1")
-    assert found["dimensionless"]["state"] == case_from_text(text).simulate().state
-
-
-def test_a_change_in_another_unit_replaces_what_the_case_says():
-    for path, value in (("drive.frequency_rad_per_s", 7.0), ("initial.angle_deg", 20.0)):
-        case = case_from_text(CASE, changes={path: value})
-        if path.startswith("drive"):
-            assert case.system.drive.frequency * (1 / case.system.si.scales.time_s) == pytest.approx(7.0, rel=1e-14)
-        else:
-            assert case.initial["angle"] == pytest.approx(math.radians(20.0), rel=1e-14)
-    with pytest.raises(CaseError, match=r"drive\.frequency_rad_per_s: is frequency_Hz once more; give one of them"):
-        case_from_text(CASE, changes={"drive.frequency_rad_per_s": 7.0, "drive.frequency_Hz": 1.0})
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--set", "machine.mass_ratio=2"),
-         "--set machine.mass_ratio: has no unit in a case in SI; give capsule_mass_kg"),
-        (("--initial", "velocity=0.2"), "--initial velocity: has no unit in a case in SI; give velocity_m_per_s"),
-        (("--set", "drive.frequency=1"),
-         "--set drive.frequency: has no unit in a case in SI; give frequency_Hz or frequency_rad_per_s"),
-    ],
-)  # fmt: skip
-def test_changes_without_a_unit_are_named_as_they_were_given(place, capsys, words, said):
-    assert changed(*words) == 2
-    assert said in " ".join(capsys.readouterr().err.split())
+def test_an_adaptive_map_in_si_is_the_map_without_units():
+    system = case_from_text(CASE).system
+    how: dict = {"by": ["word"], "measures": ["mean_velocity", "drive_work"], "coarse": 2, "periods": 6}
+    over = {"machine.capsule_mass_kg": "0.3:0.5:3", "drive.frequency_Hz": "0.8:1.4:3"}
+    found = vc.adaptive_map(system, over, **how)
+    plain = {
+        "machine.mass_ratio": np.linspace(0.3, 0.5, 3) / 0.2,
+        "drive.frequency": np.linspace(0.8, 1.4, 3) * 2 * math.pi * math.sqrt(0.25 / 9.80665),
+    }
+    same = vc.adaptive_map(dataclasses.replace(system, units=None), plain, **how)
+    for name, factor, unit in (
+        ("mean_velocity", math.sqrt(9.80665 * 0.25), "m/s"),
+        ("drive_work", 0.2 * 9.80665 * 0.25, "J"),
+    ):
+        assert found[name].values == pytest.approx(same[name].values * factor, rel=1e-9, nan_ok=True)
+        assert found[name].attrs["units"] == unit
+    assert found["drive.frequency_Hz"].attrs["units"] == "Hz"
+    assert found["machine.capsule_mass_kg"].attrs["coarse_spacing"] == pytest.approx(0.2, rel=1e-14)

@@ -1,6 +1,7 @@
-"""Limits, steady motions, branches, crossings and basins in SI: their numbers are those without units, times the unit.
+"""Commands on a case in SI: changes of it, limits, steady motions, branches, crossings, basins and their pictures.
 
-The units of the machine are its pendulum's, by hand: 0.2 kg, 0.25 m, and sqrt(l/g).
+Their numbers are those without units, times the unit. The units of the machine are its pendulum's, by hand:
+0.2 kg, 0.25 m, and sqrt(l/g).
 """
 
 import dataclasses
@@ -13,7 +14,7 @@ import pytest
 
 import vibrocap as vc
 from test_units import CASE
-from vibrocap.case.case import case_from_text
+from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.cli import main as cli
 
 METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
@@ -269,3 +270,46 @@ def test_pictures_of_basins_are_in_si():
     (legend,) = figure.legends
     (words,) = (text.get_text() for text in legend.get_texts())
     assert words.endswith(f"{found.drift[0, 0] * METRE:.4g} m".replace("-", "\N{MINUS SIGN}"))
+
+
+# --- changes of a cas -------------------------------------------------------------------------------------------------
+def changed(*words):
+    """The start and the drive of a run with changes to the case, from its JSON."""
+    return cli.main(["simulate", "case.toml", "--periods", "1", "--json", *words])
+
+
+def test_changes_on_the_command_line_are_in_si(place, capsys):
+    Path("case.toml").write_text(CASE, encoding="utf-8")
+    words = ("--set", "machine.capsule_mass_kg=0.4", "--initial", "angle_deg=20,velocity_m_per_s=0")
+    assert changed(*words) == 0
+    found = json.loads(capsys.readouterr().out)
+    text = CASE.replace("capsule_mass_kg = 0.5", "capsule_mass_kg = 0.4").replace("angle = 1.0", "angle_deg = 20")
+    text = text.replace("velocity_m_per_s = 0.1", "velocity_m_per_s = 0").replace("periods = 12", "periods = 1")
+    assert found["dimensionless"]["state"] == case_from_text(text).simulate().state
+
+
+def test_a_change_in_another_unit_replaces_what_the_case_says():
+    for path, value in (("drive.frequency_rad_per_s", 7.0), ("initial.angle_deg", 20.0)):
+        case = case_from_text(CASE, changes={path: value})
+        if path.startswith("drive"):
+            assert case.system.parameter("drive.frequency") / SECOND == pytest.approx(7.0, rel=1e-14)
+        else:
+            assert case.initial["angle"] == pytest.approx(math.radians(20.0), rel=1e-14)
+    with pytest.raises(CaseError, match=r"drive\.frequency_rad_per_s: is frequency_Hz once more; give one of them"):
+        case_from_text(CASE, changes={"drive.frequency_rad_per_s": 7.0, "drive.frequency_Hz": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--set", "machine.mass_ratio=2"),
+         "--set machine.mass_ratio: has no unit in a case in SI; give capsule_mass_kg"),
+        (("--initial", "velocity=0.2"), "--initial velocity: has no unit in a case in SI; give velocity_m_per_s"),
+        (("--set", "drive.frequency=1"),
+         "--set drive.frequency: has no unit in a case in SI; give frequency_Hz or frequency_rad_per_s"),
+    ],
+)  # fmt: skip
+def test_changes_without_a_unit_are_named_as_they_were_given(place, capsys, words, said):
+    Path("case.toml").write_text(CASE, encoding="utf-8")
+    assert changed(*words) == 2
+    assert said in " ".join(capsys.readouterr().err.split())
