@@ -180,6 +180,14 @@ def test_a_motion_in_si_is_the_motion_without_units(motions):
     assert known.si["position"] == pytest.approx(plain["position"] * 0.25, rel=1e-15)
     assert known.si.end == pytest.approx(12 / 1.1, rel=1e-14)
     assert known.si.unit("velocity") == "m/s"
+    for unit, names in {
+        "J": ("energy", "contact_energy", "drive_work"),
+        "N": ("friction", "holding_force", "holding_limit", "reaction", "outer_force"),
+        "N s": ("momentum", "impulse"),
+        "N m": ("drive",),
+        "W": ("drive_power",),
+    }.items():
+        assert {known.si.unit(name) for name in names} == {unit}
     t = np.array([0.1, 1.0])
     drive = 0.9 * np.cos(2 * np.pi * 1.1 * t)
     assert known.si.at(t, "drive") == pytest.approx(drive, rel=1e-13)
