@@ -180,6 +180,14 @@ def test_a_motion_in_si_is_the_motion_without_units(motions):
     assert known.si["position"] == pytest.approx(plain["position"] * 0.25, rel=1e-15)
     assert known.si.end == pytest.approx(12 / 1.1, rel=1e-14)
     assert known.si.unit("velocity") == "m/s"
+    for unit, names in {
+        "J": ("energy", "contact_energy", "drive_work"),
+        "N": ("friction", "holding_force", "holding_limit", "reaction", "outer_force"),
+        "N s": ("momentum", "impulse"),
+        "N m": ("drive",),
+        "W": ("drive_power",),
+    }.items():
+        assert {known.si.unit(name) for name in names} == {unit}
     t = np.array([0.1, 1.0])
     drive = 0.9 * np.cos(2 * np.pi * 1.1 * t)
     assert known.si.at(t, "drive") == pytest.approx(drive, rel=1e-13)
@@ -345,3 +353,23 @@ def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
         rows = [line.split(",") for line in Path("map.csv").read_text().splitlines() if line[0] != "#"]
         column = rows[0].index("mean_velocity")
         assert [float(row[column]) for row in rows[1:]] == study["mean_velocity"].values.tolist()
+
+
+def test_an_adaptive_map_in_si_is_the_map_without_units():
+    system = case_from_text(CASE).system
+    how: dict = {"by": ["word"], "measures": ["mean_velocity", "drive_work"], "coarse": 2, "periods": 6}
+    over = {"machine.capsule_mass_kg": "0.3:0.5:3", "drive.frequency_Hz": "0.8:1.4:3"}
+    found = vc.adaptive_map(system, over, **how)
+    plain = {
+        "machine.mass_ratio": np.linspace(0.3, 0.5, 3) / 0.2,
+        "drive.frequency": np.linspace(0.8, 1.4, 3) * 2 * math.pi * math.sqrt(0.25 / 9.80665),
+    }
+    same = vc.adaptive_map(dataclasses.replace(system, units=None), plain, **how)
+    for name, factor, unit in (
+        ("mean_velocity", math.sqrt(9.80665 * 0.25), "m/s"),
+        ("drive_work", 0.2 * 9.80665 * 0.25, "J"),
+    ):
+        assert found[name].values == pytest.approx(same[name].values * factor, rel=1e-9, nan_ok=True)
+        assert found[name].attrs["units"] == unit
+    assert found["drive.frequency_Hz"].attrs["units"] == "Hz"
+    assert found["machine.capsule_mass_kg"].attrs["coarse_spacing"] == pytest.approx(0.2, rel=1e-14)

@@ -17,6 +17,7 @@ from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
+from vibrocap.physics.units import parameter_keys, state_keys, state_units
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
@@ -119,6 +120,10 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
     changes = {**(changes or {}), **{f"run.{name}": value for name, value in run.items()}}
     for path in sorted(changes, key=lambda path: path not in KINDS):  # kinds first
         _change(data, path, changes[path])
+        section, _, key = path.partition(".")
+        for other in _other_keys(data, section, key):
+            if f"{section}.{other}" not in changes:
+                data[section].pop(other, None)
     return case_from_dict(data, source)
 
 
@@ -134,6 +139,23 @@ def _change(data: dict[str, Any], path: str, value: Any) -> None:
             data["initial"] = {name: x for name, x in start.items() if law is None or name not in law.internal}
         given.clear()
     given[key] = value
+
+
+def _other_keys(data: Mapping[str, Any], section: str, key: str) -> list[str]:
+    """The other keys under which a quantity may stand in SI, such as frequency_rad_per_s for frequency_Hz."""
+    parts = []
+    for name, (kind, catalogue) in CHOICES.items():
+        given = data.get(name)
+        parts.append(catalogue().get(given.get(kind)) if isinstance(given, dict) else None)
+    if None in parts or section not in (*CHOICES, "initial") or not isinstance(data.get(section), dict):
+        return []
+    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True))
+    machine = classes["machine"]
+    if section == "initial":
+        keys = state_keys(state_units(machine, classes["friction"]))
+    else:
+        keys = parameter_keys(classes[section], machine.effort)
+    return [other for other, each in keys.items() if key in keys and each.name == keys[key].name and other != key]
 
 
 def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
@@ -153,7 +175,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     classes = {
         name: _chosen(name, sections[name], complaints) for name in CHOICES if isinstance(data.get(name, {}), Mapping)
     }
-    scales, given = None, {}
+    scales, given, said = None, {}, 0
     if len(classes) == len(CHOICES) and all(classes.values()):
         form = form_of(sections, classes, data.get("units"), {name: key for name, (key, _) in CHOICES.items()})
         if form.check(sections, complaints):
@@ -166,6 +188,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
                 raise CaseError(complaints, source)
             plain, given = without_units(sections, form, scales, complaints)
             sections |= plain
+            said = len(complaints)  # about what was given; the others are about fields without units
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
     machine, law = classes.get("machine"), classes.get("friction")
     states = (*machine.states, *law.internal) if machine and law else None
@@ -179,7 +202,8 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
         except ArgumentError as error:
             complaints.append(error.complaint)
     if complaints or system is None:
-        raise CaseError([as_given(each, given, sections) for each in complaints], source)
+        later = [as_given(each, given, sections) for each in complaints[said:]]
+        raise CaseError([*complaints[:said], *later], source)
     initial = {name: float(value) for name, value in sections["initial"].items()}
     return Case(system, initial, **sections["run"], scales=scales if kept else None)
 

@@ -3,10 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from vibrocap.cli.options import range_of, refusing, writable_picture
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.arguments import ArgumentError
+from vibrocap.cli.options import Refusal, quantity_range, range_of, refusing, writable_picture
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
+from vibrocap.io.in_si import in_si
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.physics.conversion import INITIAL, quantity, quantity_in_si
+from vibrocap.physics.system import System
 
 
 def branch(
@@ -34,7 +38,7 @@ def branch(
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     over
-        PATH=LEAST:LARGEST, such as drive.amplitude=1:3
+        PATH=LEAST:LARGEST, such as drive.amplitude=1:3, or drive.frequency_Hz=0.5:2 of a case in SI
     depth
         how many times to follow branches that leave a branch
     points
@@ -46,30 +50,37 @@ def branch(
     json
         print one JSON object in full precision instead of a table
     """
+    from vibrocap.io.steady_in_si import branch_units, diagram_in_si
     from vibrocap.orbits.continuation.branch_diagram import branches
 
     given = read_source(case)
-    path, low, high = range_of(over)
+    along, low, high = quantity_range(over, given.system)
     writable_picture("--plot", plot)
     names = ("depth", "points", "settle_periods")
-    with progress(f"Following steady motions over {path}"), refusing(*names, over="--over", between="--over"):
+    with progress(f"Following steady motions over {along.path}"), refusing(*names, over="--over", between="--over"):
         found = branches(
             given.system,
-            path,
+            along.plain,
             (low, high),
             initial=given.initial,
             depth=depth,
             points=points,
             settle_periods=settle_periods,
         )
+    record, shown = _diagram_record(found), found
+    if given.system.units is not None:
+        shown, plain = diagram_in_si(found, along), record
+        record = _diagram_record(shown) | {"units": branch_units(along), "dimensionless": plain}
     if json:
-        print(json_text(_diagram_record(found)))
+        print(json_text(record))
     else:
-        Page().say(str(found))
+        Page().say(str(shown))
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
         from vibrocap.plotting.branches import plot_branches
 
-        plot_branches(found, plot, "mean_velocity" if found.system.machine.cyclic is not None else "period")
+        drawn = "mean_velocity" if found.system.machine.cyclic is not None else "period"
+        drawn = "mean_velocity" if found.system.machine.cyclic is not None else "period"
+        plot_branches(found, plot, drawn, over=along.path)
         if not json:
             Page().say(f"picture    {plot}")
     if not any(len(each) for each in found.branches):
@@ -99,7 +110,8 @@ def basins(
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     plane
-        two axes, such as angle=-1:1,angle_rate; "phase" is a share of the drive's period [default range: as visited]
+        two axes, such as angle=-1:1,angle_rate, in SI velocity_m_per_s=-1:1; "phase" is a share of the drive's period
+        [default range: as visited]
     resolution
         starts along each axis
     phase
@@ -114,7 +126,7 @@ def basins(
     from vibrocap.orbits.attractors.basins import basins as basins_of
 
     given = read_source(case)
-    axes = dict(map(_axis, (one for each in plane for one in each.split(","))))
+    axes = dict(_axis(one, given.system) for each in plane for one in each.split(","))
     writable_picture("--plot", plot)
     names = ("plane", "resolution", "phase", "settle_periods")
     with progress("Running the starts of the plane") as report, refusing(*names):
@@ -128,6 +140,8 @@ def basins(
             progress=report,
         )
     record = _basin_record(found)
+    if given.system.units is not None:
+        record = in_si(record, {"attractors": {"drift": "m"}}, given.system)
     if json:
         print(json_text(record))
     else:
@@ -141,12 +155,19 @@ def basins(
     return OK
 
 
-def _axis(text: str) -> tuple[str, tuple[float, float] | None]:
-    """NAME, or NAME=LEAST:LARGEST."""
+def _axis(text: str, system: System) -> tuple[str, tuple[float, float] | None]:
+    """NAME, or NAME=LEAST:LARGEST, which in SI carries the unit of the range: the state and its range without units."""
     if "=" not in text:
         return text, None
     name, low, high = range_of(text, "--plane", "angle=-3:3")
-    return name, (low, high)
+    try:
+        asked = quantity(INITIAL + name, system)
+    except ArgumentError as error:
+        raise Refusal(f"--plane {name}: {error.complaint.text.replace(INITIAL, '')}") from None
+    best = quantity_in_si(asked.plain, system)
+    if asked.scale == 1.0 and asked.unit == "1" and best.unit not in ("1", "rad"):
+        raise Refusal(f"--plane {name}: has no unit in a case in SI; give {best.path.removeprefix(INITIAL)}")
+    return asked.plain.removeprefix(INITIAL), (low / asked.scale, high / asked.scale)
 
 
 def _diagram_record(found: Any) -> dict[str, Any]:
@@ -191,6 +212,7 @@ def _print_basins(record: dict[str, Any]) -> None:
     for word, share in record["directions"].items():
         if share:
             page.print(f"  {word:<12}{share:.2%}")
+    length = "m" if "units" in record else ""
     for each in record["attractors"]:
-        drift = "none" if each["drift"] is None else f"{each['drift']:.10g} per drive period"
+        drift = "none" if each["drift"] is None else f"{said(each['drift'], length)} per drive period"
         page.say(f"  attractor {each['index']}: {each['share']:.2%} of the starts, drift {drift}")

@@ -23,11 +23,12 @@ from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.convert import convert
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
+from vibrocap.cli.limits import limits
 from vibrocap.cli.options import Refusal, needs, writable_folder
 from vibrocap.cli.orbit import crossing, orbit
 from vibrocap.cli.parts import taking_parts
 from vibrocap.cli.records import datasets, stick_slip
-from vibrocap.cli.simulate import limits, simulate
+from vibrocap.cli.simulate import simulate
 from vibrocap.cli.start import examples, new
 from vibrocap.cli.sweep import measures, plot, sweep
 from vibrocap.cli.terminal import (

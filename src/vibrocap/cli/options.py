@@ -11,8 +11,10 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from vibrocap.arguments import Complaint, Complaints, lacking, suggestion
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, suggestion
 from vibrocap.case.case import SECTIONS
+from vibrocap.physics.conversion import Quantity, quantity
+from vibrocap.physics.system import System
 
 PICTURES, TABLES, FILMS = (".png", ".svg", ".pdf"), (".nc", ".csv"), (".mp4", ".gif")
 
@@ -110,6 +112,16 @@ def range_of(
     except ValueError:
         raise Refusal(f"{option} should be PATH=LEAST:LARGEST, such as {example}, got {text!r}") from None
     return path, low, high
+
+
+def quantity_range(text: str, system: System) -> tuple[Quantity, float, float]:
+    """PATH=LEAST:LARGEST of a system, the path in SI or not: (the quantity, the range without units)."""
+    path, low, high = range_of(text)
+    try:
+        found = quantity(path, system)
+    except ArgumentError as error:
+        raise Refusal(f"--over {error}") from None
+    return found, low / found.scale, high / found.scale
 
 
 # --- what is written --------------------------------------------------------------------------------------------------

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.cli.options import Refusal, range_of, refusing
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
+from vibrocap.cli.options import Refusal, quantity_range, refusing
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
+from vibrocap.io.in_si import in_si, orbit_units
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.physics.conversion import quantity
 
 LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
 
@@ -74,6 +76,8 @@ def orbit(
     if found.status is OrbitStatus.NOT_SETTLED and found.response_period:
         what = classify(given.system, found.state, settle_periods=max(settle_periods, LEAST_SETTLING))
         record["class"] = {"kind": what.kind, "reason": what.reason, "drift": what.drift}
+    if given.system.units is not None:
+        record = in_si(record, orbit_units(record, given.system), given.system)
     if json:
         print(json_text(record))
     else:
@@ -112,9 +116,11 @@ def orbit_record(found: Any) -> dict[str, Any]:
 def _print_orbit(record: dict[str, Any], title: str) -> None:
     """The table of an orbit."""
     page = Page()
+    units: dict[str, Any] = record.get("units") or {}
     closed = record["stable"] is not None
     page.say(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold")
-    state = ", ".join(f"{name} {number:.12g}" for name, number in record["state"].items())
+    state = _state(record["state"], units)
+    length, speed, second = (units.get(name, "") for name in ("drift", "mean_velocity", "period"))
     if not closed:
         rows = [("status", f"{record['status']}; what was tried last does not close by {record['residual']:.2g}")]
         rows += [("last state", state)]
@@ -127,9 +133,9 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
     symmetric = {True: "its own mirror image", False: "not symmetric", None: "the system has no such symmetry"}
     rows = [
         ("status", f"{record['status']}, residual {record['residual']:.2g}"),
-        ("period", f"{record['period']:.12g}{periods}"),
-        ("drift", "none" if record["drift"] is None else f"{record['drift']:.12g} per period"),
-        ("mean velocity", "none" if record["mean_velocity"] is None else f"{record['mean_velocity']:.12g}"),
+        ("period", said(record["period"], second, 12) + periods),
+        ("drift", "none" if record["drift"] is None else f"{said(record['drift'], length, 12)} per period"),
+        ("mean velocity", "none" if record["mean_velocity"] is None else said(record["mean_velocity"], speed, 12)),
         ("stable", record["stability"]),
         ("multipliers", sizes),
         ("symmetry", symmetric[record["symmetric"]]),
@@ -137,10 +143,10 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
         ("state", state),
     ]
     if record["twin"] is not None:
-        start = ", ".join(f"{name} {number:.12g}" for name, number in record["twin"]["state"].items())
-        rows.append(("mirror twin", f"drift {record['twin']['drift']:.12g}, state {start}"))
+        drift = "" if record["twin"]["drift"] is None else f"drift {said(record['twin']['drift'], length, 12)}, "
+        rows.append(("mirror twin", f"{drift}state {_state(record['twin']['state'], units)}"))
     if "unstable_orbit" in record:
-        rows += _unstable_rows(record["unstable_orbit"], record["stable"])
+        rows += _unstable_rows(record["unstable_orbit"], record["stable"], units)
     page.rows(rows, 14)
 
 
@@ -151,17 +157,24 @@ def _stability(found: Any) -> str:
     return "no" if found.unstable else "neither: a multiplier is 1, as where a whole range of motions is steady"
 
 
-def _unstable_rows(left: dict[str, Any], kept: bool | None) -> list[tuple[str, str]]:
+def _state(state: dict[str, float], units: dict[str, Any]) -> str:
+    """A state in a line."""
+    own = units.get("state", {})
+    return ", ".join(f"{name} {said(number, own.get(name, ''), 12)}" for name, number in state.items())
+
+
+def _unstable_rows(left: dict[str, Any], kept: bool | None, units: dict[str, Any]) -> list[tuple[str, str]]:
     """What is to be said of an unstable orbit: that no simulation keeps it, and what it gives way to."""
+    length = units.get("unstable_orbit", {}).get("drift", "")
     growth = f"pushes grow {left['largest_multiplier']:.4g} times per response"
     rows = [("unstable", f"no motion stays on this orbit: {growth}")]
     if kept:
-        drift = "" if left["drift"] is None else f" of drift {left['drift']:.12g}"
+        drift = "" if left["drift"] is None else f" of drift {said(left['drift'], length, 12)}"
         text = f"the start leads close to an orbit{drift} on which no motion stays ({growth}); which of these follows"
         rows = [("passed", f"{text} may be a matter of rounding")]
     for each in left["gives_way_to"]:
-        travel = "no drift" if each["drift"] is None else f"drift {each['drift']:.12g}"
-        start = ", ".join(f"{name} {number:.12g}" for name, number in each["state"].items())
+        travel = "no drift" if each["drift"] is None else f"drift {said(each['drift'], length, 12)}"
+        start = _state(each["state"], units)
         periods = f"period {each['response_period']} of the drive"
         rows.append(("gives way to", f"{travel}, {periods}, stable {each['stability']}, word {each['word']}, {start}"))
     if not left["gives_way_to"]:
@@ -202,11 +215,11 @@ def crossing(
     case
         a case file (.toml), or a motion exported before (.nc, .csv)
     over
-        PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1
+        PATH=LEAST:LARGEST, such as machine.mass_ratio=0.2:8.1, or drive.frequency_Hz=0.5:2 of a case in SI
     measure
         a measure that is a number; `vibrocap measures` lists them
     value
-        the value to look for
+        the value to look for, of a case in SI in the unit of the measure
     against
         PATH=VALUE or friction.law=NAME: compare with the case so changed, and look for the difference instead
     points
@@ -216,35 +229,42 @@ def crossing(
     json
         print one JSON object in full precision instead of a table
     """
+    from vibrocap.io.steady_in_si import crossing_units, crossings_in_si, measure_scale
     from vibrocap.orbits.crossings.crossing import crossing as crossings
     from vibrocap.orbits.crossings.crossing_bracket import CrossingKind
 
     given = read_source(case)
-    path, low, high = range_of(over)
+    along, low, high = quantity_range(over, given.system)
+    unit, size = measure_scale(measure, given.system)
     other = None if against is None else _other(given.system, against)
     names = ("measure", "value", "against", "points", "periods", "over")
     options = {"between": "--over", "measures": "--measure"}
-    with progress(f"Looking for {measure} = {value:g}") as report, refusing(*names, **options):
+    with progress(f"Looking for {measure} = {said(value, unit)}") as report, refusing(*names, **options):
         found = crossings(
             given.system,
             measure,
-            path,
+            along.plain,
             (low, high),
-            value=value,
+            value=value / size,
             against=other,
             initial=given.initial,
             points=points,
             periods=periods,
             progress=report,
         )
+    record = _crossings_record(found)
+    if given.system.units is not None:
+        found, plain = crossings_in_si(found, along, given.system), record
+        record = _crossings_record(found)
+        record |= {"units": crossing_units(found, along, given.system), "dimensionless": plain}
     if json:
-        print(json_text(_crossings_record(found)))
+        print(json_text(record))
     else:
         page = Page()
-        wanted = f"{found.measure} = {found.value:g}"
+        wanted = f"{found.measure} = {said(value, unit, 6)}"
         if against is not None:
-            wanted = f"{found.measure} less that with {against} = {found.value:g}"
-        page.say(f"{wanted} over {found.over}", style="bold")
+            wanted = f"{found.measure} less that with {against} = {said(value, unit, 6)}"
+        page.say(f"{wanted} over {along.path}", style="bold")
         for line in str(found).splitlines():
             page.say(f"  {line}")
     lost = [each for each in found.found if each.kind is CrossingKind.LOST]
@@ -280,7 +300,8 @@ def _other(system: Any, text: str) -> Any:
         raise Refusal(f"--against should be friction.law=NAME or PATH=VALUE, got {text!r}")
     try:
         if path != "friction.law":
-            return system.with_parameters({path: float(wanted)})
+            asked = quantity(path, system)
+            return system.with_parameters({asked.plain: float(wanted) / asked.scale})
         kind = law(wanted)
         shared = {field.name for field in dataclasses.fields(kind)}
         given = {name: each for name, each in given_parameters(system.friction).items() if name in shared}

@@ -18,7 +18,7 @@ from vibrocap.cli.options import (
     writable_picture,
     writable_table,
 )
-from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, table
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
@@ -143,7 +143,7 @@ def simulate(
 
 def _time(motion: Trajectory, time: float) -> str:
     """A time, in s where the system knows its scales."""
-    return _said(time, "") if motion.system.units is None else _said(time * motion.system.si.factor("time"), "s")
+    return said(time, "") if motion.system.units is None else said(time * motion.system.si.factor("time"), "s")
 
 
 def motion_record(motion: Trajectory) -> dict[str, Any]:
@@ -197,31 +197,26 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     page.say(units, style="dim")
 
 
-def _said(value: float, unit: str, digits: int = 10) -> str:
-    """A number with its unit."""
-    return f"{value:.{digits}g}" + (f" {unit}" if unit not in ("", "1") else "")
-
-
 def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
     units: dict[str, Any] = record.get("units") or {"state": {}}
     second = units.get("time", "")
     period = motion.si.period if second else motion.period
     done = record["time"] / period
     made = table("Motion", "quantity", "value", "what it rests on")
-    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {_said(period, second, 8)}"
-    made.add_row("time reached", _said(record["time"], second), periods)
+    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {said(period, second, 8)}"
+    made.add_row("time reached", said(record["time"], second), periods)
     for name, value in record["state"].items():
-        made.add_row(name.replace("_", " "), _said(value, units["state"].get(name, "")), "at the end")
+        made.add_row(name.replace("_", " "), said(value, units["state"].get(name, "")), "at the end")
     made.add_section()
     if record["drift"] is not None:
-        made.add_row("drift", _said(record["drift"], units.get("drift", "")), "travel in the last whole period")
+        made.add_row("drift", said(record["drift"], units.get("drift", "")), "travel in the last whole period")
         velocity = record["mean_velocity"]
         start, end = (mark / period for mark in velocity["window"])
         count = round(end - start)
         settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
         speed = units.get("mean_velocity", {}).get("value", "")
-        made.add_row("mean velocity", _said(velocity["value"], speed), window)
+        made.add_row("mean velocity", said(velocity["value"], speed), window)
         made.add_row("response", *_response(motion))
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
@@ -246,7 +241,7 @@ def _response(motion: Trajectory) -> tuple[str, str]:
 
 
 def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
-    start, end = (_said(mark, "s" if in_si else "", 6) for mark in energy["window"])
+    start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     for name, text in CHANNELS.items():
         if name in ("belt", "contact_storage") and energy[name] == 0.0:
@@ -285,69 +280,4 @@ def _certificate_table(certificate: dict[str, Any], motion: Trajectory) -> Table
     )
     steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
     made.add_row("steps", steps, "", "", "Taylor + implicit")
-    return made
-
-
-# --- limits -----------------------------------------------------------------------------------------------------------
-def limits(case: Path, /, *, json: bool = False) -> int:
-    """Limits of the friction of a case (the paper's eqs 10-15): exact, as the paper prints them, or why there are none.
-
-    Parameters
-    ----------
-    case
-        a case file (.toml), or a motion exported before (.nc, .csv)
-    json
-        print one JSON object in full precision instead of tables
-    """
-    from vibrocap.measures.limits import frictional_limits
-
-    system = read_source(case).system
-    try:
-        found = frictional_limits(system.friction, float(system.machine.load()))
-    except (TypeError, ValueError) as error:
-        raise CaseError([f"friction: {error}"], str(case)) from None
-    if json:
-        print(json_text(dataclasses.asdict(found)))
-    else:
-        print_limits(found, system.friction)
-    return OK
-
-
-def print_limits(limits: Any, law: Any) -> None:
-    """The summary of `vibrocap limits`."""
-    page = Page()
-    page.say(f"{limits.law} friction at normal load N = {limits.load:.10g}", style="bold")
-    made = table("Limits", "limit", "value", "meaning")
-    made.add_row("breakaway force", f"{limits.breakaway_force:.12g}", "N eta_s: approached, not reached, by bristles")
-    made.add_row("Coulomb force", f"{limits.coulomb_force:.12g}", "N eta_c")
-    if limits.deflection_limit is not None:
-        made.add_row("deflection limit", f"{limits.deflection_limit:.12g}", "g(0), eq. 10: |xi| never exceeds it")
-    if limits.boundary_velocity is not None:
-        words = "v*: below it friction is larger while accelerating, above it while decelerating (erratum 7)"
-        made.add_row("boundary velocity", f"{limits.boundary_velocity:.12g}", words)
-    page.print(made)
-    curve = table("Steady sliding (eqs 11, 12)", "velocity", "friction", "slope")
-    for point in limits.curve:
-        curve.add_row(f"{point.velocity:.6g}", f"{point.friction:.10g}", f"{point.slope:.10g}")
-    page.print(curve)
-    if limits.offset is not None:
-        page.print(_offset_table(limits.offset))
-
-
-def _offset_table(offset: Any) -> Table:
-    made = table("Offset points, where the steady curve is level (eqs 13-15)", "point", "value", "meaning")
-    if offset.exist:
-        made.add_row("lower, exact", f"{offset.lower:.15g}", "of eq. 13; for exponent 2 Lambert's W")
-        made.add_row("upper, exact", f"{offset.upper:.15g}", "likewise")
-    else:
-        made.add_row("exact", "none", offset.reason)
-    printed = {"lower, as printed": offset.printed_lower, "upper, as printed": offset.printed_upper.value}
-    for (name, value), equation in zip(printed.items(), ("eq. 14", "eq. 15"), strict=True):
-        made.add_row(name, "none" if value is None else f"{value:.15g}", equation)
-    upper = offset.corrected_upper
-    made.add_row(
-        "upper, eq. 15 corrected", "none" if upper.value is None else f"{upper.value:.15g}", "any exponent (erratum 4)"
-    )
-    if offset.greatest_viscous_damping is not None:
-        made.add_row("largest delta2", f"{offset.greatest_viscous_damping:.10g}", "above it there are no offset points")
     return made

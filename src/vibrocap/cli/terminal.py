@@ -104,3 +104,8 @@ def duration(seconds: float) -> str:
         if seconds < limit:
             return f"{seconds / length:.0f} {unit}"
     return f"{seconds / DAY:.1f} days"
+
+
+def said(value: float, unit: str, digits: int = 10) -> str:
+    """A number with its unit, if it has one."""
+    return f"{value:.{digits}g}" + (f" {unit}" if unit not in ("", "1") else "")

@@ -1,5 +1,6 @@
 """Results in SI: the record of a motion with units, and a part in a line."""
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
@@ -31,22 +32,69 @@ def record_units(record: Mapping[str, Any], system: System) -> dict[str, Any]:
 
 
 def record_in_si(record: Mapping[str, Any], system: System) -> dict[str, Any]:
-    """The record of a motion in SI: its values, their `units`, and those without units in `dimensionless`.
+    """The record of a motion in SI, see `in_si`.
 
     The certificate stays as it is: it is of the motion as it was computed.
     """
-    units = record_units(record, system)
+    return in_si(record, record_units(record, system), system)
+
+
+def in_si(record: Mapping[str, Any], units: Mapping[str, Any], system: System) -> dict[str, Any]:
+    """A record in SI: its values, their `units`, and those without units in `dimensionless`.
+
+    units: by name of what has one, in the form of the record; of a list those of each of its elements
+    """
     plain = {name: record[name] for name in units}
     return {**record, **_converted(plain, units, system), "units": units, "dimensionless": plain}
+
+
+def orbit_units(record: Mapping[str, Any], system: System) -> dict[str, Any]:
+    """Unit of every number of the record of a steady motion that has one, in the form of the record."""
+    states = {name: system.si.unit(name) for name in system.state_names}
+    travel = {"drift": "m", "state": states}
+    motion = {"period": "s", "mean_velocity": "m/s", **travel, "twin": travel}
+    whole = {**motion, "unstable_orbit": {**travel, "gives_way_to": motion}, "class": {"drift": "m"}}
+    return {name: unit for name, unit in whole.items() if record.get(name) is not None}
+
+
+# unit of what the limits of friction are, by name; what is not here has none
+LIMIT_UNITS = {
+    "load": "N",
+    "breakaway_force": "N",
+    "coulomb_force": "N",
+    "deflection_limit": "m",
+    "boundary_velocity": "m/s",
+    "curve": {"velocity": "m/s", "friction": "N", "slope": "N s/m"},
+    "offset": {
+        "lower": "m/s",
+        "upper": "m/s",
+        "greatest_viscous_damping": "N s/m",
+        "printed_lower": "m/s",
+        "printed_upper": {"value": "m/s"},
+        "corrected_upper": {"value": "m/s"},
+    },
+}
+
+
+def limits_in_si(limits: Any, system: System) -> Any:
+    """The limits of a law's friction with all their values in SI; the reason in words stays as it was computed."""
+    found = _converted(limits, LIMIT_UNITS, system)
+    if found.offset is None or not found.offset.ratio:
+        return found
+    reason = f"{found.offset.reason} (these numbers are dimensionless)"
+    return dataclasses.replace(found, offset=dataclasses.replace(found.offset, reason=reason))
 
 
 def _converted(value: Any, unit: Any, system: System) -> Any:
     if isinstance(value, dict):
         return {name: _converted(each, unit.get(name, "1"), system) for name, each in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_converted(each, unit, system) for each in value]
-    if value is None or isinstance(value, bool) or unit == "1":
+        return type(value)(_converted(each, unit, system) for each in value)
+    if value is None or isinstance(value, (bool, str)) or unit == "1":
         return value
+    if hasattr(value, "__dataclass_fields__"):
+        fields = {name: _converted(getattr(value, name), each, system) for name, each in unit.items()}
+        return dataclasses.replace(value, **fields)
     return value * system.si.factor_of(unit)
 
 

@@ -72,6 +72,43 @@ def paths_in_si(machine: Any, friction: Any, drive: Any) -> tuple[str, ...]:
     return (*found, *(INITIAL + key for key, each in states.items() if each.has_unit))
 
 
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """A parameter or initial state as it is asked for, with or without units.
+
+    path: by which it is asked for. plain: its path without units. scale: what one dimensionless unit is in its unit.
+    """
+
+    path: str
+    plain: str
+    unit: str = "1"
+    scale: float = 1.0
+
+
+def quantity(path: str, system: Any) -> Quantity:
+    """The quantity of a path such as "machine.mass_ratio" or, in SI, "drive.frequency_Hz".
+
+    Raises ArgumentError for a path in SI of a system that does not know its scales.
+    """
+    place = path_in_si(path, system.machine, system.friction, system.drive)
+    if place is None:
+        return Quantity(path, path)
+    if system.units is None:
+        raise ArgumentError(path, f"the case does not say what its units are; give {place[0]}, or a case in SI")
+    return Quantity(path, place[0], place[1].unit, system.si.per_key(place[1]))
+
+
+def quantity_in_si(plain: str, system: Any) -> Quantity:
+    """The quantity of a path without units, in SI where the system knows its scales and the quantity has a unit."""
+    parts = system.machine, system.friction, system.drive
+    if system.units is not None:
+        for path in paths_in_si(*parts):
+            place = path_in_si(path, *parts)
+            if place is not None and place[0] == plain and place[1].has_unit:
+                return quantity(path, system)
+    return Quantity(plain, plain)
+
+
 def values_without_units(values: Mapping[str, Any], scales: Scales | None, *parts: Any) -> dict[str, Any]:
     """Values by path, numbers or arrays, without units; what is not in SI, and all where no scales are known, stays.
 

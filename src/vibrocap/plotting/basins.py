@@ -1,5 +1,6 @@
 """Pictures of basins: which way each start travels in the end, and which attractor it leads to."""
 
+import dataclasses
 import types
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,7 @@ from vibrocap.plotting.style import (
     save,
     style,
 )
+from vibrocap.plotting.units import scale, with_unit
 from vibrocap.studies.orbit_datasets import basin_dataset
 
 DIRECTIONS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", GREY)}
@@ -65,11 +67,12 @@ def basin_figure(basins: Basins) -> Figure:
 
     Starts that failed or did not settle are hatched, so that nothing depends on colour alone.
     """
+    basins = _shown(basins)
     several = len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))
     words: Any = types.SimpleNamespace(
         title="Which way each start travels" + (", and to which attractor" if several else ""),
         setting=_setting(basins),
-        note=f"{basins.label.size:,} starts; all dimensionless",
+        note=f"{basins.label.size:,} starts; {'all dimensionless' if basins.system.units is None else 'in SI'}",
     )
     with style(PRINT):
         fig, axes = study_axes(words, 2 if several else 1)
@@ -87,7 +90,7 @@ def basin_figure(basins: Basins) -> Figure:
             axes[0].set_title("direction of travel")
             axes[1].set_title("attractor")
             named = basins.attractors[: len(ATTRACTORS)]
-            legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each)) for k, each in enumerate(named)]
+            legend += [Patch(facecolor=ATTRACTORS[k], label=_attractor(each, basins)) for k, each in enumerate(named)]
             if others := basins.attractors[len(ATTRACTORS) :]:
                 count = sum(each.starts for each in others)
                 legend.append(Patch(facecolor=OTHERS, label=f"{len(others)} others: {share(count, basins.label.size)}"))
@@ -103,6 +106,7 @@ def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = No
     """
     if what not in ("direction", "attractor"):
         raise ArgumentError("what", f"should be direction or attractor, got {shown(what)}")
+    basins = _shown(basins)
     ax = given_axes(ax, (4.6, 3.8))
     if what == "direction":
         colours = {code: colour for code, (_, colour) in DIRECTIONS.items()}
@@ -110,7 +114,7 @@ def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = No
         codes = basins.direction
     else:
         colours = {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
-        words = {k: _attractor(each) for k, each in enumerate(basins.attractors)}
+        words = {k: _attractor(each, basins) for k, each in enumerate(basins.attractors)}
         codes = basins.label
     with style():
         shown_codes = _draw(ax, basins, codes, colours)
@@ -120,6 +124,15 @@ def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = No
         ax.set_title("direction of travel" if what == "direction" else "attractor")
         ax.grid(False)
     return ax
+
+
+def _shown(basins: Basins) -> Basins:
+    """The basins with axes and drifts in SI, where the system knows its scales."""
+    x, y = (
+        values if name == PHASE else values * scale(name, basins.system)
+        for name, values in zip(basins.axes, (basins.x, basins.y), strict=True)
+    )
+    return dataclasses.replace(basins, x=x, y=y, drift=basins.drift * scale("position", basins.system))
 
 
 def _unvalued(basins: Basins) -> list[Any]:
@@ -156,10 +169,10 @@ def _edges(basins: Basins) -> tuple[np.ndarray, np.ndarray]:
 def _frame(ax: Axes, basins: Basins, first: bool) -> None:
     """Limits and labels of the axes."""
     x, y = _edges(basins)
-    dataset = basin_dataset(basins)
+    dataset, system = basin_dataset(basins), basins.system
     labels = [
-        f"initial {LABELS[name]}" if name in LABELS else axis_label(str(path), dataset[path].attrs)
-        for name, path in zip(basins.axes, dataset["label"].dims, strict=True)
+        with_unit(f"initial {LABELS[name]}" if name in LABELS else axis_label(path, dataset[path].attrs), name, system)
+        for name, path in zip(basins.axes, map(str, dataset["label"].dims), strict=True)
     ]
     ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]], xlabel=labels[0])
     if first:
@@ -181,16 +194,17 @@ def _direction_label(basins: Basins, code: int) -> str:
     words = f"{DIRECTIONS[code][0]}: {share(int(np.sum(where)), where.size)}"
     drifts = basins.drift[where]
     if code != NO_TRAVEL and len(drifts) and np.ptp(drifts) <= 1e-9:
-        words += _drift(drifts[0])
+        words += _drift(drifts[0], basins)
     return words
 
 
-def _attractor(attractor: Attractor) -> str:
+def _attractor(attractor: Attractor, basins: Basins) -> str:
     """An attractor in the legend."""
     motion = attractor.motion
-    drift = "" if motion.drift is None else _drift(motion.drift)
+    drift = "" if motion.drift is None else _drift(motion.drift * scale("position", basins.system), basins)
     return f"{motion.kind}{drift}: {share(attractor.starts, max(round(attractor.starts / attractor.share), 1))}"
 
 
-def _drift(drift: float) -> str:
-    return f", ΔX{EQUALS}{drift:+.4g}".replace("-", "\N{MINUS SIGN}")
+def _drift(drift: float, basins: Basins) -> str:
+    unit = "" if basins.system.units is None else " m"
+    return f", ΔX{EQUALS}{drift:+.4g}{unit}".replace("-", "\N{MINUS SIGN}")

@@ -14,7 +14,10 @@ from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.physics.conversion import Quantity, quantity_in_si
+from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.units import suffix
 from vibrocap.plotting.labels import law_words, parts_title, symbol_text
 from vibrocap.plotting.style import (
     BLACK,
@@ -30,12 +33,14 @@ from vibrocap.plotting.style import (
     save,
     style,
 )
+from vibrocap.plotting.units import parts_in_si, scale, with_unit
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
     "drift": "drift over one response",
     "period": "period of the steady motion",
 }
+UNITS = {"mean_velocity": "velocity", "drift": "position", "period": "time"}  # what has the same unit
 UNSTABLE = (0, (3.0, 2.2))
 # (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
 MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
@@ -75,9 +80,10 @@ def plot_branches(
     titles: Sequence[str] = (),
     multipliers: bool = False,
     swept: Sequence[BifurcationDiagram] = (),
+    over: str | None = None,
 ) -> Path:
     """Draw branches into a file (.png, .svg or .pdf), see `branch_figure`."""
-    return save(branch_figure(found, quantity, titles=titles, multipliers=multipliers, swept=swept), path)
+    return save(branch_figure(found, quantity, titles=titles, multipliers=multipliers, swept=swept, over=over), path)
 
 
 def branch_figure(
@@ -87,6 +93,7 @@ def branch_figure(
     titles: Sequence[str] = (),
     multipliers: bool = False,
     swept: Sequence[BifurcationDiagram] = (),
+    over: str | None = None,
 ) -> Figure:
     """Mean velocity (drift, period) over a parameter: stable motions solid, unstable dashed, special points marked.
 
@@ -95,6 +102,7 @@ def branch_figure(
     quantity: "mean_velocity", "drift" or "period"; titles: of the panels; by default the friction laws
     multipliers: a second row with the size of the largest Floquet multiplier
     swept: brute force to compare with, one for each panel: settled motions of sweeps up and down
+    over: the parameter by another path, such as "drive.frequency_rad_per_s"; by default in SI where the system is
     """
     given = [found] if isinstance(found, (Branch, BranchDiagram)) else list(found)
     _check(given, quantity)
@@ -112,14 +120,15 @@ def branch_figure(
         fig.suptitle(setting, fontsize=8, color="#555555", x=0.01, ha="left")
         for column, each in enumerate(given):
             ax = axes[0, column]
-            used |= draw_branches(ax, _branches(each), quantity)
+            along = _along(each, over)
+            used |= draw_branches(ax, _branches(each), quantity, along)
             if swept:
-                used |= draw_swept(ax, swept[column], quantity)
+                used |= draw_swept(ax, swept[column], quantity, along)
             ax.set_title(titles[column] if titles else law_title(each), pad=8)
             if multipliers:
-                draw_multipliers(axes[1, column], _branches(each))
-            axes[-1, column].set(xlabel=parameter_label(each), xlim=each.between)
-        axes[0, 0].set_ylabel(QUANTITIES[quantity])
+                draw_multipliers(axes[1, column], _branches(each), along)
+            axes[-1, column].set(xlabel=parameter_label(each, over), xlim=_range(each, along))
+        axes[0, 0].set_ylabel(with_unit(QUANTITIES[quantity], UNITS[quantity], given[0].system))
         if multipliers:
             axes[1, 0].set_ylabel("largest\n" + r"multiplier $|\mu|$")
         fig.legend(handles=_handles(given, used), loc="outside lower center", ncols=3 if columns > 1 else 2)
@@ -137,9 +146,8 @@ def draw_branch(found: Branch | BranchDiagram, quantity: str | None = None, *, a
     ax = given_axes(ax)
     with style():
         used = draw_branches(ax, _branches(found), quantity)
-        ax.set(
-            title=law_title(found), xlabel=parameter_label(found), ylabel=quantity.replace("_", " "), xlim=found.between
-        )
+        label = with_unit(quantity.replace("_", " "), UNITS[quantity], found.system)
+        ax.set(title=law_title(found), xlabel=parameter_label(found), ylabel=label, xlim=_range(found, _along(found)))
         legend_below(ax, _handles([found], used), ncols=2)
     return ax
 
@@ -152,7 +160,7 @@ def draw_floquet_multipliers(found: Branch | BranchDiagram, *, ax: Axes | None =
     ax = given_axes(ax)
     with style():
         draw_multipliers(ax, _branches(found))
-        ax.set(xlabel=parameter_label(found), ylabel=r"largest multiplier $|\mu|$", xlim=found.between)
+        ax.set(xlabel=parameter_label(found), ylabel=r"largest multiplier $|\mu|$", xlim=_range(found, _along(found)))
     return ax
 
 
@@ -168,6 +176,8 @@ def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
 
 def _setting(given: Sequence[Branch | BranchDiagram], width: float) -> str:
     """The parameters of the systems, each part once, without the one that varies."""
+    if given[0].system.units is not None:
+        return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
     parts = [getattr(each.system, part) for part in ("machine", "friction", "drive") for each in given]
     different = [part for i, part in enumerate(parts) if part not in parts[:i]]
     return parts_title(different, width * 1.1, without=given[0].over.split(".", 1)[1])
@@ -178,15 +188,31 @@ def law_title(found: Branch | BranchDiagram) -> str:
     return f"{law_words(found.system.friction.name)} law"
 
 
-def parameter_label(found: Branch | BranchDiagram) -> str:
-    """Name and symbol of the parameter, for an axis."""
+def _along(found: Any, over: str | None = None) -> Quantity:
+    """The parameter as it is drawn."""
+    return quantity_in_si(found.over, found.system) if over is None else quantity_of(over, found.system)
+
+
+def _range(found: Branch | BranchDiagram, along: Quantity) -> tuple[float, float]:
+    low, high = found.between
+    return low * along.scale, high * along.scale
+
+
+def parameter_label(found: Branch | BranchDiagram, over: str | None = None) -> str:
+    """Name and symbol of the parameter, in SI its unit, for an axis."""
     part, name = found.over.split(".", 1)
+    along = _along(found, over)
+    if along.unit != "1":
+        stem = along.path.partition(".")[2].removesuffix(suffix(along.unit))
+        return f"{part} {stem.replace('_', ' ')} [{along.unit}]"
     record = getattr(found.system, part)
     symbol = next(info.symbol for info in parameter_table(record) if info.name == name)
     return f"{part} {name.replace('_', ' ')} {symbol_text(symbol)}"
 
 
-def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_velocity") -> set[str]:
+def draw_branches(
+    ax: Axes, branches: Iterable[Branch], quantity: str = "mean_velocity", along: Quantity | None = None
+) -> set[str]:
     """Draw branches with their twins and special points; returns which marks and styles the legend must explain."""
     used: set[str] = set()
     marks: list[tuple[SpecialPoint, float, float, str]] = []
@@ -196,13 +222,17 @@ def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_ve
         if not len(branch):
             continue
         colour = branch_colour(branch)
+        across, up = (along or _along(branch)).scale, scale(UNITS[quantity], branch.system)
         for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
             for x, y, stable in stretches(branch, quantity):
                 style: dict[str, Any] = {"linewidth": 1.8} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
-                ax.plot(x, sign * y, color=colour, zorder=3 if stable else 2, solid_capstyle="butt", **style)
+                ax.plot(
+                    across * x, sign * up * y, color=colour, zorder=3 if stable else 2, solid_capstyle="butt", **style
+                )
                 used.add("stable" if stable else "unstable")
             for special in branch.special_points:
-                marks.append((special, special.parameter, sign * value_at(branch, special, quantity), colour))
+                value = sign * up * value_at(branch, special, quantity)
+                marks.append((special, across * special.parameter, value, colour))
         used.add(colour)
     for special, x, y, colour in marks:
         marker, size, filled = MARKS[special.kind]
@@ -219,11 +249,11 @@ def draw_branches(ax: Axes, branches: Iterable[Branch], quantity: str = "mean_ve
             ax.plot(x, y, marker=marker, markersize=size, color=colour, markeredgewidth=1.1, **(over | look))
             used.add(special.kind.value)
     for branch in branches if quantity != "period" else ():
-        _label_travel(ax, branch)
+        _label_travel(ax, branch, (along or _along(branch)).scale)
     return used
 
 
-def _label_travel(ax: Axes, branch: Branch) -> None:
+def _label_travel(ax: Axes, branch: Branch, across: float) -> None:
     """Write the parameter beside each place where symmetric motions lose their stability or gain it: travel begins or
     ends there."""
     if not branch.symmetric:
@@ -234,15 +264,15 @@ def _label_travel(ax: Axes, branch: Branch) -> None:
         lost = (special.stability == "lost") == (branch.parameter[-1] > branch.parameter[0])
         style: dict[str, Any] = {"ha": "right" if lost else "left", "va": "top", "fontsize": 8.5, "color": "#333333"}
         ax.annotate(
-            f"{special.parameter:.4f}",
-            (special.parameter, 0.0),
+            f"{across * special.parameter:.4f}",
+            (across * special.parameter, 0.0),
             xytext=(-4 if lost else 6, -6),
             textcoords="offset points",
             **style,
         )
 
 
-def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str) -> set[str]:
+def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str, along: Quantity | None = None) -> set[str]:
     """Mark the settled motions of sweeps: half a disc for each way in which the parameter went."""
     for d, way in enumerate(swept.directions):
         settled = swept.response_period[d] > 0
@@ -250,22 +280,29 @@ def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str) -> set[str]:
             [swept.system.with_parameters({swept.over: float(value)}).drive.period for value in swept.values]
         )
         shown = swept.drift[d] * (1.0 / periods if quantity == "mean_velocity" else swept.response_period[d])
-        x = np.broadcast_to(swept.values, settled.shape)
-        ax.plot(x[settled], shown[settled], **SWEPT[way], linestyle="none", zorder=3.5)
+        x = np.broadcast_to(swept.values, settled.shape) * (along or _along(swept)).scale
+        ax.plot(
+            x[settled],
+            shown[settled] * scale(UNITS[quantity], swept.system),
+            **SWEPT[way],
+            linestyle="none",
+            zorder=3.5,
+        )
     return set(swept.directions)
 
 
-def draw_multipliers(ax: Axes, branches: Iterable[Branch]) -> None:
+def draw_multipliers(ax: Axes, branches: Iterable[Branch], along: Quantity | None = None) -> None:
     """Size of the largest multiplier over the parameter; a branch jumps where its word changes."""
     ax.axhline(1.0, color="#9A9A9A", linewidth=0.8, zorder=1)
     for branch in branches:
         if not len(branch):
             continue
         largest = np.max(np.abs(branch.multipliers), axis=1)
+        x = branch.parameter * (along or _along(branch)).scale
         for first, last, stable in branch.parts:
             style: dict[str, Any] = {"linewidth": 1.6} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
             shown = slice(first, last + 1)
-            ax.plot(branch.parameter[shown], largest[shown], color=branch_colour(branch), **style)
+            ax.plot(x[shown], largest[shown], color=branch_colour(branch), **style)
     ax.set_ylim(bottom=0.0)
 
 
@@ -317,10 +354,11 @@ def _branches(found: Branch | BranchDiagram) -> tuple[Branch, ...]:
 def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Line2D]:
     """The legend: what was drawn and nothing else."""
     handles = []
+    whose = "mirror twins" if any(each.symmetric is False for one in given for each in _branches(one)) else "motions"
     for colour, text in {
         BLACK: "symmetric: no travel" if any(each.symmetric for one in given for each in _branches(one)) else "cycles",
-        BLUE: "mirror twins that travel",
-        GREEN: "twins of 2 drive periods",
+        BLUE: f"{whose} that travel",
+        GREEN: f"{whose.removeprefix('mirror ')} of 2 drive periods",
         PURPLE: "of 4 drive periods",
         ORANGE: "of 8 drive periods",
         SKY: "of other even numbers of periods",

@@ -26,12 +26,15 @@ def scale(name: str, system: System) -> float:
     return 1.0 if system.units is None else system.si.factor(name)
 
 
-def parts_in_si(system: System, width: float) -> str:
-    """The parts of a system in SI, each on lines of its own, for the head of a picture of that width in inches."""
+def parts_in_si(system: System, width: float, without: str = "") -> str:
+    """The parts of a system in SI, each on lines of its own, for the head of a picture of that width in inches.
+
+    without: the path (without units) of a parameter that is left out, as it varies
+    """
     lines = []
     for name in CHOICES:
         part = getattr(system, name)
-        numbers = _quantities(name, part, system, set(), {})
+        numbers = _quantities(name, part, system, {without}, {}, all_of_it=True)
         if name == "machine" and system.units is not None:
             numbers += _scales(system.units)
         text = f"{law_words(part.name)}: {', '.join(numbers)}".rstrip(": ")
@@ -68,12 +71,17 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 
-def _quantities(name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str]) -> list[str]:
-    """The quantities of a part with a unit, in words."""
+def _quantities(
+    name: str, part: Any, system: System, varied: set[str], fixed: Mapping[str, str], all_of_it: bool = False
+) -> list[str]:
+    """The quantities of a part with a unit, in words; all_of_it: those without a unit as well, but for zeros."""
     keys = parameter_keys(type(part), system.si.effort)
     found = []
     for key, value in (written_in_si(part, system.si, exactly=False) or {}).items():
         each = keys.get(key)
+        if all_of_it and (each is None or not each.has_unit) and f"{name}.{key}" not in varied and value:
+            number = value if isinstance(value, str) else f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
+            found.append(f"{key.replace('_', ' ')}{EQUALS}{number}")
         if each is not None and each.has_unit and f"{name}.{each.name}" not in varied and value:
             number = float(fixed.get(f"{name}.{key}", value))
             found.append(

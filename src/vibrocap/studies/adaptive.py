@@ -36,6 +36,8 @@ from vibrocap.studies.study import Study
 if TYPE_CHECKING:
     import xarray
 
+    from vibrocap.studies.variables import Variable
+
 Evaluator = Callable[[np.ndarray, np.ndarray], Mapping[str, Any]]
 
 DEAD_BAND = 1e-4  # of the mean velocity: a hundred times the threshold to which runs settle by default
@@ -86,7 +88,8 @@ def adaptive_map(
         the runs always counts. Measures that they need are added to `measures`.
     coarse: largest spacing of the coarse grid in steps of the finest, for both axes or (first, second)
     margin: cells on each side of a mixed one that are halved with it; 0 follows what was found, and no more
-    dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1); a run that failed has -128
+    dead_band: mean velocities up to this size are no travel (0, apart from -1 and 1); a run that failed has -128. It is
+        without units always, as are the thresholds of settling
     refine_unsettled: False: unsettled runs (response period 0) differ in their status alone; a chaotic motion changes
         its word from point to point, and would otherwise ask for all of them
     evaluate: what runs the points, from two arrays [runs] to arrays [runs] by name. By default the ensemble, to which
@@ -109,9 +112,9 @@ def adaptive_map(
     steps = coarse if isinstance(coarse, tuple) and len(coarse) == 2 else (coarse, coarse)
     _check(by, steps, margin, dead_band, refine_unsettled, tile)
     attributes: dict[str, Any] = {}
-    meanings: dict[str, dict[str, Any]] = {}
+    measured: dict[str, Variable] = {}
     if evaluate is None:
-        evaluate, attributes, meanings = _ensemble(system, axes, by, measures, settings)
+        evaluate, attributes, measured = _ensemble(system, axes, by, measures, settings)
     elif settings:
         raise ValueError(f"{', '.join(settings)}: settings of the ensemble do not go with an evaluator of one's own")
 
@@ -137,11 +140,12 @@ def adaptive_map(
     order, corners = np.concatenate(places), leaf_corners(codes, computed, levels, margin)
     runs = {name: np.concatenate([results[name] for results in found]) for name in found[0]}
     variables = {name: filled(values, order, computed, corners, (x, y)) for name, values in runs.items()}
+    variables = {name: measured[name].shown(x) if name in measured else x for name, x in variables.items()}
     variables["computed"] = computed
-    meanings = meanings | MEANINGS
+    meanings = {name: each.attributes for name, each in measured.items()} | MEANINGS
     for path, points in zip(axes, levels[0], strict=True):
         sizes = int(np.diff(points).max()), float(np.diff(axes[path][points]).max())
-        meanings[path] = (coordinate_attributes(path) if system is not None else {}) | dict(
+        meanings[path] = (coordinate_attributes(path, system) if system is not None else {}) | dict(
             zip(("coarse_steps", "coarse_spacing"), sizes, strict=True)
         )
     return xarray.Dataset(
@@ -262,7 +266,7 @@ def _check(by: Any, steps: tuple, margin: Any, dead_band: Any, refine_unsettled:
 
 
 def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measures: Sequence[str], settings: Any):
-    """The ensemble as an evaluator of points, what the dataset says of it, and of each variable, as `sweep` says it."""
+    """The ensemble as an evaluator of points, what the dataset says of it, and the variables, as `sweep` has them."""
     from vibrocap.measures.during_run import resolved
     from vibrocap.measures.ensemble import ALWAYS, ensemble
     from vibrocap.studies.variables import study_attributes, variables
@@ -286,4 +290,4 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
         return ensemble(system, dict(zip(axes, (x, y), strict=True)), measures=names, **used)
 
     attributes = {name: value for name, value in study_attributes(study).items() if name != "identity"}  # not a sweep's
-    return evaluate, attributes, {each.name: each.attributes for each in variables(study)}
+    return evaluate, attributes, {each.name: each for each in variables(study)}

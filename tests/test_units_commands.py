@@ -1,0 +1,315 @@
+"""Commands on a case in SI: changes of it, limits, steady motions, branches, crossings, basins and their pictures.
+
+Their numbers are those without units, times the unit. The units of the machine are its pendulum's, by hand:
+0.2 kg, 0.25 m, and sqrt(l/g).
+"""
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from test_units import CASE
+from vibrocap.case.case import CaseError, case_from_text
+from vibrocap.cli import main as cli
+
+METRE, SECOND = 0.25, math.sqrt(0.25 / 9.80665)
+NEWTON = 0.2 * 9.80665
+BENCH = (
+    CASE.replace('"harmonic"', '"biharmonic"\nsecond_amplitude_N_m = 0.4')
+    .replace("frequency_Hz = 1.1", "frequency_Hz = 1.0")
+    .replace("decay_rate", "coulomb_coefficient = 0.05\nstatic_coefficient = 0.15\ndecay_rate")
+)
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("si.toml").write_text(BENCH, encoding="utf-8")
+    return tmp_path
+
+
+def answer(capsys, *words, code=0):
+    assert cli.main([*words, "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def printed(capsys, *words, code=0):
+    assert cli.main([*words]) == code
+    return capsys.readouterr().out
+
+
+def plain_system():
+    return dataclasses.replace(case_from_text(BENCH).system, units=None)
+
+
+# --- limits -----------------------------------------------------------------------------------------------------------
+def test_limits_in_si(place, capsys):
+    """Amontons' law on the bench: (0.5 + 0.2) kg g, and its shares; the curve falls as e^(-6.5 s/m v)."""
+    found = answer(capsys, "limits", "si.toml")
+    load = 0.7 * 9.80665
+    assert found["load"] == pytest.approx(load, rel=1e-14)
+    assert found["breakaway_force"] == pytest.approx(0.15 * load, rel=1e-14)
+    assert found["coulomb_force"] == pytest.approx(0.05 * load, rel=1e-14)
+    for point in found["curve"]:
+        droop = 0.1 * load * math.exp(-6.5 * point["velocity"])
+        assert point["friction"] == pytest.approx(0.05 * load + droop, rel=1e-13)
+        assert point["slope"] == pytest.approx(-6.5 * droop, rel=1e-13)
+    assert found["units"]["breakaway_force"] == "N"
+    assert found["dimensionless"]["load"] == pytest.approx(3.5, rel=1e-14)
+    out = printed(capsys, "limits", "si.toml")
+    assert "N = 6.864655 N" in out
+    assert " m/s " in out
+    assert "N s/m" in out
+
+
+def test_limits_of_bristles_in_si(place, capsys):
+    law = """law = "lugre"
+bristle_stiffness_N_per_m = 800.0
+bristle_damping_N_s_per_m = 3.0
+viscous_damping_N_s_per_m = 0.5
+stribeck_velocity_m_per_s = 0.15
+"""
+    text = BENCH[: BENCH.index("law =")] + law + "\n" + BENCH[BENCH.index("[drive]") :]
+    Path("lugre.toml").write_text(text, encoding="utf-8")
+    found = answer(capsys, "limits", "lugre.toml")
+    levels = vc.LuGre()
+    load = 0.7 * 9.80665
+    assert found["deflection_limit"] == pytest.approx(load * levels.static_coefficient / 800.0, rel=1e-13)
+    v = found["boundary_velocity"]  # sigma1 v = N times the level at v
+    drop = levels.static_coefficient - levels.coulomb_coefficient
+    level = levels.coulomb_coefficient + drop * math.exp(-((v / 0.15) ** levels.stribeck_exponent))
+    assert 3.0 * v == pytest.approx(load * level, rel=1e-9)
+    v = found["offset"]["lower"]
+    slope = 2.0 * load * drop / 0.15 * (v / 0.15) * math.exp(-((v / 0.15) ** 2))  # the exponent is 2
+    assert slope == pytest.approx(0.5, rel=1e-9)
+    assert found["offset"]["reason"].endswith("(these numbers are dimensionless)")
+    assert found["offset"]["printed_lower"] == found["dimensionless"]["offset"]["printed_lower"] * (METRE / SECOND)
+
+
+# --- steady motions ---------------------------------------------------------------------------------------------------
+def test_an_orbit_in_si(place, capsys):
+    found = answer(capsys, "orbit", "si.toml")
+    same = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)
+    assert found["period"] == pytest.approx(1.0, rel=1e-14)
+    assert found["drift"] == pytest.approx((same.drift or 0.0) * METRE, rel=1e-14)
+    assert found["mean_velocity"] == pytest.approx((same.mean_velocity or 0.0) * METRE / SECOND, rel=1e-14)
+    assert found["mean_velocity"] == pytest.approx(found["drift"] / found["period"], rel=1e-14)
+    factors = {"angle": 1.0, "angle_rate": 1 / SECOND, "position": METRE, "velocity": METRE / SECOND}
+    for name, factor in factors.items():
+        assert found["state"][name] == pytest.approx(same.state[name] * factor, rel=1e-14)
+    assert found["units"]["state"] == {"angle": "rad", "angle_rate": "rad/s", "position": "m", "velocity": "m/s"}
+    assert found["dimensionless"]["drift"] == same.drift
+    out = printed(capsys, "orbit", "si.toml")
+    for said in (" m per period", " m/s\n", "period        1 s", " rad/s, position"):
+        assert said in out
+
+
+def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
+    """Every motion within the record of another is converted as that is."""
+    from vibrocap.io.in_si import in_si, orbit_units
+
+    system = case_from_text(BENCH).system
+    travel = {"drift": 2.0, "state": {"angle": 1.0, "angle_rate": 1.0, "position": 0.0, "velocity": 1.0}}
+    motion = {"period": 3.0, "mean_velocity": 1.0, "twin": None, **travel}
+    unstable = {**travel, "largest_multiplier": 4.0, "gives_way_to": [{**motion, "twin": travel}]}
+    record = {**motion, "status": "converged", "unstable_orbit": unstable, "class": {"kind": "chaotic", "drift": 2.0}}
+    found = in_si(record, orbit_units(record, system), system)
+    inner = found["unstable_orbit"]["gives_way_to"][0]
+    assert inner["period"] == pytest.approx(3.0 * SECOND, rel=1e-14)
+    for each in (found, found["unstable_orbit"], inner, inner["twin"], found["class"]):
+        assert each["drift"] == 2.0 * METRE
+    for each in (found, found["unstable_orbit"], inner, inner["twin"]):
+        assert each["state"]["velocity"] == pytest.approx(METRE / SECOND, rel=1e-14)
+    assert found["unstable_orbit"]["largest_multiplier"] == 4.0
+    assert "twin" not in found["units"]
+
+
+# --- over a parameter -------------------------------------------------------------------------------------------------
+def test_a_branch_in_si(place, capsys):
+    words = ("branch", "si.toml", "--over", "machine.capsule_mass_kg=0.5:0.51", "--points", "400")
+    found = answer(capsys, *words)
+    assert found["over"] == "machine.capsule_mass_kg"
+    assert found["between"] == pytest.approx([0.5, 0.51], rel=1e-14)
+    plain = found["dimensionless"]
+    assert plain["over"] == "machine.mass_ratio"
+    assert plain["between"] == pytest.approx([2.5, 2.55], rel=1e-14)
+    (one,), (same,) = found["branches"], plain["branches"]
+    factors = {"parameter": 0.2, "period": SECOND, "drift": METRE, "mean_velocity": METRE / SECOND}
+    for name, factor in factors.items():
+        assert one[name] == pytest.approx(np.array(same[name]) * factor, rel=1e-13), name
+    assert one["parameter"][-1] == pytest.approx(0.51, rel=1e-12)
+    units = {"parameter": "kg", "period": "s", "drift": "m", "mean_velocity": "m/s"}
+    assert units.items() <= found["units"].items()
+    orbit = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)
+    assert one["drift"][0] == pytest.approx((orbit.drift or 0.0) * METRE, rel=1e-9)
+    assert "over machine.capsule_mass_kg" in printed(capsys, *words)
+
+
+@pytest.mark.slow
+def test_special_points_of_a_branch_are_in_si():
+    from vibrocap.io.steady_in_si import diagram_in_si
+    from vibrocap.physics.conversion import quantity
+
+    system = case_from_text(CASE).system  # harmonic: symmetry can break
+    over = quantity("drive.amplitude_N_m", system)
+    found = vc.branches(system, over.plain, (1.0, 2.2), depth=1, initial={"angle": 1.0}, points=400)
+    shown = diagram_in_si(found, over)
+    special = [each for branch in found.branches for each in branch.special_points]
+    after = [each for branch in shown.branches for each in branch.special_points]
+    assert special
+    torque = 0.2 * 9.80665 * 0.25
+    assert [each.parameter for each in after] == pytest.approx([each.parameter * torque for each in special], rel=1e-14)
+    assert [each.error for each in after] == pytest.approx([each.error * torque for each in special], rel=1e-14)
+    drifts = [(a.drift, b.drift) for a, b in zip(special, after, strict=True) if a.drift is not None]
+    assert all(b == pytest.approx((a or 0.0) * METRE, rel=1e-14, abs=0) for a, b in drifts)
+    assert "drive.amplitude_N_m = " in str(shown) or not found.joins
+
+
+def test_a_crossing_in_si(place, capsys):
+    """Found again without units; the slope is of m over Hz."""
+    words = ("crossing", "si.toml", "--over", "drive.frequency_Hz=0.95:1.05", "--value", "-0.094", "--points", "3")
+    found = answer(capsys, *words)
+    (place_,) = found["found"]
+    assert found["value"] == pytest.approx(-0.094, rel=1e-14)
+    assert place_["values"] == pytest.approx([-0.094], rel=1e-11)
+    assert found["units"]["found"]["slope"] == "m per Hz"
+    hertz = 1.0 / (2.0 * math.pi * SECOND)
+    same = found["dimensionless"]["found"][0]
+    assert place_["at"] == pytest.approx(same["at"] * hertz, rel=1e-14)
+    assert place_["bracket"] == pytest.approx([end * hertz for end in same["bracket"]], rel=1e-14)
+    assert place_["slope"] == pytest.approx(same["slope"] * METRE / hertz, rel=1e-13)
+    assert found["parameters"] == pytest.approx([0.95, 1.0, 1.05], rel=1e-14)
+    there = plain_system().with_parameters({"drive.frequency": place_["at"] / hertz})
+    orbit = vc.orbit(there, initial=case_from_text(BENCH).initial)
+    assert (orbit.drift or 0.0) * METRE == pytest.approx(-0.094, rel=1e-9)
+    assert "drift = -0.094 m over drive.frequency_Hz" in printed(capsys, *words)
+
+
+def test_crossings_with_another_machine_take_paths_in_si(place):
+    from vibrocap.cli.orbit import _other
+
+    system = case_from_text(BENCH).system
+    assert _other(system, "machine.capsule_mass_kg=0.4").machine.mass_ratio == 0.4 / 0.2
+
+
+def test_basins_in_si(place, capsys):
+    plane = "angle_deg=-20:20,velocity_m_per_s=-1:1"
+    found = answer(capsys, "basins", "si.toml", "--plane", plane, "--resolution", "2")
+    orbit = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)
+    assert found["attractors"][0]["drift"] == pytest.approx((orbit.drift or 0.0) * METRE, rel=1e-9)
+    assert found["units"]["attractors"]["drift"] == "m"
+    out = printed(capsys, "basins", "si.toml", "--plane", plane, "--resolution", "2")
+    assert " m per drive period" in out
+
+
+def test_the_plane_of_basins_is_given_in_si():
+    from vibrocap.cli.branch import _axis
+
+    system = case_from_text(BENCH).system
+    name, ends = _axis("velocity_m_per_s=-1:2", system)
+    assert name == "velocity"
+    assert ends == pytest.approx((-SECOND / METRE, 2 * SECOND / METRE), rel=1e-14)
+    name, ends = _axis("angle_deg=-90:180", system)
+    assert (name, ends) == ("angle", pytest.approx((-math.pi / 2, math.pi), rel=1e-14))
+    assert _axis("angle=-1:1", system) == ("angle", (-1.0, 1.0))
+    assert _axis("phase=0:1", system) == ("phase", (0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("basins", "si.toml", "--plane", "angle,velocity=-1:1"),
+         "--plane velocity: has no unit in a case in SI; give velocity_m_per_s"),
+        (("basins", "plain.toml", "--plane", "angle,velocity_m_per_s=-1:1"),
+         "--plane velocity_m_per_s: the case does not say what its units are; give velocity, or a case in SI"),
+        (("branch", "plain.toml", "--over", "drive.frequency_Hz=1:2"),
+         "--over drive.frequency_Hz: the case does not say what its units are; give drive.frequency, or a case in SI"),
+    ],
+)  # fmt: skip
+def test_units_that_are_missing_or_not_known_are_named(place, capsys, words, said):
+    Path("plain.toml").write_text('[machine]\nkind="pendulum-capsule"\n[friction]\nlaw="exponential"\n'
+                                  '[drive]\nwaveform="harmonic"\n', encoding="utf-8")  # fmt: skip
+    assert cli.main([*words]) == 2
+    assert said in " ".join(capsys.readouterr().err.split())
+
+
+# --- pictures ---------------------------------------------------------------------------------------------------------
+def test_pictures_of_branches_are_in_si():
+    from vibrocap.plotting.branches import branch_figure
+
+    system = case_from_text(BENCH).system
+    found = vc.branch(system, "drive.frequency", (6.0, 6.6), initial={"angle": 1.0}, points=4)
+    (ax,) = branch_figure(found).axes
+    hertz = 1.0 / (2.0 * math.pi * SECOND)
+    assert ax.get_xlabel() == "drive frequency [Hz]"
+    assert ax.get_ylabel().endswith("[m/s]")
+    assert ax.get_xlim() == pytest.approx((6.0 * hertz, 6.6 * hertz), rel=1e-14)
+    line = max(ax.lines, key=lambda each: np.size(each.get_xdata()))
+    assert line.get_xdata() == pytest.approx(found.parameter * hertz, rel=1e-14)
+    assert line.get_ydata() == pytest.approx(found.mean_velocity * METRE / SECOND, rel=1e-14)
+    (other,) = branch_figure(found, over="drive.frequency_rad_per_s").axes
+    assert other.get_xlabel() == "drive frequency [rad/s]"
+    assert other.get_xlim() == pytest.approx((6.0 / SECOND, 6.6 / SECOND), rel=1e-14)
+
+
+def test_pictures_of_basins_are_in_si():
+    from vibrocap.plotting.basins import basin_figure
+
+    system = case_from_text(BENCH).system
+    found = vc.basins(system, {"angle": (-1, 1), "velocity": (-1, 1)}, 2)
+    figure = basin_figure(found)
+    ax = figure.axes[0]
+    assert ax.get_ylabel().endswith("[m/s]")
+    assert ax.get_ylim() == pytest.approx((-METRE / SECOND, METRE / SECOND), rel=1e-12)
+    assert ax.get_xlim() == pytest.approx((-1, 1), rel=1e-12)
+    (legend,) = figure.legends
+    (words,) = (text.get_text() for text in legend.get_texts())
+    assert words.endswith(f"{found.drift[0, 0] * METRE:.4g} m".replace("-", "\N{MINUS SIGN}"))
+
+
+# --- changes of a cas -------------------------------------------------------------------------------------------------
+def changed(*words):
+    """The start and the drive of a run with changes to the case, from its JSON."""
+    return cli.main(["simulate", "case.toml", "--periods", "1", "--json", *words])
+
+
+def test_changes_on_the_command_line_are_in_si(place, capsys):
+    Path("case.toml").write_text(CASE, encoding="utf-8")
+    words = ("--set", "machine.capsule_mass_kg=0.4", "--initial", "angle_deg=20,velocity_m_per_s=0")
+    assert changed(*words) == 0
+    found = json.loads(capsys.readouterr().out)
+    text = CASE.replace("capsule_mass_kg = 0.5", "capsule_mass_kg = 0.4").replace("angle = 1.0", "angle_deg = 20")
+    text = text.replace("velocity_m_per_s = 0.1", "velocity_m_per_s = 0").replace("periods = 12", "periods = 1")
+    assert found["dimensionless"]["state"] == case_from_text(text).simulate().state
+
+
+def test_a_change_in_another_unit_replaces_what_the_case_says():
+    for path, value in (("drive.frequency_rad_per_s", 7.0), ("initial.angle_deg", 20.0)):
+        case = case_from_text(CASE, changes={path: value})
+        if path.startswith("drive"):
+            assert case.system.parameter("drive.frequency") / SECOND == pytest.approx(7.0, rel=1e-14)
+        else:
+            assert case.initial["angle"] == pytest.approx(math.radians(20.0), rel=1e-14)
+    with pytest.raises(CaseError, match=r"drive\.frequency_rad_per_s: is frequency_Hz once more; give one of them"):
+        case_from_text(CASE, changes={"drive.frequency_rad_per_s": 7.0, "drive.frequency_Hz": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--set", "machine.mass_ratio=2"),
+         "--set machine.mass_ratio: has no unit in a case in SI; give capsule_mass_kg"),
+        (("--initial", "velocity=0.2"), "--initial velocity: has no unit in a case in SI; give velocity_m_per_s"),
+        (("--set", "drive.frequency=1"),
+         "--set drive.frequency: has no unit in a case in SI; give frequency_Hz or frequency_rad_per_s"),
+    ],
+)  # fmt: skip
+def test_changes_without_a_unit_are_named_as_they_were_given(place, capsys, words, said):
+    Path("case.toml").write_text(CASE, encoding="utf-8")
+    assert changed(*words) == 2
+    assert said in " ".join(capsys.readouterr().err.split())
