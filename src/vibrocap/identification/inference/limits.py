@@ -65,7 +65,7 @@ def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Un
         moved = to_parameters @ -(information @ alone)
         # twice the cost of keeping the limit
         cost = float(alone[j] ** 2 * information[j, j])
-        pressed = cost > spread.unit * spread.threshold[j] ** 2
+        pressed = bool(cost > spread.unit * spread.threshold[j] ** 2)
         held = [
             name
             for i, name in enumerate(space.names)

@@ -187,7 +187,7 @@ def _white(errors: Sequence[np.ndarray]) -> bool:
         rho = np.array([float(each[k:] @ each[:-k]) for k in range(1, lags + 1)]) / power
         total += n * (n + 2) * float(np.sum(rho**2 / (n - np.arange(1, lags + 1))))
         degrees += lags
-    return degrees == 0 or float(chdtrc(degrees, total)) > CHANCE
+    return bool(degrees == 0 or float(chdtrc(degrees, total)) > CHANCE)
 
 
 def _shares(
@@ -262,7 +262,7 @@ def _growth(
         return 1.0, False
     growth = float(np.sqrt(np.mean(fast**2) / np.mean(slow**2)))
     spread = math.sqrt(0.5 * tau * (1 / len(slow) + 1 / len(fast)))  # of the logarithm, for normal errors
-    return growth, growth > 0 and abs(math.log(growth)) > 4 * spread
+    return growth, bool(growth > 0 and abs(math.log(growth)) > 4 * spread)
 
 
 def _phases(

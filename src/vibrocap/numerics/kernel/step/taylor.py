@@ -79,7 +79,8 @@ def taylor_step(real, whole, lane):
 
 def hold_rate(period, order):
     """A tenth of the ratio of terms `order` and `order` - 2 of a force with this period: the states go before."""
-    return 0.1 * (2.0 * math.pi) ** 2 / (order * (order - 1)) / (period * period)
+    rate = 2.0 * math.pi / period
+    return 0.1 * rate * rate / (order * (order - 1))
 
 
 def last_terms(real, lane):
