@@ -4,6 +4,7 @@ import functools
 import inspect
 import io
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -94,3 +95,16 @@ def test_done_of_so_many_becomes_a_share():
     assert counts(progress=given.append).__self__ is given
     assert counts() is None
     assert counts(progress=True).func is progress._count
+
+
+def test_an_ensemble_takes_a_bar_a_function_or_nothing():
+    over = {"machine.mass_ratio": np.linspace(2.0, 3.0, 9)}
+    begun = []
+    plain = vc.ensemble(SYSTEM, over, periods=2)
+    for given in (True, begun.append):
+        assert np.array_equal(
+            vc.ensemble(SYSTEM, over, periods=2, progress=given)["mean_velocity"], plain["mean_velocity"]
+        )
+    assert begun[0] == 0
+    with pytest.raises(ValueError, match="progress"):
+        vc.ensemble(SYSTEM, over, periods=2, progress="yes")

@@ -23,6 +23,7 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.system import PARTS, System
+from vibrocap.progress import reporting
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
 CARD_CHUNK = 2**20  # the same of a graphics card, which works on a hundred thousand at once
@@ -52,7 +53,7 @@ def ensemble(
     max_steps: int = 50_000_000,
     threads: int | None = None,
     device: str = "cpu",
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] | bool | None = None,
 ) -> dict[str, np.ndarray]:
     """Many runs of one machine, law and drive, of each of which only measures are kept.
 
@@ -69,7 +70,7 @@ def ensemble(
     tolerance: error per step, relative to the natural size of each state
     threads: at most so many; by default all cores that the process may use
     device: "cpu", or "cuda": one thread of an NVIDIA graphics card for each run (extra `gpu`, see docs/gpu.md)
-    progress: called now and then, from any thread, with the number of runs begun
+    progress: True for a bar, or a function that is called now and then, from any thread, with the number of runs begun
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
     0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
@@ -113,22 +114,24 @@ def ensemble(
     runs = len(next(iter(columns.values())))
     found: dict[str, np.ndarray] = {}
     done = 0
-    for chosen in _chunks(system, columns, CARD_CHUNK if device == "cuda" else CHUNK):
-        base = done
-        part = _measured(
-            system,
-            {path: column[chosen] for path, column in columns.items()},
-            start,
-            budget,
-            needed,
-            run_all,
-            None if progress is None else lambda begun, base=base: progress(base + begun),
-        )
-        for name in (*ALWAYS, *(measure.name for measure in asked)):
-            if name not in found:
-                found[name] = np.empty(runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype)
-            found[name][chosen] = part[name]
-        done += len(chosen)
+    with reporting(None if callable(progress) else progress, "Running") as bar:
+        tell = progress if callable(progress) else bar and (lambda begun: bar(begun / runs))
+        for chosen in _chunks(system, columns, CARD_CHUNK if device == "cuda" else CHUNK):
+            base = done
+            part = _measured(
+                system,
+                {path: column[chosen] for path, column in columns.items()},
+                start,
+                budget,
+                needed,
+                run_all,
+                None if tell is None else lambda begun, base=base: tell(base + begun),
+            )
+            for name in (*ALWAYS, *(measure.name for measure in asked)):
+                if name not in found:
+                    found[name] = np.empty(runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype)
+                found[name][chosen] = part[name]
+            done += len(chosen)
     return {name: column.astype(str) if column.dtype == object else column for name, column in found.items()}
 
 

@@ -10,6 +10,7 @@ from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.fit_result import Fit, Problem
 from vibrocap.identification.search.descent import warm_descent
 from vibrocap.identification.search.loss import Minimum
+from vibrocap.progress import Progress, reporting
 
 FEWEST_RECORDS = 4
 BLOCKS = 20  # stretches that a single record is cut into
@@ -32,13 +33,16 @@ class Bootstrap:
     failed: int
 
 
-def bootstrap(fit: Fit, *, replicates: int = 200, over: str | None = None, seed: int = 0) -> Bootstrap:
+def bootstrap(
+    fit: Fit, *, replicates: int = 200, over: str | None = None, seed: int = 0, progress: Progress = None
+) -> Bootstrap:
     """Bootstrap the parameters of a finished fit, each replicate searched from the fit's own minimum.
 
     over: "records" draws whole records, which asks for at least four; "blocks" draws stretches of each record (20 of
     them, so that stretches are longer than the errors' correlation where that is below a twentieth of the record).
     The law is
     driven through whole records in either case; drawn is how often a sample counts. None: records where there are four.
+    progress: True for a bar, or a function that is called with the share done
     What it tells beyond the profiles: whether records want different parameters, with no model of their errors.
     """
     if fit.problem is None or not fit.ok:
@@ -59,12 +63,15 @@ def bootstrap(fit: Fit, *, replicates: int = 200, over: str | None = None, seed:
     begin = _refit(base, problem.best.u, problem)
     columns = [base.space.names.index(name) for name in base.law_names]
     found, failed = [], 0
-    for _ in range(replicates):
-        u = _refit(_drawn(base, over, rng), begin.u, problem)
-        if np.isfinite(u.cost):
-            found.append(base.space.values(u.u)[columns])
-        else:
-            failed += 1
+    with reporting(progress, "Refitting") as report:
+        for done in range(replicates):
+            u = _refit(_drawn(base, over, rng), begin.u, problem)
+            if np.isfinite(u.cost):
+                found.append(base.space.values(u.u)[columns])
+            else:
+                failed += 1
+            if report is not None:
+                report((done + 1) / replicates)
     values = np.array(found)
     low, high = np.quantile(values, [0.025, 0.975], axis=0)
     names = base.law_names
