@@ -9,6 +9,7 @@ _GROUPS = (  # (limit, use) of the memory of a container, by version of control 
     ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
     ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
 )
+TELLING = 0.01  # share of the free memory from which the rest is foreseen: work may begin with an unusual part
 
 
 class TooMuchMemory(MemoryError):
@@ -36,9 +37,13 @@ def available_memory() -> float:
     return max(0.0, min(found))
 
 
-def check_memory(needed: float) -> None:
-    """TooMuchMemory for more bytes than this process may still take."""
-    if needed > (available := available_memory()):
+def check_memory(needed: float, known: float = math.inf) -> None:
+    """TooMuchMemory for more bytes than this process may still take.
+
+    known: the bytes from which the need was foreseen; while they are few against what is free, nothing is refused
+    """
+    available = available_memory()
+    if needed > available and known > TELLING * available:
         raise TooMuchMemory(needed, available)
 
 

@@ -19,7 +19,6 @@ from vibrocap.resources import check_memory
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
 EVENT_ROOM = 2_000
 PIECE_ROOM = 20_000
-TELLING = 2.0**26  # bytes of pieces from which the rest is foreseen: a motion may begin with very many short steps
 
 FEWEST_PIECES = 4  # per period, with which a motion that cannot be kept is known before it begins
 
@@ -124,8 +123,8 @@ def recorded_run(
             whole[place["STATUS"]] = status = memory.RUNNING
             share = (whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods
             held = sum(part.nbytes for part in pieces) + sum(part.nbytes for part in events)
-            if held > TELLING and share > 0.0:  # to be joined in the end, which takes the same again
-                check_memory(held * (2.0 / share - 1.0))
+            if pieces and share > 0.0:  # to be joined in the end, which takes the same again
+                check_memory(held * (2.0 / share - 1.0), held)  # a motion may begin with very many short steps
         if progress is not None:
             progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period - phase) / periods)
     completed = int(whole[place["PERIOD_COUNT"]])
