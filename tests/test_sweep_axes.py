@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
+import vibrocap as vc
 from vibrocap import Exponential, Harmonic, LuGre, PendulumCapsule, System
 from vibrocap.case.case import CaseError
 from vibrocap.studies.axes import Grid, axis_of
@@ -210,3 +211,11 @@ def test_cases_that_are_none():
     plan, _ = case_list([{"friction.law": "lugre", "friction.bristle_stiffness": 50}])
     assert plan_complaints(SYSTEM, plan) == []
     assert plan_complaints(System(PendulumCapsule(), LuGre(), Harmonic()), plan) == []
+
+
+def test_an_axis_is_labelled_by_the_part_that_it_belongs_to():
+    """Oscillators have a stiffness, too."""
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
+    found = vc.sweep(system, {"machine.stiffness": [2.0, 2.1]}, periods=2, measures=["drift"])
+    assert found["machine.stiffness"].attrs["symbol"] == "rho"
+    assert found["machine.stiffness"].attrs["long_name"].startswith("torsional spring")

@@ -53,7 +53,7 @@ def branch_dataset(branch: Branch) -> "xarray.Dataset":
         kind = str if name in ("special_kind", "special_stability") else float
         data[name] = ("special", np.array(values, dtype=kind), {"long_name": meaning})
     coordinates: dict[str, Any] = {
-        branch.over: ("point", branch.parameter, coordinate_attributes(branch.over)),
+        branch.over: ("point", branch.parameter, coordinate_attributes(branch.over, branch.system)),
         "arclength": ("point", branch.arclength, _words("arclength, in natural sizes and shares of the range")),
     }
     attributes = {

@@ -73,7 +73,7 @@ def bifurcation_dataset(diagram: BifurcationDiagram) -> "xarray.Dataset":
     )
     coordinates: dict[str, Any] = {
         "direction": ("direction", np.array(diagram.directions, dtype=str)),
-        diagram.over: (diagram.over, diagram.values, coordinate_attributes(diagram.over)),
+        diagram.over: (diagram.over, diagram.values, coordinate_attributes(diagram.over, diagram.system)),
     }
     return xarray.Dataset(data, coordinates, {"title": "Bifurcation diagram"} | _source(diagram.system, {}))
 

@@ -91,7 +91,8 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
         symbol, meaning = STATES.get(name, (name, name))
         return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
     catalogue = {"machine": machines, "friction": laws, "drive": drives}[part]()
-    info = next(info for kind in catalogue.values() for info in parameter_table(kind) if info.name == name)
+    own = [] if system is None else [getattr(system, part)]  # another kind may call something else so
+    info = next(info for kind in (*own, *catalogue.values()) for info in parameter_table(kind) if info.name == name)
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
 
 
