@@ -66,6 +66,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     writer = JetWriter(graph, list(equations.rates), abreast, equations.balance, polynomials=loop != "ensemble")
     states, rows = layout.states, layout.rows
     head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
+    located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
 
     def put(place: str, value: str) -> None:
         """Write a value to memory as soon as it is known: values wait in registers, of which there are few."""
@@ -92,7 +93,6 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         if k == 1 and equations.hold is None:
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
-        located = (*(True for _ in equations.switches), *equations.located)
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order)
             keep(rows + 4 + i, k, writer.coefficient(guard.index, k) if moves else "0.0")
