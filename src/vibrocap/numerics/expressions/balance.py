@@ -15,10 +15,11 @@ coefficient N_k contains a_k with a factor e, and so does R_k with r e, r the sl
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate, sensitivity
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, sensitivity
 
 POINTS = 5  # at which the balance is compared with the equations
 
@@ -66,6 +67,19 @@ class Balance:
         for i, rate in enumerate(rates):
             result = result + derivative(momentum, i) * sensitivity(rate, self.acceleration.index, memory)
         return result
+
+    def on(self, graph: Graph) -> "Balance":
+        """The same on a graph that begins with the nodes of this one's."""
+
+        def moved(balance: Any) -> Any:
+            given = {field.name: getattr(balance, field.name) for field in dataclasses.fields(balance)}
+            found = {
+                name: Expression(graph, value.index) if isinstance(value, Expression) else value and moved(value)
+                for name, value in given.items()
+            }
+            return dataclasses.replace(balance, **found)
+
+        return moved(self)
 
     def holds(self, rates: Sequence[Expression], parameters: int) -> bool:
         """Whether the balance agrees with the equations, at a few points drawn at random, while the contact slides."""
