@@ -1,5 +1,6 @@
 """Pictures of studies, by what is in them: colours, hatches, limits and words; datasets of the layout of `sweep`."""
 
+import itertools
 import re
 
 import matplotlib
@@ -14,6 +15,7 @@ from vibrocap.motion.trajectory import Status
 from vibrocap.plotting.cells import Cell, categories, cells, limits
 from vibrocap.plotting.maps import CELL_STYLES, PRINT, UNSETTLED, plot_study, study_figure
 from vibrocap.plotting.study_view import ViewError, study_view
+from vibrocap.plotting.style import blank_figure, logarithmic
 
 xarray = pytest.importorskip("xarray")
 
@@ -415,3 +417,17 @@ def test_picture_is_the_same_each_time(kind, tmp_path):
 def test_picture_is_a_column_wide_and_fine_enough_for_print(tmp_path):
     with pytest.importorskip("PIL.Image").open(plot_study(study(), tmp_path / "map.png")) as picture:
         assert picture.width == round(3.54 * 300)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.2, 8.0), (1.1, 1.9), (0.3, 200.0), (1e-3, 1e4)])
+def test_ticks_of_a_logarithmic_axis_do_not_run_into_each_other(low, high):
+    fig = blank_figure((3.4, 3.0))
+    ax = fig.add_subplot()
+    ax.set_xlim(low, high)
+    logarithmic(ax, "x")
+    fig.canvas.draw()
+    labels = [label for label in (*ax.get_xticklabels(), *ax.get_xticklabels(minor=True)) if label.get_text()]
+    boxes = [label.get_window_extent() for label in labels if low <= label.get_position()[0] <= high]
+    assert len(boxes) >= 3
+    for one, other in itertools.pairwise(sorted(boxes, key=lambda box: box.x0)):
+        assert one.x1 < other.x0

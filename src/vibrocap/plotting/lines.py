@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from vibrocap.plotting.cells import Cell, cell_labels, cells, unsettled, unsettled_label
 from vibrocap.plotting.study_view import Panel, View, value_label
-from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, logarithmic
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, BLACK)
 DOT = 2.2
@@ -73,7 +73,7 @@ def draw_lines(ax: Axes, view: View) -> list[Any]:
     ax.set(xlabel=axis.label, ylabel=view.label)
     ax.grid(color="#E4E4E4", linewidth=0.5)
     if axis.logarithmic:
-        ax.set_xscale("log")
+        logarithmic(ax, "x")
     elif axis.counts:
         ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     return handles

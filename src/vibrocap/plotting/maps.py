@@ -49,6 +49,7 @@ from vibrocap.plotting.style import (
     YELLOW,
     given_axes,
     legend_below,
+    logarithmic,
     save,
     style,
 )
@@ -282,9 +283,9 @@ def _draw_map(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str,
         ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
     else:
         draw_dots(ax, view, panel, colours, paint)
-    for axis, scale in zip(view.axes, (ax.set_xscale, ax.set_yscale), strict=True):
+    for axis, name in zip(view.axes, "xy", strict=True):
         if axis.logarithmic:
-            scale("log")
+            logarithmic(ax, name)
 
 
 def _hatch(

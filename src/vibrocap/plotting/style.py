@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
 from vibrocap.files import replacing
@@ -22,6 +23,7 @@ from vibrocap.files import replacing
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 VIOLET, GREY = "#5B3A8C", "#8C8C8C"
+FEW_DECADES = 1e3  # largest over least value of an axis, up to which ticks are plain numbers
 
 # The paper's arrangement: LuGre red and solid, exponential blue and dashed.
 LM_STYLE: dict[str, Any] = {"color": "#C8102E", "linestyle": "-", "linewidth": 1.4}
@@ -123,6 +125,21 @@ def legend_below(axes: Axes, handles: Sequence[Any], **options: Any) -> None:
     down = ScaledTranslation(0.0, -BELOW / 72.0, axes.get_figure(root=True).dpi_scale_trans)  # type: ignore[union-attr]
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 0.0}
     legend(axes, handles=handles, **place, **({"bbox_transform": axes.transAxes + down, "fontsize": 7.5} | options))
+
+
+def logarithmic(ax: Axes, name: str) -> None:
+    """A logarithmic scale of the axis "x" or "y" whose ticks do not run into each other.
+
+    Over a few decades these are 1, 2 and 5 of each, as plain numbers, within one decade round numbers; over more than
+    three, powers of ten.
+    """
+    getattr(ax, f"set_{name}scale")("log")
+    low, high = sorted(getattr(ax, f"get_{name}lim")())
+    axis = ax.xaxis if name == "x" else ax.yaxis
+    if high < FEW_DECADES * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high >= 10.0 * low else MaxNLocator(5))
+        axis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def footnote(fig: Figure, text: str = DIMENSIONLESS) -> None:
