@@ -9,6 +9,7 @@ _GROUPS = (  # (limit, use) of the memory of a container, by version of control 
     ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
     ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
 )
+NEGLIGIBLE = 2.0**20  # bytes that any machine has: to ask what is free takes longer than a short motion
 TELLING = 0.01  # share of the free memory from which the rest is foreseen: work may begin with an unusual part
 
 
@@ -42,6 +43,8 @@ def check_memory(needed: float, known: float = math.inf) -> None:
 
     known: the bytes from which the need was foreseen; while they are few against what is free, nothing is refused
     """
+    if needed < NEGLIGIBLE:
+        return
     available = available_memory()
     if needed > available and known > TELLING * available:
         raise TooMuchMemory(needed, available)
