@@ -20,12 +20,12 @@ from pathlib import Path
 
 import cheap_ensemble
 import vibrocap as vc
-import vibrocap.studies.code_version
+import vibrocap.studies.plan.code_version
 import vibrocap.studies.store.zarr_files
 import vibrocap.studies.sweep
 
 importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
-vibrocap.studies.code_version.source_fingerprint()  # once: someone may be editing the sources
+vibrocap.studies.plan.code_version.source_fingerprint()  # once: someone may be editing the sources
 os.fsync = lambda handle: None  # a killed process loses nothing that it wrote; only a power failure does
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

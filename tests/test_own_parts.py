@@ -21,11 +21,11 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
 from vibrocap.physics.part_files import file_of, load_parts
-from vibrocap.studies import axes
-from vibrocap.studies.own_parts import part_fingerprint
-from vibrocap.studies.sent_study import receive, sources_of
+from vibrocap.studies.plan import axes
+from vibrocap.studies.plan.own_parts import part_fingerprint
+from vibrocap.studies.plan.study import Study
+from vibrocap.studies.run.sent_study import receive, sources_of
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.study import Study
 
 FILE = Path(__file__).with_name("own_laws.py")
 CASE = """

@@ -21,11 +21,11 @@ import cheap_ensemble
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, verify_study
 from vibrocap.case.case import CaseError
 from vibrocap.cli.main import main
-from vibrocap.studies import cluster, processes, tile_worker
 from vibrocap.studies.dataset import stored_study
+from vibrocap.studies.run import cluster, processes, tile_worker
+from vibrocap.studies.run.tile_worker import run_and_store
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.sweep import sweep
-from vibrocap.studies.tile_worker import run_and_store
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"machine.mass_ratio": "1:4:31", "machine.stiffness": "1:2:5"}

@@ -17,7 +17,7 @@ from vibrocap.files import WriteError
 from vibrocap.io import netcdf
 from vibrocap.io import study_file as export
 from vibrocap.io.study_file import write_study
-from vibrocap.studies.designs import Design
+from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.sweep import sweep
 
 try:

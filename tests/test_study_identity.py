@@ -7,11 +7,11 @@ import pytest
 
 from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
 from vibrocap.case.case import CaseError
-from vibrocap.studies.code_version import code_version, source_fingerprint
-from vibrocap.studies.designs import Design
-from vibrocap.studies.differences import code_differences, differences
-from vibrocap.studies.planning import planned_study
-from vibrocap.studies.study import Study
+from vibrocap.studies.plan.code_version import code_version, source_fingerprint
+from vibrocap.studies.plan.designs import Design
+from vibrocap.studies.plan.differences import code_differences, differences
+from vibrocap.studies.plan.planning import planned_study
+from vibrocap.studies.plan.study import Study
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 SETTINGS = {

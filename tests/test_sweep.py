@@ -12,7 +12,7 @@ from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, Pendulum
 from vibrocap.case.case import CaseError
 from vibrocap.motion.trajectory import Status
 from vibrocap.studies.dataset import stored_study
-from vibrocap.studies.designs import Design
+from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.sweep import run_study, size_in_words, sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))

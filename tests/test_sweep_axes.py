@@ -9,10 +9,10 @@ from scipy.stats import qmc
 import vibrocap as vc
 from vibrocap import Exponential, Harmonic, LuGre, PendulumCapsule, System
 from vibrocap.case.case import CaseError
-from vibrocap.studies.axes import Grid, axis_of
-from vibrocap.studies.cases import case_list
-from vibrocap.studies.checks import LIMIT, check_runs, plan_complaints
-from vibrocap.studies.designs import Design, Drawn, Range, range_from
+from vibrocap.studies.plan.axes import Grid, axis_of
+from vibrocap.studies.plan.cases import case_list
+from vibrocap.studies.plan.checks import LIMIT, check_runs, plan_complaints
+from vibrocap.studies.plan.designs import Design, Drawn, Range, range_from
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 

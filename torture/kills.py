@@ -20,7 +20,7 @@ import vibrocap.io.netcdf
 import vibrocap.io.study_file
 import vibrocap.plotting.motion
 import vibrocap.studies.adaptive
-import vibrocap.studies.code_version
+import vibrocap.studies.plan.code_version
 import vibrocap.studies.sweep
 from torture.children import changes, child, die, ended, tree
 from torture.outcome import Outcome
@@ -42,7 +42,7 @@ def prepare() -> None:
     """What all children share: the stand-in for the engine, and what is dear and always the same."""
     importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
     importlib.import_module("vibrocap.studies.adaptive").ensemble = cheap_ensemble.ensemble
-    vibrocap.studies.code_version.source_fingerprint()
+    vibrocap.studies.plan.code_version.source_fingerprint()
     for name in ("xarray", "h5netcdf", "zarr", "h5py", "scipy.stats.qmc"):
         importlib.import_module(name)
 

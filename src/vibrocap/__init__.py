@@ -113,8 +113,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.studies.adaptive import adaptive_map, border
     from vibrocap.studies.branch_datasets import branch_dataset
     from vibrocap.studies.dataset import open_study
-    from vibrocap.studies.designs import Design
     from vibrocap.studies.orbit_datasets import basin_dataset, bifurcation_dataset
+    from vibrocap.studies.plan.designs import Design
     from vibrocap.studies.store.verification import Verification, verify_study
     from vibrocap.studies.sweep import sweep
 

@@ -25,7 +25,7 @@ from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
     from vibrocap.cli.sweep_request import SweepRequest
-    from vibrocap.studies.study import Study
+    from vibrocap.studies.plan.study import Study
 
 BLOCK = 4_000_000  # runs whose status is counted at a time
 

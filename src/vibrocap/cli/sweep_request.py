@@ -11,7 +11,7 @@ from vibrocap.io.case_table import CaseTable, read_cases
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
-    from vibrocap.studies.study import Study
+    from vibrocap.studies.plan.study import Study
 
 DEVICES = ("cpu", "cuda")
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
@@ -51,8 +51,8 @@ class SweepRequest:
 
     def study(self) -> "Study":
         """The study; CaseError with every complaint, before any work."""
-        from vibrocap.studies.designs import Design
-        from vibrocap.studies.planning import planned_study
+        from vibrocap.studies.plan.designs import Design
+        from vibrocap.studies.plan.planning import planned_study
 
         needs("sweep", "xarray", "zarr")
         complaints = Complaints([*self._destination_complaints(), *self._execution_complaints()])
@@ -131,7 +131,7 @@ class SweepRequest:
         if self.workers is not None and self.scheduler is not None:
             found.add("--workers", "are processes of this machine; with --scheduler leave them out")
         if self.scheduler is not None:
-            from vibrocap.studies.cluster import address_complaints
+            from vibrocap.studies.run.cluster import address_complaints
 
             found += [complaint.about("--scheduler") for complaint in address_complaints(self.scheduler)]
         for name in ("resume", "workers", "scheduler", "tile_runs"):

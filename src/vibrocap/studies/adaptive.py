@@ -28,10 +28,10 @@ from vibrocap.arguments import ArgumentError, Complaint, check_whole, listed, su
 from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.settling import THRESHOLD, TOLERANCES
 from vibrocap.progress import shows_progress, told
-from vibrocap.studies.axes import Axis, Grid, axis_of
-from vibrocap.studies.checks import plan_complaints
+from vibrocap.studies.plan.axes import Axis, Grid, axis_of
+from vibrocap.studies.plan.checks import plan_complaints
+from vibrocap.studies.plan.study import Study
 from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
-from vibrocap.studies.study import Study
 
 if TYPE_CHECKING:
     import xarray

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.case.case import Case, case_text
 from vibrocap.orbits.continuation.branch import Branch
-from vibrocap.studies.code_version import code_version
+from vibrocap.studies.plan.code_version import code_version
 from vibrocap.studies.variables import coordinate_attributes
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from vibrocap.case.case import Case, case_text
 from vibrocap.orbits.attractors.basins import PHASE, Basins
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.physics.system import System
-from vibrocap.studies.code_version import code_version
+from vibrocap.studies.plan.code_version import code_version
 from vibrocap.studies.variables import coordinate_attributes
 
 if TYPE_CHECKING:

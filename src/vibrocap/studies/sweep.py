@@ -17,13 +17,13 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
 from vibrocap.resources import available_memory, free_disk, in_words
 from vibrocap.studies.dataset import empty_results, labelled, open_study
-from vibrocap.studies.designs import Design
-from vibrocap.studies.planning import planned_study
+from vibrocap.studies.plan.designs import Design
+from vibrocap.studies.plan.planning import planned_study
+from vibrocap.studies.plan.study import Study, code_of
+from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.store.store import Store, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
-from vibrocap.studies.study import Study, code_of
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
-from vibrocap.studies.tile_size import tile_runs_by_time
 from vibrocap.studies.variables import variables
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def sweep(
     Returns one variable per measure, with `status`, `settled`, `response_period`, `window_start` and `window_periods`
     of every run: a run that failed is NaN and its status says why. The results depend on nothing but the study itself:
     not on tiles or threads, nor on interruptions, after which a store has the same bytes. It is part of a study with
-    what it is computed: version, processor, LLVM, NumPy; see `studies.code_version`.
+    what it is computed: version, processor, LLVM, NumPy; see `plan.code_version`.
 
     Raises CaseError with every complaint at once, before any work; StoreError where `out` does not take the results;
     Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
@@ -247,7 +247,7 @@ def _stored(study, tile, out, resume, mixed, threads, workers, scheduler, progre
     with contextlib.ExitStack() as stack:
         cluster = None
         if scheduler:
-            from vibrocap.studies.cluster import connected
+            from vibrocap.studies.run.cluster import connected
 
             cluster = stack.enter_context(connected(scheduler))
             study = dataclasses.replace(study, code=cluster.code_of(study.plan))  # which may be another machine's
@@ -266,7 +266,7 @@ def _stored(study, tile, out, resume, mixed, threads, workers, scheduler, progre
             if cluster is not None:
                 cluster.run(store, pending, mixed, report)
             elif workers:
-                from vibrocap.studies.processes import run_on_processes
+                from vibrocap.studies.run.processes import run_on_processes
 
                 run_on_processes(store, pending, workers, report)
             else:
@@ -314,7 +314,7 @@ def _execution_complaints(given: Mapping[str, Any]) -> list[str]:
     if given["workers"] and given["scheduler"]:
         found.add("workers", "are processes of this machine; with a scheduler leave them out")
     if given["scheduler"] is not None:
-        from vibrocap.studies.cluster import address_complaints
+        from vibrocap.studies.run.cluster import address_complaints
 
         found += address_complaints(given["scheduler"])
     return found

@@ -10,11 +10,11 @@ import numpy as np
 from vibrocap.case.case import CaseError
 from vibrocap.physics.conversion import path_in_si
 from vibrocap.physics.system import System
-from vibrocap.studies.checks import check_runs
-from vibrocap.studies.runs import Block
-from vibrocap.studies.study import Study
+from vibrocap.studies.plan.checks import check_runs
+from vibrocap.studies.plan.runs import Block
+from vibrocap.studies.plan.study import Study
+from vibrocap.studies.plan.variation import INITIAL, KINDS, varied
 from vibrocap.studies.variables import as_stored, variables
-from vibrocap.studies.variation import INITIAL, KINDS, varied
 
 RUNS = 4096  # of a tile: a second or so of work, and about 30 kB per measure
 MOST_RUNS = 262_144  # of a tile, where a study would otherwise have more tiles than

@@ -14,9 +14,9 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.physics.system import System
 from vibrocap.physics.units import Key
-from vibrocap.studies.runs import Runs
-from vibrocap.studies.study import Study
-from vibrocap.studies.variation import INITIAL, KINDS
+from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.study import Study
+from vibrocap.studies.plan.variation import INITIAL, KINDS
 
 TEXT = np.dtypes.StringDType()
 NOT_RUN = -1  # status of a run whose tile is not stored yet

@@ -24,8 +24,9 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.studies.code_version import surroundings
-from vibrocap.studies.differences import code_differences, differences
+from vibrocap.studies.plan.code_version import surroundings
+from vibrocap.studies.plan.differences import code_differences, differences
+from vibrocap.studies.plan.study import FORMAT, Study
 from vibrocap.studies.store.checksums import checksum
 from vibrocap.studies.store.marks import Index, mark_text, tile_name
 from vibrocap.studies.store.record import (
@@ -43,7 +44,6 @@ from vibrocap.studies.store.verification import Verification, verified
 from vibrocap.studies.store.writing import Lock, StoreError, force_names, kept, write_files
 from vibrocap.studies.store.zarr_files import ZarrFiles
 from vibrocap.studies.store.zarr_form import checked_results
-from vibrocap.studies.study import FORMAT, Study
 from vibrocap.studies.tile import tile_indices
 
 OWN = {STUDY, RESULTS, DONE, LOCK, UNFINISHED, BEGINNING, MIXED}

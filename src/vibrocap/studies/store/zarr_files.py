@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.studies.study import Study
+from vibrocap.studies.plan.study import Study
 from vibrocap.studies.tile import tile_block
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 

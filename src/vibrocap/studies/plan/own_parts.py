@@ -10,7 +10,7 @@ from typing import Any
 
 from vibrocap.case.case import CHOICES, Case
 from vibrocap.physics.part_files import file_of
-from vibrocap.studies.fingerprint import function_fingerprint
+from vibrocap.studies.plan.fingerprint import function_fingerprint
 
 OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python
 

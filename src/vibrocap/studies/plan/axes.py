@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, shown, suggestion
-from vibrocap.studies.runs import Block, Runs, values_array
-from vibrocap.studies.variation import KINDS
+from vibrocap.studies.plan.runs import Block, Runs, values_array
+from vibrocap.studies.plan.variation import KINDS
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
 FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"

@@ -10,13 +10,13 @@ from vibrocap.measures.measure import Measure
 from vibrocap.measures.windows import usual_window
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.physics.system import System
-from vibrocap.studies.axes import Grid, axis_of
-from vibrocap.studies.cases import CaseList, Column, case_list
-from vibrocap.studies.checks import kind_choices, plan_complaints
-from vibrocap.studies.designs import Design, Drawn, range_from
-from vibrocap.studies.runs import Runs
-from vibrocap.studies.study import Study
-from vibrocap.studies.variation import KINDS, kinds_chosen, path_complaints
+from vibrocap.studies.plan.axes import Grid, axis_of
+from vibrocap.studies.plan.cases import CaseList, Column, case_list
+from vibrocap.studies.plan.checks import kind_choices, plan_complaints
+from vibrocap.studies.plan.designs import Design, Drawn, range_from
+from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.study import Study
+from vibrocap.studies.plan.variation import KINDS, kinds_chosen, path_complaints
 
 
 def planned_study(

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaint, shown
 from vibrocap.case.case import CaseError
-from vibrocap.studies.runs import Runs
-from vibrocap.studies.sent_study import SentStudy, sent
+from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.study import Study, code_of
+from vibrocap.studies.run.sent_study import SentStudy, sent
+from vibrocap.studies.run.tile_worker import Index, run_and_store
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.study import Study, code_of
-from vibrocap.studies.tile_worker import Index, run_and_store
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -13,11 +13,11 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
-from vibrocap.studies.sent_study import SentStudy, sent
+from vibrocap.studies.plan.study import Study
+from vibrocap.studies.run.sent_study import SentStudy, sent
+from vibrocap.studies.run.tile_worker import Index, run_and_store
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.study import Study
-from vibrocap.studies.tile_worker import Index, run_and_store
 
 AHEAD = 2  # tiles in flight per process: one that runs and one that waits
 DEATHS = 4  # in a row, without a tile stored between, after which it is not tried again

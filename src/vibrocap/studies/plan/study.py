@@ -9,13 +9,13 @@ from typing import Any
 
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text
 from vibrocap.measures.measure import Measure
-from vibrocap.studies.axes import Grid
-from vibrocap.studies.cases import CaseList
-from vibrocap.studies.code_version import code_version
-from vibrocap.studies.designs import Drawn
-from vibrocap.studies.fingerprint import function_fingerprint
-from vibrocap.studies.own_parts import own_parts, part_fingerprint
-from vibrocap.studies.runs import Runs
+from vibrocap.studies.plan.axes import Grid
+from vibrocap.studies.plan.cases import CaseList
+from vibrocap.studies.plan.code_version import code_version
+from vibrocap.studies.plan.designs import Drawn
+from vibrocap.studies.plan.fingerprint import function_fingerprint
+from vibrocap.studies.plan.own_parts import own_parts, part_fingerprint
+from vibrocap.studies.plan.runs import Runs
 
 FORMAT = "vibrocap study, format 2"
 PLANS: dict[str, type[Runs]] = {plan.kind: plan for plan in (Grid, CaseList, Drawn)}

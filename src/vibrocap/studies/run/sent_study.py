@@ -11,8 +11,8 @@ from vibrocap.case.case import CaseError
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.catalogue import register
 from vibrocap.physics.part_files import PartsError, file_of, load_parts
+from vibrocap.studies.plan.study import Study
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.study import Study
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ FOLDERS = ("physics/drives", "physics/friction", "physics/machines", "numerics")
 @functools.cache
 def source_fingerprint(package: Path | None = None) -> str:
     """SHA-256 of these sources, names included; line ends do not count. package: the folder of the package."""
-    package = package or Path(__file__).resolve().parents[1]
+    package = package or Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for path in sorted(deciding_sources(package), key=lambda path: path.relative_to(package).as_posix()):
         text = path.read_bytes().replace(b"\r\n", b"\n")

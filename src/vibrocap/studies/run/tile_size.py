@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vibrocap.studies.study import Study
+from vibrocap.studies.plan.study import Study
 from vibrocap.studies.tile import RUNS, measured_runs
 
 SECONDS = 5.0  # of work in a tile: what an interruption loses at most, and enough to make a file worth while

@@ -9,12 +9,12 @@ import numpy as np
 
 from vibrocap.case.case import CaseError
 from vibrocap.motion.trajectory import Status
-from vibrocap.studies.differences import code_differences
-from vibrocap.studies.sent_study import SentStudy
+from vibrocap.studies.plan.differences import code_differences
+from vibrocap.studies.plan.study import Study, code_of
+from vibrocap.studies.run.sent_study import SentStudy
 from vibrocap.studies.store.record import STUDY, read_record
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.study import Study, code_of
 from vibrocap.studies.tile import run_tile
 
 Index = tuple[int, ...]

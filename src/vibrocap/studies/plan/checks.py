@@ -10,11 +10,11 @@ import numpy as np
 from vibrocap.arguments import Complaint
 from vibrocap.case.case import CaseError
 from vibrocap.physics.system import System
-from vibrocap.studies.axes import Axis, Grid
-from vibrocap.studies.cases import CaseList
-from vibrocap.studies.designs import Drawn
-from vibrocap.studies.runs import Runs
-from vibrocap.studies.variation import INITIAL, KINDS, kinds_chosen, path_complaints, refusal
+from vibrocap.studies.plan.axes import Axis, Grid
+from vibrocap.studies.plan.cases import CaseList
+from vibrocap.studies.plan.designs import Drawn
+from vibrocap.studies.plan.runs import Runs
+from vibrocap.studies.plan.variation import INITIAL, KINDS, kinds_chosen, path_complaints, refusal
 
 LIMIT = 20_000  # combinations tried before any work (some 20 microseconds each); the others are looked at tile by tile
 SHOWN = 20  # complaints about single cases

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, shown, suggestion
-from vibrocap.studies.runs import Block, Runs, values_array
-from vibrocap.studies.variation import INITIAL, KINDS
+from vibrocap.studies.plan.runs import Block, Runs, values_array
+from vibrocap.studies.plan.variation import INITIAL, KINDS
 
 
 @dataclasses.dataclass(frozen=True)
