@@ -42,7 +42,7 @@ def drift(motion):
         (capsule("weight"), -15.6229235, -0.399736377565, None, None),
         (capsule(), -12.7050130446, -0.325041471252, 1.7847, 4.9666),
         (second_row("weight"), -6.6851639922, -0.172834731565, None, None),
-        (second_row("dynamic"), -3.0644049816, -0.078599968309, 1.826, 7.261),
+        (second_row("dynamic"), -3.0644049816, -0.078599968309, 1.8246, 7.2609),
     ],
 )
 def test_travel_is_that_of_an_independent_solver(system, travel, per_period, least, largest):
@@ -53,8 +53,8 @@ def test_travel_is_that_of_an_independent_solver(system, travel, per_period, lea
     assert drift(motion) == pytest.approx(per_period, abs=2e-12)
     if least is not None:
         load = motion.at(np.linspace(0.0, motion.end, 20_001), "reaction")
-        # Turning points of the load fall between samples 0.0126 apart: at most N'' h^2/8, below 1e-3 of it.
-        assert (load.min(), load.max()) == pytest.approx((least, largest), abs=1.5e-3)
+        # Half the last digit, and what turning points lose between samples h = 0.0126 apart: N'' h^2/8 with N'' < 17.
+        assert (load.min(), load.max()) == pytest.approx((least, largest), abs=4e-4)
 
 
 def test_state_is_that_of_an_independent_solver():
