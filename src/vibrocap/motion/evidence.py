@@ -19,7 +19,7 @@ LEAST_TOLERANCE = 1e-13  # below it rounding decides
 # What a step leaves of the equations, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to
 # 1e-14, from 1e3 to 1e5 where a law was stepped over.
 DEFECT_BOUND = 1e3
-# Of the balances, over the tolerance and the natural size of energy or momentum: at most 25 in 346 plausible motions of
+# Of the balances, over the tolerance and the natural size of energy or momentum: at most 25 in 440 plausible motions of
 # all laws (tests/plausible_cases.py), and a tenth per step where a contact chatters for ten thousand steps.
 BALANCE_BOUND, BALANCE_PER_STEP = 100.0, 0.1
 EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the natural size of the velocity
