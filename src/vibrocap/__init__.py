@@ -91,6 +91,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
+    from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import FreeScales, Scales, SIScales
@@ -280,6 +282,9 @@ __all__ = [
     "FreeScales",
     "SIScales",
     "Oscillator",
+    "TwoMassCapsule",
+    "VibroImpactCapsule",
+    "InnerMassScales",
     "Constant",
     "Ramp",
     "Loading",

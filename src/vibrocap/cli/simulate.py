@@ -32,6 +32,8 @@ EVENTS = {
     "reversal": "reverses without sticking",
     "graze": "touches its limit and stays",
     "switch": "goes over to another piece of its law",
+    "impact": "feels its inner mass strike a stop",
+    "stop_opened": "sees its inner mass leave the stop",
     "lift_off": "loses its load, which ends the run",
     "paradox": "has no load that follows from the forces",
 }

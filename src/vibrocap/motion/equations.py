@@ -34,7 +34,8 @@ class Equations:
     period: Expression
     hold: Expression | None  # over the middle of what the contact can hold
     limit: Expression | None
-    switches: tuple[Expression, ...]  # guards of the pieces of the law
+    switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
+    law_switches: int  # how many of them are the law's
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
@@ -48,7 +49,7 @@ class Equations:
 
     @property
     def guards(self) -> tuple[Expression, ...]:
-        """Of the pieces of the law, then the bounds: a step ends where one of them falls to zero."""
+        """Of the branches of law and machine, then the bounds: a step ends where one of them falls to zero."""
         return (*self.switches, *self.bounds)
 
 
@@ -173,10 +174,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
+        law_switches=flow.law_switches,
         loads=tuple(expression(load) for load in flow.loads),
         bounds=tuple(expression(bound) for bound in flow.bounds),
         located=LOCATED[: len(flow.bounds)],
-        after_switch=tuple(tuple(map(expression, (*mechanical, *states))) for states in flow.after_switch),
+        after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked",
         observables={name: expression(value) for name, value in observables.items()},

@@ -272,7 +272,7 @@ def _estimated_error(
 
 def _lasting(motion: Trajectory) -> list[int]:
     """The states but those of the law that only its events change: these jump at instants that are an error apart."""
-    return [i for i, name in enumerate(motion.state_names) if name not in motion.system.friction.switched]
+    return [i for i, name in enumerate(motion.state_names) if name not in motion.system.switched]
 
 
 def _at_marks(values: np.ndarray) -> np.ndarray:

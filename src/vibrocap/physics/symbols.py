@@ -44,9 +44,12 @@ HEAD = ("symbol", "name in code", "meaning", "default")
 STATES = {
     "angle": ("theta", "angle of the pendulum from upright"),
     "angle_rate": ("theta'", "its rate"),
+    "displacement": ("z", "displacement of the inner mass in the capsule"),
+    "displacement_rate": ("z'", "its rate"),
     "position": ("X", "position of the capsule; nothing depends on it"),
     "velocity": ("X'", "velocity of the capsule"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
+    "touching": ("s", "stop that the inner mass touches: 1 in front, -1 behind, 0 none"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -64,6 +67,16 @@ STATES = {
     "gap_position": ("u", "position of the joint in its gap (backlash)"),
     "engaged": ("e", "side on which the joint pushes, +1 or -1; 0 in the gap (backlash)"),
 }
+MECHANICAL = (
+    "angle",
+    "angle_rate",
+    "displacement",
+    "displacement_rate",
+    "position",
+    "velocity",
+    "sliding_velocity",
+    "touching",
+)
 QUANTITIES = {
     "time": ("tau", "time"),
     "side": ("sgn v", "direction of sliding, +1 or -1; 0 where the contact sticks"),
@@ -81,7 +94,7 @@ QUANTITIES = {
     **{
         f"{name}_rate": (f"{symbol}'", f"rate of {name}")
         for name, (symbol, _) in STATES.items()
-        if name not in ("angle", "angle_rate", "position", "velocity", "sliding_velocity")
+        if name not in MECHANICAL
     },
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),

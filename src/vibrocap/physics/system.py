@@ -36,8 +36,9 @@ class Flow:
     holding_force: Any  # R that would keep a resting contact at rest
     holding_middle: Any  # of the forces that the contact can hold at rest
     holding_limit: Any  # how far they reach from their middle; None where the law is not set-valued
-    switches: tuple  # guards of the pieces of the law, positive within the present one
-    after_switch: tuple  # internal states after each switch
+    switches: tuple  # guards of the branches of the law, then of the machine, positive within the present ones
+    law_switches: int  # how many of them are the law's
+    after_switch: tuple  # all states after each switch
     after_reversal: tuple  # internal states after the contact has turned to the side
     powers: tuple  # one per channel, positive into the system
     energy: Any  # of the machine
@@ -128,6 +129,11 @@ class System:
         internal = self.friction.internal_symmetry
         return self.machine.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
 
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """Names of the states that are whole numbers, which say what branch of machine and law holds."""
+        return self.machine.switched + self.friction.switched
+
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
         return (*self.machine.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
@@ -175,6 +181,13 @@ class System:
         if self.stores_under_load:
             contact, stored = (*contact, sliding_loss + bristle_loss - force * velocity), 0.0
         switches = law.switches(velocity, internal, side, load)
+        outcomes = [
+            (*mechanical, *law.after_switch(which, velocity, internal, side, load)) for which in range(len(switches))
+        ]
+        guards = machine.switches(t, mechanical, drive, force)
+        outcomes += [
+            (*machine.after_switch(which, t, mechanical, drive, force), *internal) for which in range(len(guards))
+        ]
         return Flow(
             rates=(*machine.rates(t, mechanical, drive, force), *internal_rates),
             drive=drive,
@@ -185,10 +198,9 @@ class System:
             holding_force=hold,
             holding_middle=middle,
             holding_limit=limit,
-            switches=switches,
-            after_switch=tuple(
-                law.after_switch(which, velocity, internal, side, load) for which in range(len(switches))
-            ),
+            switches=(*switches, *guards),
+            law_switches=len(switches),
+            after_switch=tuple(outcomes),
             after_reversal=law.after_reversal(internal, side, load),
             powers=(*machine.powers(t, mechanical, drive, force), *contact),
             energy=machine.energy(t, mechanical),

@@ -29,6 +29,8 @@ QUANTITIES = {
     "time": "s",
     "angle": "rad",
     "angle_rate": "rad/s",
+    "displacement": "m",
+    "displacement_rate": "m/s",
     "position": "m",
     "velocity": "m/s",
     "sliding_velocity": "m/s",

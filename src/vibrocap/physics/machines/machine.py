@@ -31,7 +31,11 @@ class Machine(Part):
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
     for a machine that is held to its place.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
-    half-period symmetry. place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
+    half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
+    holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
+    starts with all of them at 0, and with the branch that its other states ask for.
+    switch_events: the name of what happens at each guard, "impact" for instance.
+    place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     effort: what the drive exerts, a force along the line of sliding or a torque.
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
     case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
@@ -43,6 +47,8 @@ class Machine(Part):
     cyclic: ClassVar[str | None]
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
+    switched: ClassVar[tuple[str, ...]] = ()
+    switch_events: ClassVar[tuple[str, ...]] = ()
     channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque"]] = "force"
     place: ClassVar[str | None] = None
@@ -99,6 +105,21 @@ class Machine(Part):
     def rates(self, t, y, drive, force):
         """y', given the drive and the friction force. With force = holding_force the contact's acceleration is exactly
         zero, which is how a stuck contact is integrated."""
+        raise NotImplementedError
+
+    def switches(self, t, y, drive, force) -> tuple:
+        """Guards of the branches of the equations, each positive while its branch lasts; force: as in `rates`.
+
+        Their natural size is 1. A guard may be zero after its own switch, where a stop was just reached: then its
+        first derivative that is not zero says whether the branch lasts.
+        """
+        return ()
+
+    def after_switch(self, which, t, y, drive, force) -> tuple:
+        """All states after guard number `which` of `switches` has fallen to zero.
+
+        It may change velocities, too, if it keeps `momentum`. Energy that is lost then is work of the channel `impact`.
+        """
         raise NotImplementedError
 
     def energy(self, t, y):
