@@ -66,7 +66,7 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
     only
         one figure and its claims, such as fig09; the report is report-fig09.html then
     """
-    from vibrocap.paper.figures import KEYS
+    from vibrocap.paper.figures.catalogue import KEYS
 
     if only is not None and only not in KEYS:
         raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
