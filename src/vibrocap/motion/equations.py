@@ -1,5 +1,6 @@
 """A system's equations, recorded: from scalar physics to the graph that the numerics compile."""
 
+import copy
 import dataclasses
 import functools
 from typing import Any
@@ -8,6 +9,7 @@ from vibrocap.numerics.expressions.balance import Balance, NormalBalance
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import LOCATED, PARTS, Flow, System
 
 
@@ -185,6 +187,20 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         base=len(flow.rates),
         balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
     )
+
+
+def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
+    """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own."""
+    recording = equations(system)
+    graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
+    machine = _with_symbols("machine", system.machine, symbols)
+    y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
+    shapes = tuple(
+        dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
+        for shape in machine.scene(graph.node("time"), y)
+    )
+    return shapes, graph.expression(machine.load())
 
 
 def _normal_balance(graph: Graph, system: System, mechanical: tuple, flow: Flow) -> NormalBalance | None:

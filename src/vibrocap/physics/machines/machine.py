@@ -10,6 +10,7 @@ from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
 from vibrocap.physics.scales import FreeScales, Scales, SIScales
+from vibrocap.physics.scene import Shape, block
 
 __all__ = [
     "Machine",
@@ -18,6 +19,7 @@ __all__ = [
     "Positive",
     "SIScales",
     "Scales",
+    "Shape",
     "cos",
     "parameter",
     "parameters",
@@ -137,3 +139,8 @@ class Machine(Part):
     def powers(self, t, y, drive, force):
         """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v."""
         raise NotImplementedError
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """What is drawn of the machine: shapes, see `Shape`; by default a block where the travelling state says."""
+        place = self.place or self.cyclic
+        return block(0.0 if place is None else y[self.states.index(place)], self.name)

@@ -5,7 +5,17 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, cos, parameter, parameters, sin
+from vibrocap.physics.machines.machine import (
+    Machine,
+    NonNegative,
+    Positive,
+    Scales,
+    Shape,
+    cos,
+    parameter,
+    parameters,
+    sin,
+)
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 
@@ -154,3 +164,14 @@ class PendulumCapsule(Machine):
     def powers(self, t, y, drive, force):
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]
+
+    def scene(self, t, y):
+        """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""
+        pivot, bob = (y[2], 0.5), (y[2] - sin(y[0]), 0.5 + cos(y[0]))
+        return (
+            Shape("box", "capsule", ((y[2], 0.25),), (1.3, 0.5)),
+            Shape("contact", "contact", ((y[2], 0.0),), (1.2, 0.0)),
+            Shape("rod", "pendulum", (pivot, bob)),
+            Shape("disc", "bob", (bob,), (0.3, 0.3)),
+            Shape("hinge", "pivot", (pivot,)),
+        )
