@@ -74,6 +74,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
     from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.environment import Environment
     from vibrocap.physics.friction.anisotropic import anisotropic
     from vibrocap.physics.friction.backlash import backlash
     from vibrocap.physics.friction.bouc_wen import BoucWen
@@ -281,6 +282,7 @@ __all__ = [
     "PendulumScales",
     "FreeScales",
     "SIScales",
+    "Environment",
     "Oscillator",
     "TwoMassCapsule",
     "VibroImpactCapsule",

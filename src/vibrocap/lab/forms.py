@@ -8,7 +8,7 @@ from vibrocap.motion.equations import equations, recorded_scene
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.api import BrowserKernel, Layout, browser_ensemble, browser_motion
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.system import PARTS, System
+from vibrocap.physics.system import System
 
 TOLERANCE = 1e-9  # of motions: from 1e-11 on and below 1e-7 they are those of the kernel of `simulate`
 ENSEMBLE_TOLERANCE = 1e-8  # of maps, as of `ensemble`
@@ -49,9 +49,9 @@ def form_of(system: System) -> Form:
     motion = browser_motion(recording, functions, TOLERANCE)
     ensemble = browser_ensemble(recording, ENSEMBLE_TOLERANCE)
     fixed = {
-        f"{part}.{info.name}": getattr(getattr(system, part), info.name)
-        for part in PARTS
-        for info in parameter_table(getattr(system, part))
+        f"{part}.{info.name}": getattr(record, info.name)
+        for part, record in system.parts.items()
+        for info in parameter_table(record)
         if f"{part}.{info.name}" not in recording.parameter_paths
     }
     record = {

@@ -82,6 +82,10 @@ class Oscillator(Machine):
         """N."""
         return self.normal_load
 
+    def masses(self):
+        """m."""
+        return {"sliding_velocity": self.mass}
+
     def contact_velocity(self, t, y):
         """v."""
         return y[1]

@@ -86,6 +86,10 @@ class TwoMassCapsule(Machine):
         """N."""
         return self.normal_load
 
+    def masses(self):
+        """lambda and 1."""
+        return {"velocity": self.mass_ratio, "displacement_rate": 1.0}
+
     def contact_velocity(self, t, y):
         """X'."""
         return y[3]
