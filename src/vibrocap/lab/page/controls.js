@@ -177,7 +177,7 @@ class Controls {
     const [low, high, log] = this.range(entry), value = this.value(entry), factor = this.factor(entry);
     const share = log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low || 1);
     entry.slider.value = String(Math.round(STEPS * Math.min(1, Math.max(0, share))));
-    const text = factor === 1 ? String(value) : String(Number((value * factor).toPrecision(10)));
+    const text = String(Number((value * factor).toPrecision(9))); // to read; the number itself keeps all its digits
     if (!keepBox) entry.box.value = text;
     const unit = entry.beside ? "" : this.units.ofPath(entry.path)[1];
     entry.slider.setAttribute("aria-valuetext", unit ? `${text} ${unit}` : text);
@@ -206,7 +206,7 @@ class Controls {
     for (const name of Object.keys(model.data.parts.friction)) {
       if (name === model.form.friction || model.formOf({ ...partsOf(model.form), friction: name }) < 0) continue;
       const smooth = name === model.data.smoothed + model.form.friction;
-      select.append(element("option", { value: name, textContent: smooth ? "what a smoothed contact would say (tanh)" : `the ${wordy(name)} law`, selected: name === model.state.beside }));
+      select.append(element("option", { value: name, textContent: smooth ? "what smoothing would say (tanh)" : `the ${wordy(name)} law`, selected: name === model.state.beside }));
     }
     select.addEventListener("change", () => { model.state.beside = select.value; model.state.besideValues = {}; this.chosen(); });
     set.append(select);

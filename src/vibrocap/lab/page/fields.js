@@ -31,7 +31,7 @@ class Fields {
     const first = (name) => (paths.includes(name) ? name : paths[0]);
     const second = paths.find((path) => path.startsWith("drive.amplitude")) ?? paths[1];
     this.bar("map", [["x", "Across", first("machine.mass_ratio")], ["y", "Up", second]], paths, () => this.choice("measure", "Measure", this.model.form.measures.map(({ name, meaning }) => [name, wordy(name), meaning]), "mean_velocity"));
-    this.bar("strip", [["x", "Along", second]], paths, () => this.choice("state", "Points of", this.model.form.states.filter((_, i) => i !== this.model.form.cyclic).map((name) => [name, wordy(name), ""]), this.model.form.states[this.model.form.contact]));
+    this.bar("strip", [["x", "Along", second]], paths, () => this.choice("state", "Points of", this.model.form.states.filter((_, i) => i !== this.model.form.cyclic).map((name) => [name, wordy(name), ""]), this.model.form.states[0]));
     for (const name of ["map", "strip"]) this.set[name] = null;
     if (this.showing) this.show(this.showing);
   }
@@ -73,7 +73,7 @@ class Fields {
     const label = element("label", { textContent: `${words} ` }), select = element("select", { name: key });
     for (const [value, text, title] of options) select.append(element("option", { value, textContent: text, title }));
     if (options.some(([value]) => value === usual)) select.value = usual;
-    select.addEventListener("change", () => { if (this.set.map && key === "measure") { this.set.map.measure = select.value; this.set.map.signed = SIGNED.includes(select.value); this.draw(); } else this.start(this.showing); });
+    select.addEventListener("change", () => { this.start(this.showing); });
     label.append(select);
     return label;
   }
@@ -126,7 +126,7 @@ class Fields {
     for (let i = 0; i < kept.length; i += BATCH) {
       const cells = kept.slice(i, i + BATCH), runs = runsOf(model, axes, cells.map(([column, row]) => [(column + 0.5) / CELLS, (row + 0.5) / CELLS]));
       if (this.mirrored) for (const run of runs) run.initial = run.initial.map((value, k) => signs[k] * value);
-      tasks.push({ cells, message: { ask: "cells", form, runs, budget: { ...model.budget(100), periods: 100, threshold: 1e-5 } } });
+      tasks.push({ cells, message: { ask: "cells", form, runs, budget: { ...model.budget(100), periods: 100, threshold: 1e-5, asked: field.asked(model.form) } } });
     }
     let done = 0;
     pool.run(tasks, (answer, { cells }) => {

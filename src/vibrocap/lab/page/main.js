@@ -83,7 +83,7 @@ class Lab {
     const details = await this.asked.ask({ ask: "details", side: 0, form, parameters, initial, budget: this.model.budget() });
     if (this.wish) return;
     this.details = details;
-    showReadouts($$("readouts"), readoutsOf(this.model, this.shown, this.details, this.units));
+    showReadouts($$("readouts"), readoutsOf(this.model, this.shown, this.details, this.units, this.other));
     document.body.dataset.settled = String(this.frames.length);
   }
 
@@ -111,7 +111,7 @@ class Lab {
       if (each.panel.wanted && !this.other) continue;
       each.drawing = each.panel.draw(new CanvasPen(each.below), theme, given);
     }
-    showReadouts($$("readouts"), readoutsOf(this.model, this.shown, this.details, this.units));
+    showReadouts($$("readouts"), readoutsOf(this.model, this.shown, this.details, this.units, this.other));
     this.moment();
   }
 

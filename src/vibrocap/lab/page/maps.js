@@ -113,6 +113,9 @@ class FieldMap {
     Object.assign(this, { n, axes, measure, cells: new Map(), signed: SIGNED.includes(measure) });
   }
 
+  // Groups of measures that have to be gathered.
+  asked(form) { return form.measures.find(({ name }) => name === this.measure).asked; }
+
   put([column, row, size], found) { this.cells.set(row * this.n + column, { column, row, size, found }); }
 
   get range() {

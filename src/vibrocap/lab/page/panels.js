@@ -72,13 +72,14 @@ const wordy = (name) => name.replace(/_/g, " ");
 const PANELS = [
   {
     key: "travel", title: "Travel", wide: true,
-    draw(pen, theme, { shown, beside, units }) {
+    draw(pen, theme, { shown, beside, units, names }) {
       const state = shown.form.cyclic >= 0 ? shown.form.cyclic : 0, name = shown.form.states[state];
       const [xs, raw] = shown.whole(state), factor = units.factor(name), ys = raw.map((y) => y * factor);
       const other = beside ? beside.whole(state).map((each, i) => (i ? each.map((y) => y * factor) : each)) : null;
       const map = frame(pen, theme, {
         title: `${wordy(name)} over the whole run`, x: [0, xs[xs.length - 1] || 1],
         y: rangeOf(other ? [...ys, ...other[1]] : ys), xName: "drive periods", yName: units.label(name),
+        note: other ? `solid: ${names[0]}; dashed: ${names[1]}` : "",
       });
       map.inside(() => {
         const from = map.sx(shown.from / shown.period);
@@ -105,7 +106,7 @@ const PANELS = [
     },
   },
   {
-    key: "energy", title: "Energy by channel",
+    key: "energy", title: "Energy by channel", wide: true,
     draw(pen, theme, { shown, units }) {
       const { data, width, rows } = shown.works, factor = units.factor("energy"), xs = [], lines = [];
       for (let i = 0; i < rows; i++) xs.push(data[i * width] / shown.period);

@@ -1,12 +1,19 @@
 // The readouts: what a motion is, each with one line on what that means.
 
-function readoutsOf(model, shown, details, units) {
+function readoutsOf(model, shown, details, units, other) {
   const { data } = model, { form } = shown, status = data.statuses[shown.status] ?? { name: "unknown", text: "" };
   const unit = (name) => (units.si && form.units[name] ? ` ${form.units[name][0]}` : "");
   const found = [{ name: "Status", value: status.name, words: status.text, bad: !status.ok }];
   if (shown.drift !== null) {
     const drift = shown.drift * units.factor("position");
     found.push({ name: "Drift per period", key: "drift", value: said(drift, 8) + unit("position"), words: "travel in the last whole period of this run" });
+  }
+  if (other && other.drift !== null && shown.drift !== null) {
+    const less = 100 * (other.drift / shown.drift - 1);
+    found.push({
+      name: `Drift, ${wordy(other.form.friction)}`, value: said(other.drift * units.factor("position"), 8) + unit("position"),
+      words: Math.abs(shown.drift) > 1e-9 ? `${said(Math.abs(less), 3)} % ${less < 0 ? "less" : "more"} than the law it stands beside` : "of the law beside it",
+    });
   }
   if (details) {
     const ran = data.statuses[details.status], settled = details.response > 0;
