@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import CHOICES, RUN_DEFAULTS
+from vibrocap.case.case import CHOICES, PARTS, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
@@ -68,7 +68,8 @@ def contents(
             continue
         made = own.machine if own is not None and own.machine.name == names[0] else machines()[names[0]]()
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
-            systems.append(System(made, laws()[names[1]](), drives()[names[2]]()))
+            environment = None if own is None else own.environment
+            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
@@ -118,10 +119,10 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         if tell is not None:
             tell((len(chosen.forms) + i + 1) / work)
     efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
-    parts: dict[str, dict[str, Any]] = {name: {} for name in CHOICES}
+    parts: dict[str, dict[str, Any]] = {name: {} for name in PARTS}
     for system in chosen.forms:
-        for name in CHOICES:
-            part = type(getattr(system, name))
+        for name, record in system.parts.items():
+            part = type(record)
             parts[name].setdefault(part.name, part_record(part, efforts[system.machine.name]))
     code, kernels = _pooled(forms)
     return {

@@ -11,7 +11,7 @@ from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, series_order
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit
-from vibrocap.physics.system import PARTS, System
+from vibrocap.physics.system import System
 from vibrocap.physics.units import DRIVE_UNITS, QUANTITIES, state_units
 
 TOLERANCE = 1e-9  # of motions: from 1e-11 on and below 1e-7 they are those of the kernel of `simulate`
@@ -55,15 +55,17 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
     motion, ensemble = browser_kernels(recording, functions, tolerance, looser)
     fixed = {
-        f"{part}.{info.name}": getattr(getattr(system, part), info.name)
-        for part in PARTS
-        for info in parameter_table(getattr(system, part))
+        f"{part}.{info.name}": getattr(record, info.name)
+        for part, record in system.parts.items()
+        for info in parameter_table(record)
         if f"{part}.{info.name}" not in recording.parameter_paths
     }
     record = {
         "machine": system.machine.name,
         "friction": system.friction.name,
         "drive": system.drive.name,
+        "sections": list(system.parts),
+        "environment": "" if system.environment is None else system.environment.name,
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),

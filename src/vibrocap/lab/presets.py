@@ -11,7 +11,7 @@ from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, start
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.system import PARTS, System
+from vibrocap.physics.system import System
 
 GALLERY = (
     "travels-by-stick-slip",
@@ -82,8 +82,7 @@ def preset_record(preset: Preset) -> dict[str, Any]:
     """A preset as a page has it: the values that are numbers, how it runs, and its checked end."""
     case = preset.case
     values, words = {}, {}
-    for part in PARTS:
-        record = getattr(case.system, part)
+    for part, record in case.system.parts.items():
         for info in parameter_table(record):
             value = getattr(record, info.name)
             number = isinstance(value, (int, float)) and not isinstance(value, bool)

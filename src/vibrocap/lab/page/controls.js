@@ -66,9 +66,9 @@ class Controls {
     const { model } = this, { form } = model;
     this.rows.clear();
     this.root.replaceChildren();
-    for (const section of PARTS) {
-      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive" }[section]);
-      set.append(this.chooser(section));
+    for (const section of form.sections) {
+      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment" }[section]);
+      if (PARTS.includes(section)) set.append(this.chooser(section));
       const about = element("p", { className: "line", textContent: model.part(section).about });
       about.style.color = "var(--soft)";
       set.append(about);

@@ -84,8 +84,9 @@ function started(model) {
 
 function asToml(model) {
   const lines = [];
-  for (const section of PARTS) {
-    lines.push(`[${section}]`, `${model.data.keys[section]} = ${JSON.stringify(model.form[section])}`);
+  for (const section of model.form.sections) {
+    lines.push(`[${section}]`);
+    if (section in model.data.keys) lines.push(`${model.data.keys[section]} = ${JSON.stringify(model.form[section])}`);
     for (const [name, value] of Object.entries(given(model, section))) lines.push(`${name} = ${tomlValue(value)}`);
     lines.push("");
   }
@@ -101,11 +102,11 @@ function asPython(model) {
     const values = Object.entries(given(model, section)).map(([name, value]) => `${name}=${typeof value === "string" ? JSON.stringify(value) : pythonNumber(value)}`);
     return `${python.module ? "" : "vc."}${python.name}(${values.join(", ")})`;
   };
-  const [machine, friction, drive] = PARTS.map(part);
   const start = Object.entries(started(model)).map(([name, value]) => `"${name}": ${pythonNumber(value)}`).join(", ");
+  const system = model.form.sections.map((section) => `    ${section}=${part(section)},`);
   return [
     "import vibrocap as vc", ...imports, "",
-    "system = vc.System(", `    machine=${machine},`, `    friction=${friction},`, `    drive=${drive},`, ")",
+    "system = vc.System(", ...system, ")",
     `motion = vc.simulate(system, periods=${model.state.periods}, initial={${start}}, tolerance=${model.state.tolerance})`,
     "print(motion.state)", "",
   ].join("\n");
@@ -114,7 +115,7 @@ function asPython(model) {
 function asCommand(model) {
   const { form, state } = model, quoted = (text) => (/^[\w.=+-]+$/.test(text) ? text : `'${text}'`);
   const settings = [];
-  for (const section of PARTS) {
+  for (const section of model.form.sections) {
     for (const [name, value] of Object.entries(given(model, section))) {
       if (value !== model.record(`${section}.${name}`).default) settings.push(`--set ${quoted(`${section}.${name}=${value}`)}`);
     }
@@ -162,6 +163,7 @@ function readToml(model, text) {
   try { sections = parsedToml(text); } catch (error) { return [error.message]; }
   const wrong = [], trial = new Model(model.data), { data } = model;
   for (const name of Object.keys(sections)) {
+    if (name === "environment" && model.form.environment) continue;
     if (name === "") wrong.push(...Object.keys(sections[""]).map((key) => `${key}: stands in no section; this page reads cases without units`));
     else if (![...PARTS, "initial", "run"].includes(name)) wrong.push(`${name}: no such section in this page`);
   }
@@ -180,7 +182,7 @@ function readToml(model, text) {
   trial.state.values = trial.valuesFor(number, {});
   for (const name of trial.form.states) trial.state.initial[name] = 0;
   let left = [];
-  for (const section of [...PARTS, "initial", "run"]) {
+  for (const section of [...trial.form.sections, "initial", "run"]) {
     for (const [key, value] of Object.entries(sections[section] ?? {})) if (key !== data.keys[section]) left.push([`${section}.${key}`, value]);
   }
   const settled = ([path, value]) => {

@@ -30,6 +30,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
         "BRANCHES": len(equations.switches),
+        "LAW_BRANCHES": equations.law_switches,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):

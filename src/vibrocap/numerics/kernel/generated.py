@@ -51,7 +51,8 @@ OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/inst
 # force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 SWITCHES = 1  # how many guards there are
-BRANCHES = 1  # how many of them are the law's; behind them stand bounds at which a run ends
+BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
+LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
 BASE = 2  # states of the motion itself, where tangents follow them
 
 
