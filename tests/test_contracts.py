@@ -35,6 +35,7 @@ NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed"}  #
 MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
 MACHINES += [dataclasses.replace(varied(vc.PendulumCapsule, 1), normal_load="weight")]
 MACHINES += [dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal")]
+MACHINES += [dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external")]
 each_machine = pytest.mark.parametrize("machine", MACHINES, ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)])
 each_drive = pytest.mark.parametrize("drive", DRIVES, ids=[f"{part.name} {i}" for i, part in enumerate(DRIVES)])
 LAWS_IN_SYSTEMS = [varied(law_of(name), 1) for name in (*laws(), "anisotropic-stribeck", "backlash-anisotropic-lugre")]
@@ -123,12 +124,10 @@ def test_half_period_symmetry(system):
     """S: (y, side, t) -> (-y, -side, t + T/2) maps rates to their mirror image for an odd drive, to rounding."""
     names = {info.name for info in parameter_table(system.drive)}
     drive = dataclasses.replace(system.drive, **dict.fromkeys(names & UNEVEN, 0.0))
-    even = {
-        "oscillator": {"belt_speed": 0.0},
-        "vibro-impact-capsule": {"back_gap": getattr(system.machine, "gap", 0.0)},
-    }
     machine = system.machine
-    machine = machine if machine.symmetric else dataclasses.replace(machine, **even[machine.name])
+    if not machine.symmetric:
+        even = {"back_gap": machine.gap} if hasattr(machine, "back_gap") else {"belt_speed": 0.0}
+        machine = dataclasses.replace(machine, **even)
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)

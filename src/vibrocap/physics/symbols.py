@@ -98,6 +98,7 @@ QUANTITIES = {
     },
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
+    "impact_work": ("W_impact", "work lost in impacts since the start (capsules with rigid stops)"),
     "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
     "contact_sliding_work": ("W_slide", "work lost by sliding since the start"),
     "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
