@@ -36,12 +36,12 @@ def edit(monkeypatch, module, right, wrong):
 
 
 def test_what_is_offered_is_linked():
-    """Every law, alone, one by one, all lanes at once and on a card."""
+    """Every law, alone, one by one, all lanes at once, on a card and in a browser."""
     linked()
     for law in (vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        for lanes, card in ((1, False), (8, False), (1, True)):
-            ensemble_source(recorded, 10, lanes, card=card)
+        for lanes, loop in ((1, None), (8, None), (1, "card"), (1, "browser")):
+            ensemble_source(recorded, 10, lanes, loop=loop)
 
 
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
@@ -117,7 +117,7 @@ def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
             "loop.one_step",
             "def turn_period(",
             "def turn_the_period(",
-            r"kernel/loop/one_step.py, in `step`: `turn_period` is defined in no part",
+            r"kernel/loop/one_step.py, in `turn`: `turn_period` is defined in no part",
         ),
         ("loop.one_by_one", "def advance(", "def go_on(", "loop over lanes` without `advance"),
     ],

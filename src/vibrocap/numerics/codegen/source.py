@@ -9,7 +9,7 @@ from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
-from vibrocap.numerics.expressions.graph import Expression, derivative
+from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -38,6 +38,9 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         constants[name] = series + i * row_size
     if velocity_is_state(equations):
         constants["VELOCITY"] = series + equations.contact_state * row_size
+    if not layout.coefficients:
+        constants["UNTIL"] = constants["PERIOD"]
+    constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
     constants["SPARSE"] = sparse(equations)
@@ -49,7 +52,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         holding_source(equations),
         branches_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, abreast=False, polynomials=loop in ("single", "card")),
+        resolution_source(equations, abreast=False, polynomials=loop in ("single", "card", "browser")),
     ]
     if loop == "abreast":
         functions.append(resolution_source(equations, abreast=True, polynomials=True))
@@ -59,6 +62,14 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
 def velocity_is_state(equations: Any) -> bool:
     """Whether the contact velocity is one of the states, whose series is then its own."""
     return equations.contact_velocity.index == equations.graph.node("state", equations.contact_state).index
+
+
+def jumps(equations: Any, layout: Layout) -> bool:
+    """Whether the contact velocity depends on what changes at the corners of the drive."""
+    graph = equations.graph
+    needed = (graph.nodes[i] for i in reachable(graph, [equations.contact_velocity.index]))
+    numbers = [operands[0] for op, *operands in needed if op == "parameter"]
+    return bool(layout.coefficients) and any(number >= layout.present for number in numbers)
 
 
 def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
@@ -256,6 +267,20 @@ def integrands_source(
     body = [*writer.lines, *(f"real[out + {i}] = {value}" for i, value in enumerate(values))]
     text = "\n".join([*lines, "", "def integrands(real, t, point, side, lane, out):", *_indented(body, 4), ""])
     return Integrands(text, summed, len(own_extremes))
+
+
+def instants_source(equations: Any, observed: Sequence[Expression]) -> str:
+    """`observables` and `beginning` of one lane, for a page.
+
+    observed: may be recorded on a graph that begins with the nodes of the equations
+    """
+    found = [f"OBSERVABLES = {len(observed)}", ""]
+    begun = (*equations.scales, equations.period, equations.contact_velocity)
+    for name, values in (("observables", observed), ("beginning", begun)):
+        writer = ScalarWriter(values[0].graph)
+        body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
+        found += [f"def {name}(real, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+    return "\n".join(found)
 
 
 class ScalarWriter:

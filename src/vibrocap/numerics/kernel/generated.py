@@ -10,6 +10,8 @@ KINKED = False  # whether the law has a kink at rest
 LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
 SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
 MIRRORED = True  # whether these are the same for either direction of sliding
+VELOCITY_JUMPS = False  # whether the contact velocity jumps where the drive has a corner
+FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
 SPARSE = False  # whether the law hides near rest: three terms in four of a series may vanish, or it has a logarithm
 SHARP_INTERNAL = False  # whether any of them depends on an internal state
 CYCLIC = 2  # the state on which nothing depends
@@ -24,6 +26,8 @@ PIECE_SIZE = _EXAMPLE["PIECE_SIZE"]
 EVENT_SIZE = _EXAMPLE["EVENT_SIZE"]
 EVENT_WORK = _EXAMPLE["EVENT_WORK"]
 PARAMETERS = _EXAMPLE["PARAMETERS"]
+PRESENT = _EXAMPLE["PRESENT"]
+COEFFICIENTS = _EXAMPLE["COEFFICIENTS"]
 MARK_COUNT = 1
 MEASURED_COUNT = _EXAMPLE["MEASURED_COUNT"]
 RUN_SIZE = _EXAMPLE["RUN_SIZE"]
@@ -34,6 +38,7 @@ PIECE_START = RECORDED_EVENT_START = 0
 PERIOD_BUDGET = RUN = STEP_LIMIT = WINDOW = WINDOW_START = RESPONSE = SINCE = ASKED = RESULT_START = NEXT_RUN = (
     LAST_RUN
 ) = MORE = 0
+SEGMENT = CYCLE = TABLE = SEGMENT_COUNT = TABLE_START = TABLE_STRIDE = UNTIL = 0
 STEP = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
@@ -46,6 +51,7 @@ STATE = PARAMETER = SCALE = SERIES = WORK = 0
 INTEGRANDS = SUMMED = FRICTION = 0
 IMPACT = -1  # place among them of the channel that takes the energy lost in impacts; -1: there is none
 MIRROR = (-1,)
+OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
 
 # First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
 # force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
@@ -156,4 +162,14 @@ def after_switch(real, t, point, side, lane, which, out):
 
 def after_reversal(real, t, point, side, lane, out):
     """The states after the contact has turned to the side, written to real[out:out + STATES]."""
+    raise NotImplementedError
+
+
+def observables(real, t, point, side, lane, out):
+    """What a page draws besides the states, at the state real[point:point + STATES]; to real[out:out + OBSERVABLES]."""
+    raise NotImplementedError
+
+
+def beginning(real, t, point, side, lane, out):
+    """Natural size of every state, period of the drive and contact velocity; to real[out:out + STATES + 2]."""
     raise NotImplementedError

@@ -5,8 +5,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from vibrocap.physics.machines.machine import IMPACT, NonNegative, parameter, parameters, sqrt
-from vibrocap.physics.machines.two_mass_capsule import BackGap, TwoMassCapsule
+from vibrocap.physics.machines.machine import IMPACT, NonNegative, Shape, parameter, parameters, sqrt
+from vibrocap.physics.machines.two_mass_capsule import BackGap, TwoMassCapsule, stop_shapes
 
 Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 SLOWEST_REBOUND = 1e-7  # natural speeds: such a rebound rises by some 1e-14, which is rounding
@@ -51,6 +51,14 @@ class RigidStopCapsule(TwoMassCapsule):
         """Between the stops."""
         return {"displacement": (-math.inf if self.back_gap is None else -self.back_gap, self.gap)}
 
+    def masses(self):
+        """lambda + 1: together or apart, gravity pulls at both; `pull` has what it does to the mass in the capsule."""
+        return {"velocity": self.mass_ratio + 1.0}
+
+    def pull(self, y):
+        """F, and the weight of the mass along a slope."""
+        return super().pull(y) if self.gravity is None else super().pull(y) + self.gravity[1]
+
     def _at_wall(self, y):
         """The state of a mass at rest at the wall that it touches, exactly, with the same momentum."""
         front = 0.5 * y[4] * (y[4] + 1.0)
@@ -73,6 +81,10 @@ class RigidStopCapsule(TwoMassCapsule):
         capsule = self._capsule_acceleration(t, y, drive, force)
         free = 1.0 - y[4] * y[4]
         return y[1], free * (drive - self.pull(y) - capsule), y[3], capsule, 0.0
+
+    def energy(self, t, y):
+        """H, with the height of the mass in the capsule on a slope."""
+        return super().energy(t, y) if self.gravity is None else super().energy(t, y) + self.gravity[1] * y[0]
 
     def powers(self, t, y, drive, force):
         """Powers of drive and damper; impacts take their energy at one instant."""
@@ -99,3 +111,7 @@ class RigidStopCapsule(TwoMassCapsule):
         capsule = y[3] + (y[1] - rebound) / (self.mass_ratio + 1.0)
         wall = self.gap if which == 0 else -self.back_gap  # so that rounding does not add up over many rebounds
         return wall, rebound, y[2], capsule, side * (1.0 - bounces)
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """With the walls: the nearest sides of the mass touch them where it has gone its way."""
+        return *super().scene(t, y), *stop_shapes(y[2], self.gap, self.back_gap)

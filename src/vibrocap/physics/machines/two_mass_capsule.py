@@ -4,7 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, Shape, parameter, parameters
 
 ACTUATIONS = ("internal", "external")
 
@@ -94,6 +94,10 @@ class TwoMassCapsule(Machine):
         """N."""
         return self.normal_load
 
+    def masses(self):
+        """lambda and 1."""
+        return {"velocity": self.mass_ratio, "displacement_rate": 1.0}
+
     def contact_velocity(self, t, y):
         """X'."""
         return y[3]
@@ -128,3 +132,23 @@ class TwoMassCapsule(Machine):
         """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
         path = y[3] + y[1] if self._external else y[1]
         return drive * path, -self.damping * y[1] * y[1]
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """The capsule, and in it the mass on its spring; displacements are drawn as they are, from the middle."""
+        wall, mass = y[2] - 0.9, y[2] + y[0]
+        return (
+            Shape("box", "capsule", ((y[2], 0.4),), (1.8, 0.8)),
+            Shape("contact", "contact", ((y[2], 0.0),), (1.7, 0.0)),
+            Shape("spring", "spring", ((wall, 0.4), (mass - 0.15, 0.4))),
+            Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
+        )
+
+
+def stop_shapes(x, gap, back_gap) -> tuple[Shape, ...]:
+    """The stops in a capsule at x; the nearest side of the mass touches them where it has gone its way."""
+    behind = () if back_gap is None else (_stop("stop behind", x - back_gap - 0.15),)
+    return _stop("stop in front", x + gap + 0.15), *behind
+
+
+def _stop(name, x):
+    return Shape("rod", name, ((x, 0.2), (x, 0.6)))

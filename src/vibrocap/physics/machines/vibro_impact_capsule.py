@@ -2,8 +2,8 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
-from vibrocap.physics.machines.two_mass_capsule import Actuation, BackGap, TwoMassCapsule
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.two_mass_capsule import Actuation, BackGap, TwoMassCapsule, stop_shapes
 
 
 @parameters
@@ -80,3 +80,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     def after_switch(self, which, t, y, drive, force):
         """Another stop is touched, or none; nothing jumps."""
         return *y[:4], (1.0, 0.0, -1.0)[which]
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """With the stops: the nearest sides of the mass touch them where it has gone its way."""
+        return *super().scene(t, y), *stop_shapes(y[2], self.gap, self.back_gap)

@@ -1,0 +1,286 @@
+"""Claims about travel under variation of the mass ratio: Fig. 9."""
+
+import numpy as np
+
+from vibrocap.paper.averages import STEADY_WINDOW, averages, in_words, meetings, window_name, zeros
+from vibrocap.paper.claims.claim import DRAWN, SETTLED, Finding, Tolerance, claim, decided, printed, restricted
+from vibrocap.paper.presets import SHORT
+from vibrocap.paper.runs import Runs
+from vibrocap.paper.steady_points import BOTH, SOFT, printed_range_in_numbers, steady_points
+
+TWINS = 9  # mass ratios at which the mirror twin is run as well
+STEADY = (
+    "A settled motion here is its own mirror image under the half-period symmetry, so that its drift is exactly zero; "
+    "only the transient moves the capsule."
+)
+KEYS = {"O1": "lugre", "O2": "exponential", "P1": BOTH, "P2": BOTH}  # whose drift vanishes, or both drift alike
+ZERO = "The steady mean velocity is zero at every mass ratio, for both laws."
+
+
+@claim("sec. 3.2, Fig. 9", "The responses are periodic for all lambda considered.", SETTLED, "fig09")
+def periodic_for_every_mass_ratio(runs: Runs, tolerance: float) -> Finding:
+    """Largest change of the state modulo X over the last of 150 periods, over the mass ratios of Fig. 9."""
+    found = {f"{short}: largest residual": float(runs.sweep(name).residual.max()) for name, short in SHORT.items()}
+    found |= {"mass ratios": runs.sweep("lugre").mass_ratio.size}
+    return Finding(
+        decided(max(value for key, value in found.items() if "residual" in key) <= tolerance),
+        found,
+        "All have period 1, and return in X as well.",
+    )
+
+
+@claim(
+    "sec. 3.2, Fig. 9",
+    "In the steady state the capsule progresses from period to period (average velocity not zero).",
+    SETTLED,
+    "fig09",
+)
+def steady_progress(runs: Runs, tolerance: float) -> Finding:
+    """Largest |mean velocity| over the last 10 of 150 periods, over all mass ratios, from the paper's start and from
+    random ones; that of the first period, for scale."""
+    found = {}
+    for name, short in SHORT.items():
+        curves = averages(runs, name)
+        found[f"{short}: steady"] = float(np.max(np.abs(curves[STEADY_WINDOW])))
+        found[f"{short}: steady, from random starts"] = float(np.max(np.abs(runs.random_starts(name))))
+        found[f"{short}: first period"] = float(np.max(np.abs(curves[window_name(1)])))
+    return Finding(
+        decided(max(value for key, value in found.items() if "steady" in key) > tolerance),
+        found,
+        STEADY,
+        nearest="Every velocity of Fig. 9 is the average of a transient and depends on the window it is taken over.",
+    )
+
+
+@claim("sec. 3.2", "The direction of travel is set by lambda.", SETTLED, "fig09")
+def direction_set_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
+    """X after 150 periods plus X of the mirror twin (started mirrored, half a period later): largest sum."""
+    found, largest = {}, {}
+    for name, short in SHORT.items():
+        here = runs.sweep(name, points=TWINS).sections[:, -1]
+        there = runs.sweep(name, points=TWINS, twin=True).sections[:, -1]
+        found[f"{short}: largest |X + X of the twin|"] = float(np.max(np.abs(here + there)))
+        largest[name] = float(np.max(np.abs(here)))
+        found[f"{short}: largest |X|"] = largest[name]
+    twins = max(value for key, value in found.items() if "+" in key) <= tolerance
+    return Finding(
+        decided(not twins),
+        found,
+        "Each motion has a mirror twin, which starts mirrored half a period later and travels exactly the other way.",
+        nearest="The start chooses the direction.",
+    )
+
+
+def _monotone(runs: Runs, friction: str, tolerance: float) -> Finding:
+    curves = averages(runs, friction)
+    rises = {
+        w: float(np.max(c - np.minimum.accumulate(c)) / np.ptp(c)) for w, c in curves.items() if w != STEADY_WINDOW
+    }
+    falling = {window: rise <= tolerance for window, rise in rises.items()}
+    good = [window for window, right in falling.items() if right]
+    steady = float(np.max(np.abs(curves[STEADY_WINDOW])))
+    return Finding(
+        restricted(steady > SETTLED.value and all(falling.values()), bool(good)),
+        {f"rise / range, {window}": rise for window, rise in rises.items()} | {"largest |steady velocity|": steady},
+        "Averages of a transient fall from light capsules to lambda of about 2.5 to 3, then rise towards zero again.",
+        in_words(good),
+        f"{ZERO} From 0.01 to 2.5 every transient average does fall." if _falls_early(runs, friction) else ZERO,
+    )
+
+
+def _falls_early(runs: Runs, friction: str) -> bool:
+    early = runs.sweep(friction).mass_ratio <= 2.5
+    return all(
+        float(np.max(np.diff(curve[early]))) <= 0.0
+        for window, curve in averages(runs, friction).items()
+        if window != STEADY_WINDOW
+    )
+
+
+@claim(
+    "sec. 3.2, Fig. 9; sec. 4",
+    "The average velocity of LM decreases monotonically with lambda on [0.01, 8.1].",
+    DRAWN,
+    "fig09",
+)
+def monotone_lm(runs: Runs, tolerance: float) -> Finding:
+    """Largest rise of the average velocity above an earlier minimum, over its range, for each averaging window."""
+    return _monotone(runs, "lugre", tolerance)
+
+
+@claim(
+    "sec. 3.2, Fig. 9; sec. 4",
+    "The average velocity of EM decreases monotonically with lambda on [0.01, 8.1].",
+    DRAWN,
+    "fig09",
+)
+def monotone_em(runs: Runs, tolerance: float) -> Finding:
+    """Largest rise of the average velocity above an earlier minimum, over its range, for each averaging window."""
+    return _monotone(runs, "exponential", tolerance)
+
+
+@claim("sec. 3.2, Fig. 9", "The curve of EM has the larger negative slope.", SETTLED, "fig09")
+def em_falls_more_steeply(runs: Runs, tolerance: float) -> Finding:
+    """Mean slope of the average velocity over [0.01, 8.1], by window."""
+    lm, em = averages(runs, "lugre"), averages(runs, "exponential")
+    width = float(np.ptp(runs.sweep("lugre").mass_ratio))
+    found, steeper = {}, []
+    for window in lm:
+        slopes = [float((curve[window][-1] - curve[window][0]) / width) for curve in (lm, em)]
+        found |= {f"LM, {window}": slopes[0], f"EM, {window}": slopes[1]}
+        steeper.append(slopes[1] < slopes[0] - 1e-9)
+    return Finding(
+        restricted(all(steeper), any(steeper)),
+        found,
+        "LM's transient carries a light capsule further, so that its curve falls more steeply in every window.",
+        nearest=f"The slope of LM is the larger one. {ZERO}",
+    )
+
+
+def _places(found: dict[str, float]) -> str:
+    """Where the mass ratios found lie, in words."""
+    values = [value for value in found.values() if np.isfinite(value)]
+    return f"at lambda from {min(values):.2f} to {max(values):.2f}" if values else "nowhere"
+
+
+def _crossing(
+    runs: Runs, windows: dict[str, float], point: str, target: float, tolerance: float, nearest: str
+) -> Finding:
+    """The verdict on one of the four points: its place by averaging window, in the steady state, and at a soft spring.
+
+    windows: the place by window (NaN: none)
+    """
+    hits = [window for window, value in windows.items() if abs(value - target) <= tolerance]
+    steady = printed_range_in_numbers(runs, KEYS[point])
+    soft = steady_points(runs, SOFT)
+    found = windows | steady | {f"rho = {SOFT:g}, steady: {point}": soft.at[point], "its error": soft.error[point]}
+    law = "drifts of LM and EM are the same" if KEYS[point] == BOTH else f"drift of {SHORT[KEYS[point]]} is nothing"
+    low, high = steady["steady: it is nothing from lambda"], steady["steady: it is nothing to lambda"]
+    none = f"In the steady state there is no such point: the {law} from lambda = {low:g} to {high:g}."
+    if np.isnan(low):
+        none = "In the steady state it is not nothing throughout."
+    some = f"With a softer spring, rho = {SOFT:g}, there is one, at lambda = {soft.at[point]:.10f}."
+    return Finding(
+        restricted(len(hits) == len(windows), bool(hits)),
+        found,
+        STEADY,
+        in_words(hits),
+        f"{nearest} {none} {some}",
+    )
+
+
+@claim(
+    "sec. 3.2, Fig. 9", "Control point O1: the average velocity of LM is zero at lambda = 4.0.", printed("4.0"), "fig09"
+)
+def control_point_o1(runs: Runs, tolerance: float) -> Finding:
+    """First zero of LM's average velocity over lambda, for each averaging window (none: not a number). In the steady
+    state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
+    found = zeros(runs, "lugre")
+    return _crossing(runs, found, "O1", 4.0, tolerance, f"Transient averages of LM vanish {_places(found)}.")
+
+
+@claim(
+    "sec. 3.2, Fig. 9", "Control point O2: the average velocity of EM is zero at lambda = 2.2.", printed("2.2"), "fig09"
+)
+def control_point_o2(runs: Runs, tolerance: float) -> Finding:
+    """First zero of EM's average velocity over lambda, for each averaging window (none: not a number). In the steady
+    state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
+    found = zeros(runs, "exponential")
+    return _crossing(runs, found, "O2", 2.2, tolerance, f"Transient averages of EM vanish {_places(found)}.")
+
+
+@claim(
+    "sec. 3.2, Fig. 9", "Boundary point P1: the curves of LM and EM cross at lambda = 1.18.", printed("1.18"), "fig09"
+)
+def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
+    """Where EM's curve falls below LM's, for each averaging window (none: not a number). In the steady state: sign
+    changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
+    found = {window: first for window, (first, _) in meetings(runs).items()}
+    nearest = "In no window does EM fall below LM: LM is above from the start."
+    return _crossing(runs, found, "P1", 1.18, tolerance, nearest)
+
+
+@claim(
+    "sec. 3.2, Fig. 9",
+    "Boundary point P2: the curves of LM and EM cross again at lambda = 4.36.",
+    printed("4.36"),
+    "fig09",
+)
+def boundary_point_p2(runs: Runs, tolerance: float) -> Finding:
+    """Where EM's curve rises above LM's again, for each averaging window (none: not a number). In the steady state:
+    sign changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
+    found = {window: second for window, (_, second) in meetings(runs).items()}
+    nearest = f"Transient averages of EM rise above those of LM {_places(found)}."
+    return _crossing(runs, found, "P2", 4.36, tolerance, nearest)
+
+
+def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
+    """Whether one law is the faster one throughout a range of mass ratios, by window."""
+    lm, em = averages(runs, "lugre"), averages(runs, "exponential")
+    ratios = runs.sweep("lugre").mass_ratio
+    inside = (ratios > low) & (ratios < high)
+    found, right = {}, {}
+    for window in lm:
+        gap = (em[window] - lm[window])[inside]
+        gap = np.where(np.abs(gap) > 1e-9, gap, 0.0)
+        found[f"share where EM is higher, {window}"] = float(np.mean(gap > 0))
+        right[window] = bool(np.all(gap > 0)) if em_higher else bool(np.all(gap < 0))
+    transient = [window for window, yes in right.items() if yes]
+    return Finding(
+        restricted(all(right.values()), bool(transient)),
+        found,
+        STEADY,
+        in_words(transient),
+        f"In the steady state they are equal. {ZERO}",
+    )
+
+
+ORDER = Tolerance(1e-9, "ten times the tolerance of the runs: a smaller difference is no difference")
+
+
+@claim("sec. 3.2, Fig. 9", "Before P1 (lambda < 1.18) EM is faster than LM.", ORDER, "fig09")
+def em_faster_before_p1(runs: Runs, tolerance: float) -> Finding:
+    """Share of the mass ratios below 1.18 at which EM's average velocity is the higher one, by window."""
+    return _order(runs, 0.0, 1.18, em_higher=True)
+
+
+@claim("sec. 3.2, Fig. 9", "Between P1 and P2 (1.18 to 4.36) EM is slower than LM.", ORDER, "fig09")
+def em_slower_between(runs: Runs, tolerance: float) -> Finding:
+    """Share of the mass ratios between 1.18 and 4.36 at which EM's average velocity is the higher one, by window."""
+    return _order(runs, 1.18, 4.36, em_higher=False)
+
+
+@claim("sec. 3.2, Fig. 9", "Beyond P2 (4.36 to 8.1) EM overtakes LM, near zero and negative.", ORDER, "fig09")
+def em_overtakes_after_p2(runs: Runs, tolerance: float) -> Finding:
+    """Share of the mass ratios beyond 4.36 at which EM's average velocity is the higher one, by window."""
+    return _order(runs, 4.36, 9.0, em_higher=True)
+
+
+def _signs(runs: Runs, friction: str, border: float) -> Finding:
+    ratios, found, right = runs.sweep(friction).mass_ratio, {}, {}
+    for window, curve in averages(runs, friction).items():
+        curve = np.where(np.abs(curve) > 1e-9, curve, 0.0)
+        expected = np.where(ratios < border, 1.0, -1.0)
+        found[f"share with the printed sign, {window}"] = float(np.mean(np.sign(curve) == expected))
+        right[window] = found[f"share with the printed sign, {window}"] == 1.0
+    exact = [window for window, yes in right.items() if yes]
+    first_zero = zeros(runs, friction)[window_name(5)]
+    return Finding(
+        restricted(all(right.values()), bool(exact)),
+        found,
+        STEADY,
+        in_words(exact),
+        f"Averages over the first 5 periods or more change sign at lambda = {first_zero:.2f}. {ZERO}",
+    )
+
+
+@claim("sec. 3.2, Fig. 9", "LM travels forward for lambda <= 4.0 and backward beyond.", ORDER, "fig09")
+def signs_of_lm(runs: Runs, tolerance: float) -> Finding:
+    """Share of the mass ratios at which LM's average velocity has the printed sign, by window."""
+    return _signs(runs, "lugre", 4.0)
+
+
+@claim("sec. 3.2, Fig. 9", "EM travels forward for lambda <= 2.2 and backward beyond.", ORDER, "fig09")
+def signs_of_em(runs: Runs, tolerance: float) -> Finding:
+    """Share of the mass ratios at which EM's average velocity has the printed sign, by window."""
+    return _signs(runs, "exponential", 2.2)

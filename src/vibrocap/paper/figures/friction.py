@@ -1,0 +1,152 @@
+"""Data of Figs 3, 6 and 8: the friction force."""
+
+import numpy as np
+
+from vibrocap.measures.friction_loop import LoopPoint, LoopSide, friction_curve
+from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
+from vibrocap.paper.figures.motion import around_events
+from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle
+from vibrocap.paper.presets import SHORT
+from vibrocap.paper.runs import Runs
+from vibrocap.physics.friction.lugre import LuGre
+
+SHOWN = 4  # periods in Fig. 6
+SLIDING = "LM in pure sliding, $X' = 0.1 + 0.05\\,\\sin\\tau$"
+DAMPINGS = (10.0, 1.0)  # delta1: as printed, and one for which the paper's words hold
+
+
+def figure_3(runs: Runs) -> Figure:
+    """Reversible and non-reversible friction: the steady curve and loops of LM under an imposed velocity."""
+    loops, excesses = [], []
+    for damping in DAMPINGS:
+        friction = LuGre(bristle_damping=damping)
+        speeds = np.linspace(0.0, 0.35, 176)
+        steady = np.array([friction.steady_force(float(v), 1.0) for v in speeds])
+        through_zero = [values[::4] for values in imposed_cycle(friction, 0.0, 0.3)]
+        velocity, force = (values[::4] for values in imposed_cycle(friction, MEAN, AMPLITUDE))
+        excess = force - np.array([friction.steady_force(float(v), 1.0) for v in velocity])
+        name = rf"$\delta_1 = {damping:g}$" + (" (as printed)" if damping == DAMPINGS[0] else "")
+        loops.append(
+            Panel(
+                name,
+                "velocity",
+                "friction",
+                (
+                    Curve(
+                        "reversible: steady friction (11)",
+                        "steady",
+                        np.concatenate((-speeds[::-1], speeds)),
+                        np.concatenate((-steady[::-1], steady)),
+                    ),
+                    Curve(
+                        "non-reversible: LM, $X' = 0.3\\,\\sin\\tau$",
+                        "EM",
+                        through_zero[0],
+                        through_zero[1],
+                        arrows=(0.02, 0.045, 0.45, 0.505, 0.545, 0.95),
+                    ),
+                    Curve(SLIDING, "sliding", velocity, force),
+                ),
+            )
+        )
+        excesses.append(
+            Panel(
+                f"{name}: pure sliding, off the steady curve",
+                "velocity",
+                "excess",
+                (Curve(SLIDING, "sliding", velocity, excess, arrows=(0.1, 0.3, 0.6, 0.8)),),
+                y_limits=(-0.024, 0.024),
+            )
+        )
+    return Figure(
+        "fig03",
+        "Reversible and non-reversible friction",
+        "Friction against an imposed velocity, from the laws. Accelerating and decelerating take different ways; "
+        "in pure sliding the loop is clockwise, as the paper draws it, for delta1 = 1 (right), but not for the printed "
+        "delta1 = 10 (left), for which it turns round above v* = 0.0405.",
+        (*loops, *excesses),
+    )
+
+
+def figure_6(runs: Runs) -> Figure:
+    """Bristle deflection and friction over time."""
+    panels = []
+    for title, name, quantity in (
+        ("(a) bristle deflection, LM", "lugre", "bristle"),
+        ("(b) friction force, LM", "lugre", "friction"),
+        ("(c) friction force, EM", "exponential", "friction"),
+    ):
+        motion = runs.first_set(name)
+        time = np.unique(
+            np.concatenate(
+                (np.linspace(0.0, SHOWN * motion.period, 3000), around_events(motion, SHOWN * motion.period))
+            )
+        )
+        curve = Curve(SHORT[name], SHORT[name], time, motion.at(time, quantity))
+        panels.append(Panel(title, "time", quantity, (curve,)))
+    return Figure(
+        "fig06",
+        "Bristle deflection and friction force over time",
+        "The first four drive periods from the paper's start (lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are "
+        "not printed, are those of Figs 9-11).",
+        tuple(panels),
+        columns=1,
+    )
+
+
+def figure_8(runs: Runs) -> Figure:
+    """Friction against velocity near zero: as printed, and with delta1 = 1."""
+    panels = []
+    for damping in DAMPINGS:
+        period = runs.steady("lugre", bristle_damping=damping)
+        loop = period.loop
+        lm, em = friction_curve(period.motion), friction_curve(runs.steady("exponential").motion)
+        # one curve: no hysteresis. Side by side, so that no line crosses the jump but the one upright at rest
+        order = [i for i in np.lexsort((em.friction, em.velocity, em.side)) if em.side[i] != 0]
+        marks = [
+            Mark(label, point.velocity, point.friction)
+            for label, point in (("$M_1$", _escape(loop.forward)), ("", _escape(loop.back)))
+            if point is not None
+        ]
+        panels.append(
+            Panel(
+                ("(a) " if damping == DAMPINGS[0] else "(b) ")
+                + rf"$\delta_1 = {damping:g}$"
+                + (" (as printed)" if damping == DAMPINGS[0] else ""),
+                "velocity",
+                "friction",
+                (
+                    *(
+                        Curve(r"$\pm N\eta_s$", "limit", np.array([-0.3, 0.3]), np.full(2, sign * 0.45))
+                        for sign in (1, -1)
+                    ),
+                    Curve("EM", "EM", em.velocity[order], em.friction[order]),
+                    Curve("LM", "LM", lm.velocity, lm.friction, arrows=_arrows(lm.velocity, lm.friction)),
+                ),
+                tuple(marks),
+                x_limits=(-0.22, 0.26),
+                y_limits=(-0.54, 0.56),
+            )
+        )
+    return Figure(
+        "fig08",
+        "Friction near zero velocity",
+        "The settled period. Arrows: direction of the LM loop; dots: M1, forward and back. As printed "
+        "(left) the pure-sliding loop runs anticlockwise and the largest force exceeds N eta_s = 0.45; with delta1 = 1 "
+        "(right) it runs clockwise.",
+        tuple(panels),
+    )
+
+
+def _escape(side: LoopSide | None) -> LoopPoint | None:
+    return None if side is None else side.escape
+
+
+def _arrows(velocity: np.ndarray, friction: np.ndarray) -> tuple[float, ...]:
+    """Where arrows go: evenly along the part of the loop that is shown, by drawn length."""
+    shown = np.abs(velocity) < 0.2
+    length = np.hypot(np.diff(velocity) / 0.4, np.diff(friction) / 0.9) * shown[1:]
+    along = np.concatenate(([0.0], np.cumsum(length)))
+    count = 14
+    places = np.searchsorted(along, (np.arange(count) + 0.5) / count * along[-1])
+    return tuple(float(place) / (velocity.size - 1) for place in places)
