@@ -226,6 +226,23 @@ def test_a_start_beyond_a_rigid_stop_is_refused():
         vc.ensemble(system, {"machine.gap": [0.2, 0.05]}, initial={"displacement": 0.1})
 
 
+def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
+    """The mass is at X + z, the stop where the mass touches it; every machine can be filmed."""
+    from vibrocap.motion.shapes import moving_shapes
+    from vibrocap.plotting.animation import animate_motion
+
+    motion = vc.simulate(capsule(), periods=2, initial=ORBIT)
+    times = np.array([0.0, 1.0, motion.event_times[motion.event_kinds == "impact"][0]])
+    found = {each.shape.name: each for each in moving_shapes(motion, times)}
+    mass, stop = found["inner mass"], found["stop in front"]
+    expected = motion.at(times, "position") + motion.at(times, "displacement")
+    assert mass.points[0, 0] == pytest.approx(expected, abs=1e-14)
+    assert mass.points[0, 0, 2] + 0.5 * mass.shape.size[0] == pytest.approx(stop.points[0, 0, 2], abs=1e-14)
+    shown = []
+    assert animate_motion(motion, tmp_path / "film.gif", periods=0.05, progress=shown.append).stat().st_size > 1000
+    assert shown[-1] == 1.0
+
+
 def test_actuation_and_gaps_are_refused_by_name():
     with pytest.raises(ValueError, match=r"actuation: should be \"internal\" .* got 'both'"):
         vc.TwoMassCapsule(actuation="both")

@@ -105,9 +105,6 @@ def simulate(
     except CaseError as error:
         named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
         raise CaseError([*named, *refused], error.source) from None
-    if animate is not None and "angle" not in setup.system.state_names:
-        machine = setup.system.machine.name
-        refused.append(f"--animate: draws the pendulum capsule only, not the machine {machine!r}")
     if refused:
         raise Refusal(*refused)
     with progress("Simulating") as report:
