@@ -237,7 +237,7 @@ def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
     mass, stop = found["inner mass"], found["stop in front"]
     expected = motion.at(times, "position") + motion.at(times, "displacement")
     assert mass.points[0, 0] == pytest.approx(expected, abs=1e-14)
-    assert mass.points[0, 0, 2] + 0.5 * mass.shape.size[0] == pytest.approx(stop.points[0, 0, 2], abs=1e-14)
+    assert mass.points[0, 0, 2] + 0.5 * mass.shape.size[0] == pytest.approx(stop.points[0, 0, 2], abs=1e-12)
     shown = []
     assert animate_motion(motion, tmp_path / "film.gif", periods=0.05, progress=shown.append).stat().st_size > 1000
     assert shown[-1] == 1.0
