@@ -19,7 +19,7 @@ import vibrocap as vc
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
 from vibrocap.contracts.samples import draws, instances, random_internal, random_state, settled_branch, varied
-from vibrocap.contracts.system_clauses import recorded
+from vibrocap.contracts.system_clauses import recorded, surrounded
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
@@ -90,7 +90,7 @@ def test_documented(part):
 # --- machines and drives, clause by clause ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("clause", [*MACHINE_CLAUSES, recorded], ids=lambda clause: clause.__name__)
+@pytest.mark.parametrize("clause", [*MACHINE_CLAUSES, recorded, surrounded], ids=lambda clause: clause.__name__)
 @each_machine
 def test_machine_keeps_its_contract(machine, clause):
     assert clause(machine) is None
