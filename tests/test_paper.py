@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from vibrocap.paper.averages import averages, crossings, meeting_points, zeros
-from vibrocap.paper.claim import CLAIMS, Outcome, judged, printed
-from vibrocap.paper.claims import CHAPTERS, chapters
+from vibrocap.paper.claims.chapters import CHAPTERS, chapters
+from vibrocap.paper.claims.claim import CLAIMS, Outcome, judged, printed
 from vibrocap.paper.errata import ERRATA, errata_page
-from vibrocap.paper.figures import FIGURES, chosen_figures
+from vibrocap.paper.figures.catalogue import FIGURES, chosen_figures
 from vibrocap.paper.main_finding import PRINTED, asymmetry
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, law, start
 from vibrocap.paper.runs import Runs

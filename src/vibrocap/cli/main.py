@@ -66,7 +66,7 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
     only
         one figure and its claims, such as fig09; the report is report-fig09.html then
     """
-    from vibrocap.paper.figures import KEYS
+    from vibrocap.paper.figures.catalogue import KEYS
 
     if only is not None and only not in KEYS:
         raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
@@ -169,7 +169,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain(str(error))
         return INCOMPLETE
     except OSError as error:  # the standard output on a full disk, a file that is gone since it was looked for
-        complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        where = error.filename or ("standard output" if error.errno else "a file")  # the libraries of files name none
+        complain(f"{where}: {error.strerror or error}")
         _silence()
         return INCOMPLETE
     except KeyboardInterrupt as interruption:

@@ -3,6 +3,7 @@
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
 - Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
+- Kernels for a page, in JavaScript: `browser_motion`, `browser_ensemble`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 `memory` names the numbers in what comes back: why a run ended, kinds of event, groups of measures, places in a result.
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         Layout,
     )
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
+    from vibrocap.numerics.run.browser import BrowserKernel, browser_ensemble, browser_motion
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
@@ -49,6 +51,7 @@ __all__ = [
     "LETTERS_PER_PLACE",
     "LONGEST_PERIOD",
     "RESULT_HEAD",
+    "BrowserKernel",
     "Budget",
     "DrivenEquations",
     "DrivenRuns",
@@ -58,6 +61,8 @@ __all__ = [
     "ScalarWriter",
     "Stroboscope",
     "available_threads",
+    "browser_ensemble",
+    "browser_motion",
     "code_made_for",
     "cuda_ensemble_run",
     "cuda_problem",
@@ -91,6 +96,11 @@ _HOMES = {
         "Layout",
     ),
     "kernel.observe.settle": ("LONGEST_PERIOD",),
+    "run.browser": (
+        "BrowserKernel",
+        "browser_ensemble",
+        "browser_motion",
+    ),
     "run.cuda": (
         "cuda_ensemble_run",
         "cuda_problem",

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
+from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
 from vibrocap.plotting import style as plots
 
 WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns

@@ -11,9 +11,9 @@ from pathlib import Path
 from string import Template
 
 from vibrocap.files import write_text
-from vibrocap.paper.claim import Outcome, Verdict
+from vibrocap.paper.claims.claim import Outcome, Verdict
 from vibrocap.paper.errata import ERRATA, Erratum
-from vibrocap.paper.figure_data import Figure
+from vibrocap.paper.figures.figure import Figure
 from vibrocap.paper.main_finding import MainFinding
 from vibrocap.paper.presets import START_ANGLE, START_BRISTLE, figures_5_to_8, figures_9_to_11
 from vibrocap.paper.runs import LAST, SETTLING_PERIODS, SWEEP_PERIODS, TOLERANCE

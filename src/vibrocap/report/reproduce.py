@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vibrocap.files import made_folder, replacing, write_text
-from vibrocap.paper.claim import Verdict
-from vibrocap.paper.claims import verdicts
-from vibrocap.paper.figure_data import Figure
-from vibrocap.paper.figures import FIGURES, KEYS, chosen_figures
+from vibrocap.paper.claims.chapters import verdicts
+from vibrocap.paper.claims.claim import Verdict
+from vibrocap.paper.figures.catalogue import FIGURES, KEYS, chosen_figures
+from vibrocap.paper.figures.figure import Figure
 from vibrocap.paper.main_finding import main_finding
 from vibrocap.paper.runs import Runs
 from vibrocap.report.figures import draw

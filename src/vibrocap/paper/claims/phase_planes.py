@@ -8,8 +8,8 @@ from vibrocap.measures.response import response_class
 from vibrocap.measures.settling import settling
 from vibrocap.measures.sticking import stick_phases
 from vibrocap.measures.travel import drift
-from vibrocap.paper.claim import DRAWN, SETTLED, Finding, claim, decided, restricted
-from vibrocap.paper.claims_vibration import both, larger
+from vibrocap.paper.claims.claim import DRAWN, SETTLED, Finding, claim, decided, restricted
+from vibrocap.paper.claims.vibration import both, larger
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Period, Runs, return_residual
 

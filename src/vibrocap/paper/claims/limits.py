@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.measures.limits import frictional_limits, steady_friction, steady_slope
 from vibrocap.measures.offset_points import OffsetPoints
-from vibrocap.paper.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
+from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
 from vibrocap.paper.imposed import imposed_sliding
 from vibrocap.paper.runs import Runs
 from vibrocap.physics.friction.lugre import LuGre

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibrocap.paper.averages import STEADY_WINDOW, averages, in_words, meetings, window_name, zeros
-from vibrocap.paper.claim import DRAWN, SETTLED, Finding, Tolerance, claim, decided, printed, restricted
+from vibrocap.paper.claims.claim import DRAWN, SETTLED, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
 from vibrocap.paper.steady_points import BOTH, SOFT, printed_range_in_numbers, steady_points

@@ -4,8 +4,8 @@ import numpy as np
 
 from vibrocap.measures.energy import energy_balance
 from vibrocap.measures.response import response_class
-from vibrocap.paper.claim import DRAWN, SETTLED, Finding, Outcome, Tolerance, claim, decided, restricted
-from vibrocap.paper.claims_vibration import both, larger
+from vibrocap.paper.claims.claim import DRAWN, SETTLED, Finding, Outcome, Tolerance, claim, decided, restricted
+from vibrocap.paper.claims.vibration import both, larger
 from vibrocap.paper.presets import SHORT, figures_5_to_8
 from vibrocap.paper.runs import Period, Runs
 

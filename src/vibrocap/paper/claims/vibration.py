@@ -7,7 +7,7 @@ import numpy as np
 from vibrocap.measures.energy import energy_balance
 from vibrocap.measures.sticking import stick_fraction
 from vibrocap.measures.travel import drift, mean_velocity
-from vibrocap.paper.claim import DRAWN, ROUNDING, Finding, Outcome, Tolerance, claim, decided, restricted
+from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Outcome, Tolerance, claim, decided, restricted
 from vibrocap.paper.presets import LAWS, SHORT, law
 from vibrocap.paper.runs import Period, Runs
 from vibrocap.physics.friction.law import Law

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.paper.figure_data import Curve, Figure, Panel
+from vibrocap.paper.figures.figure import Curve, Figure, Panel
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_9_to_11
 from vibrocap.paper.runs import Runs
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from vibrocap.paper.figure_data import Figure
-from vibrocap.paper.figures_friction import figure_3, figure_6, figure_8
-from vibrocap.paper.figures_motion import figure_5, figure_7, figure_10, figure_11
-from vibrocap.paper.figures_travel import figure_9, figure_symmetry
+from vibrocap.paper.figures.figure import Figure
+from vibrocap.paper.figures.friction import figure_3, figure_6, figure_8
+from vibrocap.paper.figures.motion import figure_5, figure_7, figure_10, figure_11
+from vibrocap.paper.figures.travel import figure_9, figure_symmetry
 from vibrocap.paper.runs import Runs
 
 FIGURES: dict[str, Callable[[Runs], Figure]] = {

@@ -2,30 +2,30 @@
 
 from collections.abc import Callable, Iterator
 
-from vibrocap.paper import (
-    claims_conclusions,
-    claims_displacement,
-    claims_equations,
-    claims_friction,
-    claims_limits,
-    claims_loops,
-    claims_phase_planes,
-    claims_travel,
-    claims_vibration,
+from vibrocap.paper.claims import (
+    conclusions,
+    displacement,
+    equations,
+    friction,
+    limits,
+    loops,
+    phase_planes,
+    travel,
+    vibration,
 )
-from vibrocap.paper.claim import CLAIMS, Claim, Verdict, judged
+from vibrocap.paper.claims.claim import CLAIMS, Claim, Verdict, judged
 from vibrocap.paper.runs import Runs
 
 CHAPTERS = {
-    "equations and friction laws": claims_equations,
-    "frictional limits": claims_limits,
-    "motion, Fig. 5": claims_vibration,
-    "phase planes, Fig. 7": claims_phase_planes,
-    "friction force, Fig. 6": claims_friction,
-    "friction loops, Fig. 8": claims_loops,
-    "travel, Fig. 9": claims_travel,
-    "velocities and displacements, Figs 10 and 11": claims_displacement,
-    "abstract and conclusions": claims_conclusions,
+    "equations and friction laws": equations,
+    "frictional limits": limits,
+    "motion, Fig. 5": vibration,
+    "phase planes, Fig. 7": phase_planes,
+    "friction force, Fig. 6": friction,
+    "friction loops, Fig. 8": loops,
+    "travel, Fig. 9": travel,
+    "velocities and displacements, Figs 10 and 11": displacement,
+    "abstract and conclusions": conclusions,
 }
 
 

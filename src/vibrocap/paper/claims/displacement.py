@@ -3,8 +3,8 @@
 import numpy as np
 
 from vibrocap.paper.averages import STEADY_WINDOW, averages
-from vibrocap.paper.claim import DRAWN, SETTLED, Finding, claim, decided, restricted
-from vibrocap.paper.claims_travel import STEADY, ZERO
+from vibrocap.paper.claims.claim import DRAWN, SETTLED, Finding, claim, decided, restricted
+from vibrocap.paper.claims.travel import STEADY, ZERO
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_9_to_11
 from vibrocap.paper.runs import SWEEP_PERIODS, Runs
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from vibrocap.measures.friction_loop import FrictionLoop
-from vibrocap.paper.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
-from vibrocap.paper.claims_vibration import ALIKE, both
+from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, restricted
+from vibrocap.paper.claims.vibration import ALIKE, both
 from vibrocap.paper.presets import law
 from vibrocap.paper.runs import Period, Runs
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibrocap.paper.averages import STEADY_WINDOW, averages, window_name
-from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
+from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
 from vibrocap.paper.runs import LAST, Period, Runs, last_period
 

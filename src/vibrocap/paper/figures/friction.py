@@ -4,7 +4,7 @@ import numpy as np
 
 from vibrocap.measures.friction_loop import LoopPoint, LoopSide, friction_curve
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.paper.figure_data import Curve, Figure, Mark, Panel
+from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
 from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from vibrocap.paper.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, printed, restricted
+from vibrocap.paper.claims.claim import DRAWN, ROUNDING, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import figures_5_to_8
 from vibrocap.paper.runs import Runs
 from vibrocap.physics.drives.harmonic import Harmonic
