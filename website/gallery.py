@@ -26,18 +26,25 @@ def description(text: str) -> str:
 
 
 def numbers(motion: vc.Trajectory) -> list[tuple[str, str]]:
-    """What a motion amounts to."""
+    """What a motion amounts to; travel in SI where its case is."""
     rows = [("status", motion.status.value)]
     if motion.system.machine.cyclic is not None:
-        travel = vc.mean_velocity(motion)
-        rows.append(("drift in the last period", f"{vc.drift(motion):.8f}"))
-        rows.append(("mean velocity", f"{travel.value:.8f}, {'settled' if travel.settled else 'not settled'}"))
+        velocity = vc.mean_velocity(motion)
+        settled = "settled" if velocity.settled else "not settled"
+        rows.append(("drift in the last period", with_unit(motion, vc.drift(motion), "m")))
+        rows.append(("mean velocity", f"{with_unit(motion, velocity.value, 'm/s')}, {settled}"))
     if motion.system.friction.kind == "set-valued":
         rows.append(("share of the time at rest", f"{vc.stick_fraction(motion):.2%}"))
     rows.append(("events", f"{len(motion.events)}"))
     if motion.certificate.estimated_error is not None:
         rows.append(("estimated error", f"{motion.certificate.estimated_error:.1e}"))
     return rows
+
+
+def with_unit(motion: vc.Trajectory, value: float, unit: str) -> str:
+    """A number of a motion as a page shows it, in this unit where its system has units."""
+    system = motion.system
+    return f"{value:.8f}" if system.units is None else f"{value * system.si.factor_of(unit):.8f} {unit}"
 
 
 def stage_example(path: Path, folder: Path) -> None:
