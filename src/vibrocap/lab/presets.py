@@ -11,6 +11,7 @@ from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, start
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import System
 
 GALLERY = (
     "travels-by-stick-slip",
@@ -58,6 +59,13 @@ def paper_presets() -> list[Preset]:
 def gallery(folder: Path) -> list[Preset]:
     """Cases of the gallery of examples, by their files; those that are not there are left out."""
     return [file_preset(folder / f"{name}.toml") for name in GALLERY if (folder / f"{name}.toml").is_file()]
+
+
+def defaults(system: System, tolerance: float) -> Preset:
+    """A system with its default numbers, from a small push."""
+    start = {system.state_names[0]: 0.5}
+    title = f"{system.machine.name}, defaults".replace("-", " ").capitalize()
+    return Preset(f"defaults-{system.machine.name}", title, "", Case(system, start, tolerance=tolerance))
 
 
 def file_preset(path: Path) -> Preset:

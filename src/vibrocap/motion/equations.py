@@ -194,7 +194,10 @@ def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    machine = _with_symbols("machine", system.machine, symbols)
+    recorded = object.__new__(System)
+    for part, record in system.parts.items():
+        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    machine = recorded.placed
     y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
     shapes = tuple(
         dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))

@@ -181,7 +181,7 @@ class PendulumCapsule(Machine):
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]
 
-    def scene(self, t, y):
+    def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""
         pivot, bob = (y[2], 0.5), (y[2] - sin(y[0]), 0.5 + cos(y[0]))
         return (
