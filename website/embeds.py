@@ -1,5 +1,9 @@
 """What the site takes in besides its pages: the lab, the report on the paper, and the wheel of the package."""
 
+import html
+import json
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -8,7 +12,8 @@ from pathlib import Path
 from vibrocap.cli import main as cli
 from website.staging import ROOT
 
-CASE = ROOT / "examples" / "travels-by-stick-slip.toml"
+FIRST = "travels-by-stick-slip"  # the example with which the lab begins
+MARK = re.compile(r"^<!-- lab: ([\w-]+) -->$", re.MULTILINE)  # a place in a page for the lab, at an example
 HEAD = """# vibrocap
 
 Simulation, analysis and design of vibro-driven capsules: machines without legs or wheels that travel by shaking an
@@ -17,8 +22,7 @@ certificate of how exact it is. [How to install and start it](readme.md).
 """
 LAB = """```{raw} html
 <iframe class="lab" src="FILE" title="The lab: drag a slider and the exact motion follows" loading="lazy"></iframe>
-<p><a href="FILE">The lab on a page of its own</a>: it needs no network, and what it computes is what
-<code>vibrocap simulate</code> computes.</p>
+<p><a href="FILE">The lab on a page of its own</a></p>
 ```
 """
 REPORT = """```{raw} html
@@ -35,16 +39,32 @@ WHEEL = """
 PICTURE = "![One drive period of a capsule, its velocity, and its travel](images/travel.png)\n"
 
 
-def has_lab() -> bool:
-    """Whether the package has the command `vibrocap lab`."""
-    return "lab" in list(cli.app)
+def lab_addresses(extra: Path) -> dict[str, str]:
+    """Write the lab beside the pages; returns its address at each of its presets, {} where the package has no lab."""
+    if "lab" not in list(cli.app) or cli.main(["lab", "--out", str(extra / "lab.html")]) != 0:
+        return {}
+    page = (extra / "lab.html").read_text(encoding="utf-8")
+    data = json.loads(re.search(r'<script[^>]* id="data">(.*?)</script>', page, re.DOTALL)[1])
+    return {preset["key"]: f"lab.html#v={data['layout']}&preset={preset['key']}" for preset in data["presets"]}
 
 
-def stage_lab(extra: Path) -> str:
-    """Write the lab beside the pages; returns the piece of a page that shows it, or a picture where there is no lab."""
-    if has_lab() and cli.main(["lab", str(CASE), "--out", str(extra / "lab.html")]) == 0:
-        return LAB.replace("FILE", "lab.html")
-    return PICTURE
+def lab_frame(address: str, place: str = "") -> str:
+    """The lab within a page that stands at a place among the sources."""
+    return LAB.replace("FILE", html.escape(os.path.relpath(address, Path(place).parent)))
+
+
+def with_lab(text: str, place: str, addresses: dict[str, str]) -> str:
+    """The text of a page with the lab where the page has a mark for it."""
+    return MARK.sub(lambda mark: lab_frame(addresses[mark[1]], place) if mark[1] in addresses else "", text)
+
+
+def stage_lab_frames(folder: Path, addresses: dict[str, str]) -> None:
+    """Put the lab into the pages that have marks for it."""
+    for page in folder.rglob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        shown = with_lab(text, page.relative_to(folder).as_posix(), addresses)
+        if shown != text:
+            page.write_text(shown, encoding="utf-8")
 
 
 def stage_report(extra: Path) -> str:

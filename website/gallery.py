@@ -1,6 +1,7 @@
 """The gallery: every example, run anew, with its picture, its numbers and its file."""
 
 import re
+from html import escape
 from pathlib import Path
 
 import vibrocap as vc
@@ -47,8 +48,8 @@ def with_unit(motion: vc.Trajectory, value: float, unit: str) -> str:
     return f"{value:.8f}" if system.units is None else f"{value * system.si.factor_of(unit):.8f} {unit}"
 
 
-def stage_example(path: Path, folder: Path) -> None:
-    """Run an example; write its page, its picture and a small one of its travel."""
+def stage_example(path: Path, folder: Path, lab: str | None) -> None:
+    """Run an example; write its page, its picture and a small one of its travel. lab: its address in the lab"""
     text = path.read_text(encoding="utf-8")
     motion = read_case(path).simulate()
     sheet = vc.figure(motion)
@@ -58,9 +59,10 @@ def stage_example(path: Path, folder: Path) -> None:
     small.figure.savefig(folder / f"{path.stem}-small.png", dpi=DPI)
     (folder / path.name).write_text(text, encoding="utf-8")
     title = title_of(path.stem)
+    live = f'```{{raw}} html\n<p><a href="../{escape(lab)}">Open it in the lab</a></p>\n```\n\n' if lab else ""
     rows = "\n".join(f"| {name} | {value} |" for name, value in numbers(motion))
     page = (
-        f"# {title}\n\n{description(text)}\n\n![{title}]({path.stem}.png)\n\n"
+        f"# {title}\n\n{description(text)}\n\n![{title}]({path.stem}.png)\n\n{live}"
         f"| measure | value |\n| --- | --- |\n{rows}\n\n"
         f"## The case\n\nThe file: {{download}}`{path.name}`. Run it with\n\n"
         f"```sh\nvibrocap simulate examples/{path.name} --plot run.png\n```\n\n"
@@ -69,13 +71,16 @@ def stage_example(path: Path, folder: Path) -> None:
     (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
 
 
-def stage_gallery(folder: Path) -> None:
-    """Write gallery/: a page for every example, and cards that lead to them above the table of `examples/README.md`."""
+def stage_gallery(folder: Path, addresses: dict[str, str]) -> None:
+    """Write gallery/: a page for every example, and cards that lead to them above the table of `examples/README.md`.
+
+    addresses: of examples in the lab, by name
+    """
     gallery = folder / "gallery"
     index = gallery / "index.md"
     table = re.findall(r"^\| \[([\w-]+)\]\([^)]+\) \| (.+) \| [^|]+ \|$", index.read_text(encoding="utf-8"), re.M)
     for name, _ in table:
-        stage_example(EXAMPLES / f"{name}.toml", gallery)
+        stage_example(EXAMPLES / f"{name}.toml", gallery, addresses.get(name))
     rows = [(title_of(name), name, shows) for name, shows in table]
     grid = cards(rows, {name: f"{name}-small.png" for name, _ in table})
     text = index.read_text(encoding="utf-8")
