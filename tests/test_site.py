@@ -12,7 +12,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.cli.command_examples import EXAMPLES
 from website.docstrings import as_rst, members
-from website.embeds import with_lab
+from website.embeds import stage_report, with_lab
 from website.gallery import description, title_of
 from website.links import dead_links
 from website.reference import rooms, stage_commands, stage_names
@@ -140,6 +140,18 @@ def test_the_lab_stands_where_a_page_has_a_mark_for_it():
     found = with_lab(marked, "gallery/a.md", {"mirror-twin": "lab.html#v=1&preset=mirror-twin"})
     assert 'src="../lab.html#v=1&amp;preset=mirror-twin"' in found
     assert with_lab(marked, "gallery/a.md", {}) == "before\n\n\n\nafter\n"
+
+
+def test_the_report_comes_with_the_files_that_it_links_to(tmp_path):
+    out, extra = tmp_path / "out", tmp_path / "extra"
+    (out / "figures").mkdir(parents=True)
+    assert stage_report(extra, out / "report.html") == ""
+    (out / "report.html").write_text('<a href="figures/fig05.csv">data</a><a href="#top"></a><img src="data:,">')
+    (out / "figures" / "fig05.csv").write_text("1")
+    (out / "motion.nc").write_text("of the user")
+    assert "report/report.html" in stage_report(extra, out / "report.html")
+    copied = {path.relative_to(extra).as_posix() for path in extra.rglob("*.*")}
+    assert copied == {"report/report.html", "report/figures/fig05.csv"}
 
 
 # --- what Sphinx makes of it -----------------------------------------------------------------------------------------

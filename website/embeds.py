@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from vibrocap.cli import main as cli
+from website.links import LinkedPage, elsewhere
 from website.staging import ROOT
 
 FIRST = "travels-by-stick-slip"  # the example with which the lab begins
@@ -26,7 +27,7 @@ LAB = """```{raw} html
 ```
 """
 REPORT = """```{raw} html
-<p><a href="report.html">The report on the paper</a>: its figures from our own runs, every claim with its verdict.</p>
+<p><a href="report/report.html">The report on the paper</a>: its figures from our own runs, every claim with its verdict.</p>
 ```
 """
 WHEEL = """
@@ -67,14 +68,16 @@ def stage_lab_frames(folder: Path, addresses: dict[str, str]) -> None:
             page.write_text(shown, encoding="utf-8")
 
 
-def stage_report(extra: Path) -> str:
-    """Copy the report of `make reproduce`, with its data, where it has been made; returns a link to it."""
-    report = ROOT / "out" / "report.html"
-    if not report.exists():
+def stage_report(extra: Path, made: Path = ROOT / "out" / "report.html") -> str:
+    """Copy the report of `make reproduce`, with the files that it links to, where it has been made; returns a link."""
+    if not made.exists():
         return ""
-    shutil.copy(report, extra)
-    if (report.parent / "figures").is_dir():
-        shutil.copytree(report.parent / "figures", extra / "figures")
+    report = LinkedPage(made)
+    for link in {url.partition("#")[0] for url in report.targets | report.loaded if not elsewhere(url)} | {made.name}:
+        if (made.parent / link).is_file():
+            copy = extra / "report" / link
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(made.parent / link, copy)
     return REPORT
 
 
