@@ -11,6 +11,9 @@ import pytest
 
 import vibrocap as vc
 from independent import reference_motion
+from plain_kernels import kernel_of
+from vibrocap.motion.simulate import EVENT_KINDS
+from vibrocap.numerics.kernel.memory_layout import TOO_MANY_EVENTS
 from vibrocap.physics.parameters import parameters
 
 EPSILON = float(np.finfo(float).eps)
@@ -302,3 +305,46 @@ def test_contact_that_drops_to_a_kinetic_level_at_once():
 
 def stick_slip_on(law):
     return vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
+
+
+# --- a velocity that jumps -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("law", "before", "velocity", "side", "kinds"),
+    [
+        (vc.Exponential(), 1.0, 0.3, 1.0, []),
+        (vc.Exponential(), 1.0, -0.3, -1.0, ["reversal"]),
+        (vc.Exponential(), 0.0, 0.3, 1.0, ["slip_forward"]),
+        (vc.Exponential(), 0.0, -0.3, -1.0, ["slip_back"]),
+        (vc.Exponential(), 0.0, 1e-15, 0.0, []),
+        (vc.Exponential(), -1.0, 1e-15, 0.0, []),  # at rest; the force decides in the next step
+        (vc.LuGre(), 1.0, -0.3, -1.0, ["reversal"]),
+        (vc.LuGre(), -1.0, -0.3, -1.0, []),
+        (vc.LuGre(), 1.0, -1e-15, -1.0, ["reversal"]),  # a kinked law never rests
+    ],
+    ids=lambda value: getattr(value, "name", str(value)),
+)
+def test_side_after_a_jump(law, before, velocity, side, kinds):
+    kernel = kernel_of(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
+    state = [0.4, 0.1, 0.7, velocity, *[0.0] * len(law.internal)]
+    for entry, value in (("STATE", state), ("SIDE", before), ("EVENT_LIMIT", 1), ("RECORDED_EVENT_LIMIT", 9)):
+        kernel.fill(entry, value)
+    tape = np.zeros(9 * kernel.layout.event_size)
+    kernel["jumped"](kernel.real, kernel.whole, tape, 0)
+    assert kernel.real[kernel.place("SIDE")] == side
+    recorded = kernel.whole[kernel.place("RECORDED_EVENTS")]
+    assert [EVENT_KINDS[int(tape[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds
+    at_rest = before != 0.0 and side == 0.0
+    assert kernel.whole[kernel.place("ARRIVING")] == at_rest
+    assert kernel.real[kernel.place("CAME_FROM")] == (before if at_rest else 0.0)
+    assert (kernel.real[kernel.place("STATE") + 3] == 0.0) == at_rest
+
+
+def test_jumps_are_counted_among_the_events():
+    """A contact that jumps to and fro for ever ends its run."""
+    kernel = kernel_of(stick_slip())
+    kernel.fill("STATE", [0.0, 0.0, 0.0, -1.0])
+    kernel.fill("SIDE", 1.0)
+    kernel["jumped"](kernel.real, kernel.whole, np.zeros(100), 0)
+    assert kernel.whole[kernel.place("STATUS")] == TOO_MANY_EVENTS

@@ -18,7 +18,7 @@ from pydantic_core import PydanticUndefined
 import vibrocap as vc
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
-from vibrocap.contracts.samples import draws, instances, random_internal, random_state, varied
+from vibrocap.contracts.samples import draws, instances, random_internal, random_state, settled_branch, varied
 from vibrocap.contracts.system_clauses import recorded
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import drives, laws, machines
@@ -34,6 +34,7 @@ NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed"}  #
 
 MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
 MACHINES += [dataclasses.replace(varied(vc.PendulumCapsule, 1), normal_load="weight")]
+MACHINES += [dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal")]
 each_machine = pytest.mark.parametrize("machine", MACHINES, ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)])
 each_drive = pytest.mark.parametrize("drive", DRIVES, ids=[f"{part.name} {i}" for i, part in enumerate(DRIVES)])
 LAWS_IN_SYSTEMS = [varied(law_of(name), 1) for name in (*laws(), "anisotropic-stribeck", "backlash-anisotropic-lugre")]
@@ -104,10 +105,12 @@ def test_a_second_harmonic_breaks_the_symmetry():
 
 def system_draw(system, draw):
     """(t, y, side), the velocity agreeing with the side."""
-    mechanical = list(random_state(system.machine.states, draw))
-    contact = system.machine.states.index(system.machine.contact_state)
+    machine = system.machine
+    mechanical = list(random_state(machine.states, draw))
+    contact = machine.states.index(machine.contact_state)
     side = draw.choice((1, -1))
     mechanical[contact] = side * abs(mechanical[contact])
+    mechanical = settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0)
     internal = random_internal(system.friction, mechanical[contact], side, system.machine.load(), draw)
     return draw.uniform(0, 9), (*mechanical, *internal), side
 
@@ -120,7 +123,12 @@ def test_half_period_symmetry(system):
     """S: (y, side, t) -> (-y, -side, t + T/2) maps rates to their mirror image for an odd drive, to rounding."""
     names = {info.name for info in parameter_table(system.drive)}
     drive = dataclasses.replace(system.drive, **dict.fromkeys(names & UNEVEN, 0.0))
-    machine = system.machine if system.machine.symmetric else dataclasses.replace(system.machine, belt_speed=0.0)
+    even = {
+        "oscillator": {"belt_speed": 0.0},
+        "vibro-impact-capsule": {"back_gap": getattr(system.machine, "gap", 0.0)},
+    }
+    machine = system.machine
+    machine = machine if machine.symmetric else dataclasses.replace(machine, **even[machine.name])
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)
@@ -218,7 +226,7 @@ def test_parameters_can_be_read_and_changed_by_path(system):
         system.parameter(near + "s")
 
 
-RECORDS = [*CLASSES, law_of("anisotropic-lugre"), vc.PendulumScales, vc.FreeScales]
+RECORDS = [*CLASSES, law_of("anisotropic-lugre"), vc.PendulumScales, vc.InnerMassScales, vc.FreeScales]
 
 
 @pytest.mark.parametrize("part", RECORDS, ids=lambda part: part.__name__)

@@ -9,6 +9,7 @@ import pytest
 from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.solution import away_from_jumps
+from vibrocap.identification.fitting.steady_fit import steady_fit
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import parametrisation
@@ -170,6 +171,17 @@ def test_bounds_of_ones_own_do_not_end_in_a_worse_minimum(carriage):
     free = fit(carriage, "lugre", starts=1, intervals="covariance")
     bounded = fit(carriage, "lugre", starts=1, bounds=wide, intervals="covariance")
     assert bounded.relative_rmse < free.relative_rmse + 1e-3
+
+
+def test_a_steady_fit_starts_from_the_laws_that_its_law_contains_too():
+    record = synthetic_record(Exponential(), sinusoid(0.1, 1.0, 2, 300), noise=0.02)
+    plain = steady_fit(record, "exponential", starts=1, intervals="covariance")
+    wider = steady_fit(record, "anisotropic-exponential", starts=1, intervals="covariance")
+    assert wider.relative_rmse <= plain.relative_rmse
+    space = wider.problem.prediction.space
+    begun = [dict(zip(space.names, space.values(each.u), strict=True)) for each in wider.starts]
+    (inner,) = [each for each in begun if each["back_ratio"] == 1.0]
+    assert inner["static_coefficient"] == pytest.approx(plain["static_coefficient"].value, rel=0.05)
 
 
 @pytest.mark.parametrize("name", [*catalogue.laws(), "anisotropic-lugre", "backlash-dahl", "anisotropic-stribeck"])

@@ -36,12 +36,12 @@ def edit(monkeypatch, module, right, wrong):
 
 
 def test_what_is_offered_is_linked():
-    """Every law, alone, one by one, all lanes at once and on a card."""
+    """Every law, alone, one by one, all lanes at once, on a card and in a browser."""
     linked()
     for law in (vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        for lanes, card in ((1, False), (8, False), (1, True)):
-            ensemble_source(recorded, 10, lanes, card=card)
+        for lanes, loop in ((1, None), (8, None), (1, "card"), (1, "browser")):
+            ensemble_source(recorded, 10, lanes, loop=loop)
 
 
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)

@@ -12,11 +12,12 @@ import xarray as xr
 
 import cheap_ensemble
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
-from vibrocap.case.case import case_from_text
+from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.files import WriteError
 from vibrocap.io import netcdf
 from vibrocap.io import study_file as export
 from vibrocap.io.study_file import write_study
+from vibrocap.studies.dataset import open_study
 from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.sweep import sweep
 
@@ -85,6 +86,17 @@ def test_netcdf_holds_the_same(found, tmp_path, whole):
         assert read["status"].attrs["flag_values"].dtype == read["status"].dtype
         assert list(read["status"].attrs["flag_values"]) == found["status"].attrs["flag_values"]
         assert read["mean_velocity"].attrs == found["mean_velocity"].attrs
+
+
+def test_damage_to_a_netcdf_file_is_an_error_and_no_number(found, tmp_path):
+    path = write_study(found.load(), tmp_path / "study.nc")
+    whole, part = path.read_bytes(), np.ascontiguousarray(found["mean_velocity"].values).tobytes()
+    place = whole.index(part) + len(part) // 2
+    path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+    with xr.open_dataset(path, engine="h5netcdf") as read, pytest.raises(OSError, match="filter returned failure"):
+        read["mean_velocity"].load()
+    with pytest.raises(CaseError, match="cannot be read as NetCDF, or is damaged"):
+        open_study(path)
 
 
 @pytest.mark.parametrize("found", ["grid", "cases"], indirect=True)

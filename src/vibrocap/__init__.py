@@ -74,6 +74,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
     from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.environment import Environment
     from vibrocap.physics.friction.anisotropic import anisotropic
     from vibrocap.physics.friction.backlash import backlash
     from vibrocap.physics.friction.bouc_wen import BoucWen
@@ -91,6 +92,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
+    from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import FreeScales, Scales, SIScales
@@ -279,7 +282,11 @@ __all__ = [
     "PendulumScales",
     "FreeScales",
     "SIScales",
+    "Environment",
     "Oscillator",
+    "TwoMassCapsule",
+    "VibroImpactCapsule",
+    "InnerMassScales",
     "Constant",
     "Ramp",
     "Loading",

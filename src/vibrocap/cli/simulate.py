@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from vibrocap.arguments import ArgumentError, Complaints
-from vibrocap.case.case import CHOICES, CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.cli.options import (
     Refusal,
     Settings,
@@ -32,6 +32,8 @@ EVENTS = {
     "reversal": "reverses without sticking",
     "graze": "touches its limit and stays",
     "switch": "goes over to another piece of its law",
+    "impact": "feels its inner mass strike a stop",
+    "stop_opened": "sees its inner mass leave the stop",
     "lift_off": "loses its load, which ends the run",
     "paradox": "has no load that follows from the forces",
 }
@@ -40,6 +42,9 @@ CHANNELS = {
     "drive": "work of the drive",
     "damper": "work of the damper",
     "belt": "work of the belt under the block",
+    "drag": "work of the drag of the surroundings",
+    "outer_force": "work of the force from outside",
+    "gravity": "work of gravity along the slope",
     "contact_sliding": "work of sliding friction",
     "bristle_loss": "loss in the bristles",
     "contact_storage": "bristles under a changing load",
@@ -161,6 +166,10 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
         velocity = dataclasses.asdict(mean_velocity(motion))
     counts = collections.Counter(motion.event_kinds)
     certificate = motion.certificate.record() if started else None
+    energy = dataclasses.asdict(energy_balance(motion)) if started else None
+    if energy is not None:
+        absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+        energy = {name: value for name, value in energy.items() if name not in absent}
     return plain(
         {
             "state": motion.state,
@@ -169,7 +178,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
             "mean_velocity": velocity,
             "events": {kind: counts[kind] for kind in EVENTS},
             "stick_fraction": stick_fraction(motion) if started else None,
-            "energy": dataclasses.asdict(energy_balance(motion)) if started else None,
+            "energy": energy,
             "certificate": certificate,
             "status": motion.status.value,
         }
@@ -180,8 +189,8 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     """The summary of `vibrocap simulate`; record: in SI where the system knows its scales."""
     page = Page()
     page.say(title, style="bold")
-    for part in CHOICES:
-        page.say(f"  {in_words(getattr(motion.system, part), motion.system)}", style="dim")
+    for part in motion.system.parts.values():
+        page.say(f"  {in_words(part, motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
         page.print(_energy_table(record["energy"], bool(record.get("units"))))
@@ -244,7 +253,7 @@ def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     for name, text in CHANNELS.items():
-        if name in ("belt", "contact_storage") and energy[name] == 0.0:
+        if name not in energy or (name in ("belt", "contact_storage") and energy[name] == 0.0):
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)

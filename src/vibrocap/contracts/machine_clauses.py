@@ -166,8 +166,34 @@ def sizes(machine: Any) -> str | None:
     return None
 
 
+def branches(machine: Any) -> str | None:
+    """Its switches have names, give whole numbers to the switched states, and keep the momentum."""
+    unknown = set(machine.switched) - set(machine.states)
+    if unknown:
+        return f"switched: names {', '.join(sorted(unknown))}, which is no state"
+    kept = [i for i, name in enumerate(machine.states) if name in (machine.cyclic, machine.place)]
+    switched = [i for i, name in enumerate(machine.states) if name in machine.switched]
+    for draw in draws(SAMPLES):
+        t, y, drive, force = machine_draw(machine, draw)
+        guards = machine.switches(t, y, drive, force)
+        if len(guards) > len(machine.switch_events):
+            return f"switch_events: should name what happens at each of {len(guards)} guards"
+        for which in range(len(guards)):
+            after = machine.after_switch(which, t, y, drive, force)
+            if len(after) != len(y):
+                return f"after_switch: should give all {len(y)} states, got {len(after)}"
+            if any(after[i] != round(after[i]) for i in switched):
+                return f"after_switch: {', '.join(machine.switched)} should become whole numbers, got {_shown(after)}"
+            if any(after[i] != y[i] for i in kept):
+                return f"after_switch: {machine.place or machine.cyclic} should stay where it is"
+            gained = machine.momentum(t, after) - machine.momentum(t, y)
+            if not abs(gained) <= 64 * EPSILON * max(1.0, abs(machine.momentum(t, y))):
+                return f"after_switch: guard {which} changes the momentum by {gained:g}; an impact should keep it"
+    return None
+
+
 def _shown(values: tuple) -> str:
     return "(" + ", ".join(f"{value:.3g}" for value in values) + ")"
 
 
-MACHINE_CLAUSES = (declarations, held_at_rest, contact, energy, momentum, symmetric, cyclic, place, sizes)
+MACHINE_CLAUSES = (declarations, held_at_rest, contact, energy, momentum, symmetric, cyclic, place, sizes, branches)

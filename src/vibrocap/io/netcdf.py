@@ -16,6 +16,8 @@ IN_MEMORY = 2**28  # bytes of the values in a dataset, up to which its file is m
 def write_netcdf(dataset: "xarray.Dataset", path: Path) -> None:
     """Write a dataset; the same dataset gives the same bytes. WriteError where the disk does not take it.
 
+    Every array of numbers has checksums (Fletcher 32) that each reader of HDF5 looks at: damage is an error, no number.
+
     HDF5, which makes the file, never meets an error of the disk: it may take the whole process down with it. The file
     of a dataset of up to 256 MiB is made in memory, which takes about as much once more, and written when it is whole.
     A larger one is written as it is made, what is held in Dask arrays block by block. Then memory does not grow with
@@ -40,8 +42,10 @@ def _write(dataset: "xarray.Dataset", target: Any, check: Callable[[], None] = l
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
+    arrays = {name: each for name, each in dataset.variables.items() if each.dims and each.size}
+    checked = {name: {"fletcher32": True} for name, each in arrays.items() if each.dtype.kind in "biuf"}
     with h5netcdf.File(target, "w") as file:
-        dataset.dump_to_store(H5NetCDFStore(file), writer=_InOrder(check))
+        dataset.dump_to_store(H5NetCDFStore(file), writer=_InOrder(check), encoding=checked)
 
 
 class _InOrder:

@@ -17,6 +17,7 @@ from vibrocap.numerics.api import (
     ASK_WORD,
 )
 from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_units
@@ -33,7 +34,9 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     lawful = (tuple(name for name in law.internal if name not in law.switched) for law in contacts)
     states = dict.fromkeys(state for names in (*(kind.states for kind in kinds), *lawful) for state in names)
     units = {name: unit for kind in kinds for law in contacts for name, unit in state_units(kind, law).items()}
-    channels = dict.fromkeys(channel for kind in kinds for channel in kind.channels)
+    surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
+    outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
+    channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
     found = [
         *TRAVEL,
         *STICKING,

@@ -1,5 +1,6 @@
 """A system's equations, recorded: from scalar physics to the graph that the numerics compile."""
 
+import copy
 import dataclasses
 import functools
 from typing import Any
@@ -8,7 +9,8 @@ from vibrocap.numerics.expressions.balance import Balance, NormalBalance
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import parameter_table
-from vibrocap.physics.system import LOCATED, PARTS, Flow, System
+from vibrocap.physics.scene import Shape
+from vibrocap.physics.system import LOCATED, Flow, System
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -34,7 +36,8 @@ class Equations:
     period: Expression
     hold: Expression | None  # over the middle of what the contact can hold
     limit: Expression | None
-    switches: tuple[Expression, ...]  # guards of the pieces of the law
+    switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
+    law_switches: int  # how many of them are the law's
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
@@ -48,7 +51,7 @@ class Equations:
 
     @property
     def guards(self) -> tuple[Expression, ...]:
-        """Of the pieces of the law, then the bounds: a step ends where one of them falls to zero."""
+        """Of the branches of law and machine, then the bounds: a step ends where one of them falls to zero."""
         return (*self.switches, *self.bounds)
 
 
@@ -67,8 +70,7 @@ def parameter_values(system: System) -> tuple[float, ...]:
 
 def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
     found = []
-    for part in PARTS:
-        record = getattr(system, part)
+    for part, record in system.parts.items():
         for info in parameter_table(record):
             value = getattr(record, info.name)
             if is_recorded(record, info.name, value):
@@ -79,8 +81,7 @@ def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
 def form(system: System) -> tuple:
     """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
     result = []
-    for part in PARTS:
-        record = getattr(system, part)
+    for record in system.parts.values():
         fixed = tuple(
             (info.name, getattr(record, info.name))
             for info in parameter_table(record)
@@ -116,10 +117,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     paths = tuple(path for path, _ in _recorded_parameters(system))
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
     recorded = object.__new__(System)
-    for part in PARTS:
-        object.__setattr__(recorded, part, _with_symbols(part, getattr(system, part), symbols))
+    for part, record in system.parts.items():
+        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
     flow = recorded.flow(graph.node("time"), y, graph.node("side"))
+    placed = recorded.placed
     expression = graph.expression
     scales = recorded.scales()
     internal_rates = dict(zip(system.friction.internal, flow.rates[len(system.machine.states) :], strict=True))
@@ -131,7 +133,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         "drive": flow.drive,
         "energy": flow.energy,
         "contact_energy": flow.contact_energy,
-        "momentum": recorded.machine.momentum(graph.node("time"), mechanical),
+        "momentum": placed.momentum(graph.node("time"), mechanical),
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
     contact = system.state_names.index(system.machine.contact_state)
@@ -142,16 +144,16 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         friction=expression(flow.sliding_friction),
         share=expression(1.0) if flow.holding_limit is None else side * side,
         acceleration=expression(flow.rates[contact]),
-        normal=_normal_balance(graph, recorded, mechanical, flow),
+        normal=_normal_balance(graph, placed, mechanical, flow),
     )
     if flow.bounds and flow.holding_limit is not None:
         observables |= {"holding_limit": flow.holding_limit, "holding_middle": flow.holding_middle}
-    reaction = recorded.machine.reaction(graph.node("time"), mechanical, flow.drive)
+    reaction = placed.reaction(graph.node("time"), mechanical, flow.drive)
     if reaction is not None:
         inertia, own, slope = reaction
-        observables["reaction"] = (own + slope * flow.friction) / inertia
-    if type(system.machine).outer_force is not Machine.outer_force:
-        observables["outer_force"] = recorded.machine.outer_force(graph.node("time"), mechanical, flow.drive)
+        observables["reaction"] = (own + slope * flow.taken) / inertia
+    if type(system.machine).outer_force is not Machine.outer_force or system.environment is not None:
+        observables["outer_force"] = flow.outer_force
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -173,27 +175,46 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
+        law_switches=flow.law_switches,
         loads=tuple(expression(load) for load in flow.loads),
         bounds=tuple(expression(bound) for bound in flow.bounds),
         located=LOCATED[: len(flow.bounds)],
-        after_switch=tuple(tuple(map(expression, (*mechanical, *states))) for states in flow.after_switch),
+        after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
-        kinked=system.friction.kind == "kinked",
+        kinked=system.friction.kind == "kinked"
+        or (system.friction.kind == "smooth" and system.environment is not None),
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
         balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
     )
 
 
-def _normal_balance(graph: Graph, system: System, mechanical: tuple, flow: Flow) -> NormalBalance | None:
+def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
+    """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own."""
+    recording = equations(system)
+    graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
+    recorded = object.__new__(System)
+    for part, record in system.parts.items():
+        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    machine = recorded.placed
+    y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
+    shapes = tuple(
+        dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
+        for shape in machine.scene(graph.node("time"), y)
+    )
+    return shapes, graph.expression(machine.load())
+
+
+def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:
     """The balance of momentum normal to the ground, where the load of the law follows from it."""
-    momentum = system.machine.vertical_momentum(graph.node("time"), mechanical)
+    momentum = machine.vertical_momentum(graph.node("time"), mechanical)
     if not flow.loads or momentum is None:
         return None
     moving, at_rest = map(graph.expression, flow.loads)
     return NormalBalance(
         momentum=graph.expression(momentum),
-        mean=graph.expression(system.machine.load()),
+        mean=graph.expression(machine.load()),
         moving=moving,
         at_rest=at_rest,
     )

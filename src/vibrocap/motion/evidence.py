@@ -11,6 +11,7 @@ from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Recorded, memory
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
+from vibrocap.physics.system import CONTACT_CHANNELS
 
 POINTS = 9  # per piece at which a certificate looks
 FINE = 65  # points per piece among which the slowest is looked for
@@ -19,7 +20,7 @@ LEAST_TOLERANCE = 1e-13  # below it rounding decides
 # What a step leaves of the equations, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to
 # 1e-14, from 1e3 to 1e5 where a law was stepped over.
 DEFECT_BOUND = 1e3
-# Of the balances, over the tolerance and the natural size of energy or momentum: at most 25 in 346 plausible motions of
+# Of the balances, over the tolerance and the natural size of energy or momentum: at most 25 in 440 plausible motions of
 # all laws (tests/plausible_cases.py), and a tenth per step where a contact chatters for ten thousand steps.
 BALANCE_BOUND, BALANCE_PER_STEP = 100.0, 0.1
 EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the natural size of the velocity
@@ -111,7 +112,7 @@ def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, 
     if machine.follows_load:
         limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index, s)
     else:
-        load = machine.load()
+        load = motion.system.placed.load()
         limit, middle = np.full(len(held), float(law.holding_limit(load))), law.holding_middle(load)
     force = np.abs(held - middle)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -163,13 +164,14 @@ def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
     known, names = recording.observables, recording.integral_names
     powers = dict(zip(names, recording.integrals, strict=True))
-    machine = [powers[name] for name in motion.system.machine.channels]
+    contact_channels = [name for name in motion.system.channels if name in CONTACT_CHANNELS]
+    machine = [powers[name] for name in motion.system.channels if name not in contact_channels]
     found = _contradiction(
         motion, recording, known["energy"], [*machine, -(known["friction"] * known["contact_velocity"])]
     )
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
-    contact = [powers[name] for name in motion.system.channels if name not in motion.system.machine.channels]
+    contact = [powers[name] for name in contact_channels]
     taken = known["friction"] * known["contact_velocity"]
     found = _contradiction(motion, recording, known["contact_energy"], [*contact, taken])
     if found:
@@ -272,7 +274,7 @@ def _estimated_error(
 
 def _lasting(motion: Trajectory) -> list[int]:
     """The states but those of the law that only its events change: these jump at instants that are an error apart."""
-    return [i for i, name in enumerate(motion.state_names) if name not in motion.system.friction.switched]
+    return [i for i, name in enumerate(motion.state_names) if name not in motion.system.switched]
 
 
 def _at_marks(values: np.ndarray) -> np.ndarray:

@@ -22,8 +22,8 @@ from vibrocap.resources import TooMuchMemory, in_words
 MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
-# By the numbers of `memory_layout`.
-EVENT_KINDS = np.array(["stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS])
+# By the numbers of `memory_layout`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
+EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS)
 STATUSES = {
     memory.DONE: Status.FINISHED,
     memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
@@ -159,7 +159,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         coefficients=pieces[:, head:].reshape(len(pieces), states, (pieces.shape[1] - head) // states),
         sections=recorded.sections,
         event_times=origin + (recorded.events[:, 0] * period + recorded.events[:, 1]),
-        event_kinds=EVENT_KINDS[recorded.events[:, 2].astype(int)],
+        event_kinds=event_kinds(system)[recorded.events[:, 2].astype(int)],
         event_states=recorded.events[:, memory.EVENT_HEAD :],
         observe=Observer(system, origin),
         observable_names=tuple(recording.observables),
@@ -173,6 +173,12 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         own = np.minimum(time + np.arange(done + 1) * period, motion.end)
         motion = dataclasses.replace(motion, sections=motion.states(own).T)
     return motion
+
+
+def event_kinds(system: System) -> np.ndarray:
+    """Names of the kinds of event of a system, by the numbers of `memory_layout`."""
+    unused = [""] * (memory.MACHINE_SWITCHED - len(EVENT_KINDS))
+    return np.array([*EVENT_KINDS, *unused, *system.machine.switch_events])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

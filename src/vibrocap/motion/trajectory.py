@@ -84,8 +84,8 @@ class Event:
 
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
     sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
-    another of its pieces), "lift_off" and "paradox" (the run ends: no load is left, or it no longer follows from the
-    forces).
+    another of its pieces), "impact" and "stop_opened" (an inner mass strikes a stop, and leaves it), "lift_off" and
+    "paradox" (the run ends: no load is left, or it no longer follows from the forces).
     """
 
     time: float

@@ -91,6 +91,8 @@ ROLES = {
     "speed": SPEED,
     "torsional stiffness": TORQUE,
     "torsional damping": TORQUE * TIME,
+    # of environments
+    "quadratic damping": MASS / LENGTH,  # a force over the square of a speed
     # of drives
     "effort": EFFORT,  # force or torque
     "effort rate": EFFORT / TIME,

@@ -20,6 +20,7 @@ ROLE_UNITS: dict[str, dict[str, float]] = {
     "torsional damping": {"N m s/rad": 1.0},
     "frequency": {"Hz": 2.0 * math.pi, "rad/s": 1.0},
     "phase": {"rad": 1.0, "deg": math.pi / 180.0},
+    "quadratic damping": {"kg/m": 1.0},
 }
 # unit of a state: others in which it may be given
 OTHER_UNITS: dict[str, dict[str, float]] = {"rad": {"deg": math.pi / 180.0}}
@@ -29,6 +30,8 @@ QUANTITIES = {
     "time": "s",
     "angle": "rad",
     "angle_rate": "rad/s",
+    "displacement": "m",
+    "displacement_rate": "m/s",
     "position": "m",
     "velocity": "m/s",
     "sliding_velocity": "m/s",

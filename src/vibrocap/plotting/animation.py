@@ -220,7 +220,7 @@ class Scene:
         size, unit = scale("reaction", system), "" if system.units is None else " N"
         words = rf"normal load $N$ = {round(load * size, 3) + 0.0:.3f}{unit}"  # no minus before a zero
         if not system.machine.follows_load:
-            words = f"true {words}, taken as {float(system.machine.load()) * size:.4g}{unit}"
+            words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if load < 0.0 else ""))
 
 

@@ -56,8 +56,7 @@ def motion_figure(motion: Trajectory) -> Figure:
     load that follows the motion, and of a constant one that hides a lift-off, the load is shown as well.
     """
     system = motion.system
-    parts = (system.machine, system.friction, system.drive)
-    title = parts_title(parts, WIDTH) if system.units is None else parts_in_si(system, WIDTH)
+    title = parts_title([*system.parts.values()], WIDTH) if system.units is None else parts_in_si(system, WIDTH)
     loaded = system.machine.follows_load or hides_lift_off(motion)
     fig = blank_figure((WIDTH, 7.7 + 1.6 * loaded + 0.17 * (title.count("\n") + 1)))
     with style():
@@ -192,7 +191,7 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
         if machine.follows_load:
             ax.plot(trace.time / period, load, **LAST)
         else:
-            given = float(machine.load()) * scale("reaction", motion.system)
+            given = float(motion.system.placed.load()) * scale("reaction", motion.system)
             ax.plot(trace.time[[0, -1]] / period, [given, given], **GIVEN, label="constant load")
             ax.plot(trace.time / period, load, **TRUE, label="true load")
             if np.min(load) < 0.0:

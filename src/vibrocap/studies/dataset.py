@@ -15,6 +15,7 @@ from vibrocap.studies.variables import ALWAYS, axis_values, coordinate_attribute
 
 if TYPE_CHECKING:
     import xarray
+READ_AT_ONCE = 2**28  # bytes of the values in a NetCDF file
 
 
 def open_study(path: str | Path, *, chunks: Any = None) -> "xarray.Dataset":
@@ -48,10 +49,12 @@ def _exported(path: Path, chunks: Any) -> "xarray.Dataset":
 
     try:
         found = xarray.open_dataset(path, engine="h5netcdf", chunks=chunks)
+        if chunks is None and found.nbytes <= READ_AT_ONCE:
+            found.load()  # damage is found here, before anything is made of it
     except FileNotFoundError:
         raise CaseError(["no such file"], str(path)) from None
     except (OSError, ValueError) as error:
-        raise CaseError([f"cannot be read as NetCDF: {error}"], str(path)) from None
+        raise CaseError([f"cannot be read as NetCDF, or is damaged: {error}"], str(path)) from None
     if "status" not in found:
         raise CaseError(["is no study: it has no variable status"], str(path))
     return found

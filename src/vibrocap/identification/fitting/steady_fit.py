@@ -1,6 +1,7 @@
 """Fits of the steady curve: force against velocity, sample by sample, without the memory of the contact."""
 
 import dataclasses
+import functools
 import time as clock
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.identification.fitting.fit import DRAFT, split_records, units
+from vibrocap.identification.fitting.simpler_fits import simpler_starts
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import Parametrisation, leading_levels, parametrisation
@@ -15,6 +17,7 @@ from vibrocap.identification.problem.prediction import nuisances
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.problem.steady_prediction import SteadyPrediction
 from vibrocap.identification.result.fit_result import Fit
+from vibrocap.identification.search.loss import Loss
 from vibrocap.progress import Progress, reporting
 
 
@@ -67,8 +70,20 @@ def steady_fit(
     hidden = [name for name in chosen.space.names if name not in searched]
     if hidden:
         chosen = _reduced(law, scales, searched, fixed, bounds)
-    extra = nuisances(chosen.template, fitted, offset=offset, mass=False, start="relaxed", level=scales.level)
-    prediction = SteadyPrediction(chosen.template, chosen.space.with_more(extra), tuple(fitted), units(fitted, weights))
+    own_units = units(fitted, weights)
+
+    def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> SteadyPrediction:
+        extra = nuisances(choice.template, fitted, offset=offset, mass=False, start="relaxed", level=scales.level)
+        return SteadyPrediction(choice.template, choice.space.with_more(extra), of, own_units)
+
+    prediction = predicted(chosen, tuple(fitted))
+    every = max(1, prediction.size // DRAFT)
+    thinned = tuple(_each(record, every) for record in fitted)
+
+    def simpler(loss: Loss) -> list[np.ndarray]:
+        draft = functools.partial(predicted, of=thinned)
+        return simpler_starts(draft, chosen, scales, bounds or {}, starts, loss, seed)
+
     options = {
         "method": "steady curve",
         "weights": weights,
@@ -78,10 +93,9 @@ def steady_fit(
         "fixed": dict(fixed or {}),
         "not_shown": hidden,
     }
-    every = max(1, prediction.size // DRAFT)
-    draft = prediction.of([_each(record, every) for record in fitted], prediction.units)
+    draft = predicted(chosen, thinned)
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
-        return solution(prediction, draft, chosen, settings, unseen, options, begin, report)
+        return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
 
 
 def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -> Parametrisation:

@@ -12,7 +12,8 @@ law, it is asked over the whole step:
 with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
 yet (a level that a stuck element will reach). All values over the step are enclosures by interval arithmetic, from
-those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. Where one of the nodes is neither, the step is too long.
+those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. That of G may be far too large, which is safe for "unseen" only:
+for "seen" G is at most BEYOND times as large as at the start. Where a node is none of the three, the step is too long.
 
 theta: with the size f of an exponential at the start, the terms that a series of order p shows are f r^k/k!, r the
 change of the exponent over the step. Where the last is held to the tolerance, what is left out is less than 10 times
@@ -23,7 +24,7 @@ exp(a log x), the terms of both all but cancel, so that the last ones tell nothi
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, ope
 SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
+BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is seen
 VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
 
 
@@ -205,32 +207,46 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
             return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
         return ("time", "time") if op == "time" else None
 
+    def at(velocity: str) -> Callable[[int], Interval | None]:
+        """The values of the leaves at a start with this velocity."""
+        return lambda index: same(velocity) if index == contact else at_start(index)
+
     step, start = Enclosures(graph, text, over_step), Enclosures(graph, text, at_start)
+    ends = [Enclosures(graph, text, at(velocity)) for velocity in ("start_low", "start_high")]
     memory: dict = {}
+    inverses = [
+        text.entry(f"INVERSE_SCALE + {i} * LANES") if abreast else f"1.0 / real[SCALE + {i} * LANES + lane]"
+        for i in range(len(equations.rates))
+    ]
     text.lines.append(f"worst = {'0.0 * h' if abreast else '0.0'}")
+
+    def weight(slopes: Sequence[Sequence[Expression]], values: Enclosures) -> str:
+        """Largest of the slopes of rates, over the step and in natural sizes of the states, and of guards."""
+        of_rates = [
+            text.name(f"{text.size(values.of(slope.index))} * ({inverse})")
+            for slope, inverse in zip(slopes[0], inverses, strict=True)
+            if slope.value != 0.0
+        ]
+        of_rates = [text.name(f"{each} * lasting") for each in _largest(text, of_rates)]
+        of_guards = [text.size(values.of(slope.index)) for slope in slopes[1] if slope.value != 0.0]
+        return _largest(text, of_rates + of_guards)[0]
+
     for node in sharp.nodes:
-        weights = []
-        for i, rate in enumerate(equations.rates):
-            slope = sensitivity(rate, node, memory)
-            if slope.value != 0.0:
-                inverse = (
-                    text.entry(f"INVERSE_SCALE + {i} * LANES") if abreast else f"1.0 / real[SCALE + {i} * LANES + lane]"
-                )
-                weights.append(text.name(f"{text.size(step.of(slope.index))} * ({inverse})"))
-        weights = [text.name(f"{each} * lasting") for each in _largest(text, weights)]
-        for guard in equations.switches:  # of natural size 1
-            slope = sensitivity(guard, node, memory)
-            if slope.value != 0.0:
-                weights.append(text.size(step.of(slope.index)))
-        if not weights:
+        slopes = [[sensitivity(each, node, memory) for each in some] for some in (equations.rates, equations.switches)]
+        felt = [slope.index for some in slopes for slope in some if slope.value != 0.0]
+        if not felt:
             continue
-        (weight,) = _largest(text, weights)
+        least = most = weight(slopes, step)
+        if contact in reachable(graph, felt):
+            # A bound that is much too large is safe where it says what is unseen, and not where it says what shows.
+            at_ends = [text.name(f"{BEYOND!r} * {weight(slopes, values)}") for values in ends]
+            least = text.smaller(most, text.larger(*at_ends))
         varies, size, gentle = _node(graph, node, text, step, start)
         theta = VISIBLE[graph.nodes[node][0]]
-        either = [f"({weight} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
+        either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({gentle})"] if gentle else []
         shown = text.name((" | " if abreast else " or ").join(either))
-        share = f"{weight} * {varies}"
+        share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
         unseen = text.name(f"{share} <= tolerance")
         fine = f"{shown} | {unseen}" if abreast else f"{shown} or {unseen}"

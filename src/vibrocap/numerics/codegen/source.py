@@ -30,6 +30,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
         "BRANCHES": len(equations.switches),
+        "LAW_BRANCHES": equations.law_switches,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
@@ -47,7 +48,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         holding_source(equations),
         branches_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, abreast=False, polynomials=loop in ("single", "card")),
+        resolution_source(equations, abreast=False, polynomials=loop in ("single", "card", "browser")),
     ]
     if loop == "abreast":
         functions.append(resolution_source(equations, abreast=True, polynomials=True))
@@ -251,6 +252,20 @@ def integrands_source(
     body = [*writer.lines, *(f"real[out + {i}] = {value}" for i, value in enumerate(values))]
     text = "\n".join([*lines, "", "def integrands(real, t, point, side, lane, out):", *_indented(body, 4), ""])
     return Integrands(text, summed, len(own_extremes))
+
+
+def instants_source(equations: Any, observed: Sequence[Expression]) -> str:
+    """`observables` and `beginning` of one lane, for a page.
+
+    observed: may be recorded on a graph that begins with the nodes of the equations
+    """
+    found = [f"OBSERVABLES = {len(observed)}", ""]
+    begun = (*equations.scales, equations.period, equations.contact_velocity)
+    for name, values in (("observables", observed), ("beginning", begun)):
+        writer = ScalarWriter(values[0].graph)
+        body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
+        found += [f"def {name}(real, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+    return "\n".join(found)
 
 
 class ScalarWriter:

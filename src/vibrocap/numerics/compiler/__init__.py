@@ -10,24 +10,28 @@ import functools
 import hashlib
 import pathlib
 import threading
+from collections.abc import Mapping
 
 from vibrocap.numerics.compiler import cache
-from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
+from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
 from vibrocap.numerics.compiler.library import Compiled
 from vibrocap.numerics.compiler.machine import Target, host, object_code
 from vibrocap.numerics.compiler.subset import Refused
 from vibrocap.progress import stage
 
 __all__ = [
+    "FLOAT",
     "FLOATS",
     "INT",
     "INTS",
     "Compiled",
+    "Kind",
     "Refused",
     "Target",
     "compiled",
     "host",
     "ir",
+    "javascript_statements",
     "javascript_text",
     "object_code",
 ]
@@ -58,25 +62,34 @@ def javascript_text(text: str, entry: str) -> str:
     return javascript.javascript_text(text, entry)
 
 
-def compiled(text: str, entry: str, short: bool = False) -> Compiled:
+def javascript_statements(text: str, entries: Mapping[str, tuple[Kind, ...]]) -> tuple[str, ...]:
+    """The statements of such a module with several functions that are called from outside, see `javascript.py`."""
+    from vibrocap.numerics.compiler import javascript
+
+    return javascript.javascript_statements(text, entries)
+
+
+def compiled(text: str, entry: str, short: bool = False, fused: bool = True) -> Compiled:
     """The function `entry` of a kernel, called with (real, whole, tape, rounds), from the disk or made now.
 
     short: made quickly, by fewer passes, see `machine.py`
+    fused: whether a product and a sum may be rounded once; if not, the bits are those of plain Python
     Raises Refused where the text is no kernel.
     """
     with WORKING:  # a second thread finds what the first has made
-        return _compiled(text, entry, short)
+        return _compiled(text, entry, short, fused)
 
 
 @functools.lru_cache(maxsize=128)
-def _compiled(text: str, entry: str, short: bool) -> Compiled:
-    name = cache.key(host().name, own_source(), entry, str(short), text)
+def _compiled(text: str, entry: str, short: bool, fused: bool) -> Compiled:
+    name = cache.key(host().name, own_source(), entry, str(short), *([] if fused else ["unfused"]), text)
     code = cache.kept(name)
     if code is None:
         with cache.one_process_at_a_time(name):
             code = cache.kept(name)  # another process may have made it
             if code is None:
                 with stage("compiling"):
-                    code = object_code(ir(text, entry, short=short), host())
+                    written = ir(text, entry, short=short)
+                    code = object_code(written if fused else written.replace(" contract ", " "), host())
                 cache.keep(name, code)
     return Compiled(code)

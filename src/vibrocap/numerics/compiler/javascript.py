@@ -12,7 +12,7 @@ Tuples are arrays where a function returns one, and names of their own otherwise
 """
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from vibrocap.numerics.compiler.code import named
 from vibrocap.numerics.compiler.javascript_expressions import Expressions
@@ -56,21 +56,35 @@ def javascript_text(text: str, entry: str, arguments: tuple[Kind, ...] = (FLOATS
     arguments: kinds of the arguments of the entry
     Raises Refused where the text is no kernel of one motion.
     """
+    return "\n".join([*javascript_statements(text, {entry: arguments}), ""])
+
+
+def javascript_statements(text: str, entries: Mapping[str, tuple[Kind, ...]]) -> tuple[str, ...]:
+    """The statements of a module that exports several functions: what kernels have in common can be sent once.
+
+    entries: kinds of the arguments, by the name of the function; the exports are the last statements, in this order
+    """
     kernel = parsed(text)
     missing = [own for name, own in OWN.items() if name not in kernel.functions and "sine_cosine" in kernel.functions]
     if missing:
         kernel = parsed("\n\n".join([text, "# From compiler/javascript.py", *missing]))
+    module = Module(kernel)
+    exported = [_export(module, entry, arguments) for entry, arguments in entries.items()]
+    return (*module.needed, *module.bodies.values(), *exported)
+
+
+def _export(module: "Module", entry: str, arguments: tuple[Kind, ...]) -> str:
+    """The statement that exports a function of a kernel."""
+    kernel = module.kernel
     if entry not in kernel.functions:
         raise kernel.refusal(ast.Pass(), "", f"there is no function `{entry}`")
-    module = Module(kernel)
     made, result = module.function(entry, arguments, lambda what: kernel.refusal(ast.Pass(), entry, what))
     if result not in (NOTHING, INT, BITS, BOOL):
         raise kernel.refusal(kernel.functions[entry], entry, "what is called from outside returns an int or nothing")
     names = ", ".join(variable_name(argument.arg) for argument in kernel.functions[entry].args.args)
     call = f"{made}({names})"
     found = f"{call};\n  return 0" if result == NOTHING else f"return Number({call})"
-    exported = f"export function {entry}({names}) {{\n  {found};\n}}"
-    return "\n".join([*module.needed, *module.bodies.values(), exported, ""])
+    return f"export function {entry}({names}) {{\n  {found};\n}}"
 
 
 class Module:

@@ -45,12 +45,14 @@ STATE = PARAMETER = SCALE = SERIES = WORK = 0
 # place of R among them; MIRROR: sign of each state under the half-period symmetry.
 INTEGRANDS = SUMMED = FRICTION = 0
 MIRROR = (-1,)
+OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
 
 # First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
 # force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 SWITCHES = 1  # how many guards there are
-BRANCHES = 1  # how many of them are the law's; behind them stand bounds at which a run ends
+BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
+LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
 BASE = 2  # states of the motion itself, where tangents follow them
 
 
@@ -149,4 +151,14 @@ def after_switch(real, t, point, side, lane, which, out):
 
 def after_reversal(real, t, point, side, lane, out):
     """The states after the contact has turned to the side, written to real[out:out + STATES]."""
+    raise NotImplementedError
+
+
+def observables(real, t, point, side, lane, out):
+    """What a page draws besides the states, at the state real[point:point + STATES]; to real[out:out + OBSERVABLES]."""
+    raise NotImplementedError
+
+
+def beginning(real, t, point, side, lane, out):
+    """Natural size of every state, period of the drive and contact velocity; to real[out:out + STATES + 2]."""
     raise NotImplementedError

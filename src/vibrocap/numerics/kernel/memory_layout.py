@@ -29,6 +29,7 @@ REVERSAL = 3
 GRAZE = 4
 SWITCHED = 5  # the law goes over to another of its pieces
 BOUND_REACHED = 6  # the first of the equations' bounds; the next ones have the next numbers
+MACHINE_SWITCHED = 20  # at the first guard of the machine; the next ones have the next numbers
 FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
 
 # Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).
@@ -161,7 +162,7 @@ class Layout:
     parameters: int
     marks: int = 0
     gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries`
-    switches: int = 0  # guards of the pieces of the law
+    switches: int = 0  # guards of the branches of law and machine, and bounds
 
     @property
     def measured(self) -> int:

@@ -65,10 +65,18 @@ def motion_recipe(maybe_stiff: bool, branches: bool) -> Recipe:
     return Recipe("advance", (*_before(RECORDING, maybe_stiff, branches, False), *ALONE, *MOVING, "loop.one_by_one"))
 
 
+def shown_motion_recipe(maybe_stiff: bool, branches: bool) -> Recipe:
+    """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
+    own = motion_recipe(maybe_stiff, branches)
+    point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
+    return Recipe(own.entry, (*own.modules, *point, "observe.instants"), MEASURED)
+
+
 def ensemble_recipe(loop: str, maybe_stiff: bool, branches: bool, tangent: bool = False) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along.
 
-    loop: "ensemble", one by one; "abreast", all lanes at once; "card", one by one on a thread of a graphics card
+    loop: "ensemble", one by one; "abreast", all lanes at once; "card", one by one on a thread of a graphics card;
+        "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, tangent), point)
@@ -78,7 +86,8 @@ def ensemble_recipe(loop: str, maybe_stiff: bool, branches: bool, tangent: bool 
     if loop == "card":
         modules = (*before, *ALONE, *MOVING, "loop.one_by_one", "loop.run_queue", "loop.card_thread")
         return Recipe("run_thread", modules, MEASURED, ("take", "whole_equal"))
-    return Recipe("advance_ensemble", (*before, *MOVING, "loop.one_by_one", "loop.run_queue"), MEASURED)
+    own = ALONE if loop == "browser" else ()
+    return Recipe("advance_ensemble", (*before, *own, *MOVING, "loop.one_by_one", "loop.run_queue"), MEASURED)
 
 
 def _before(observer: tuple[str, ...], maybe_stiff: bool, branches: bool, tangent: bool) -> tuple[str, ...]:

@@ -56,15 +56,15 @@ def ensemble_kernel(
 
 
 def ensemble_source(
-    equations: Any, order: int, lanes: int, integrands: Integrands | None = None, card: bool = False
+    equations: Any, order: int, lanes: int, integrands: Integrands | None = None, loop: str | None = None
 ) -> tuple[Layout, str]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
     lanes: 1 for one by one, else `registers.lane_count()`
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
-    card: for a thread of a graphics card
+    loop: "card" for a thread of a graphics card, "browser" for a page; else as the lanes say, see `ensemble_recipe`
     """
-    loop = "card" if card else "ensemble" if lanes == 1 else "abreast"
+    loop = loop or ("ensemble" if lanes == 1 else "abreast")
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes)

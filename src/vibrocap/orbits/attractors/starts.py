@@ -31,13 +31,13 @@ def checked_ranges(name: str, system: System, given: Any) -> dict[str, tuple[flo
 def check_state(name: str, system: System, state: Any) -> None:
     """ValueError for what is no state of the system at which runs can start apart."""
     useful = [each for each in system.state_names if each != system.machine.cyclic]
-    useful = [each for each in useful if each not in system.friction.switched]
+    useful = [each for each in useful if each not in system.switched]
     if state in useful:
         return
     why = f"{state!r} is no state of the system"
     if state == system.machine.cyclic:
         why = f"nothing depends on {state!r}: a start shifted along it makes the same motion"
-    elif state in system.friction.switched:
+    elif state in system.switched:
         why = f"{state!r} is a mode of the law, no quantity"
     raise ValueError(f"{name}: {why}; there are {', '.join(useful)}")
 
@@ -88,6 +88,6 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
             high = max(high, float(fine[:, layout.gathered_slice("LARGEST")][:, i].max()))
         if system.mirrored and system.symmetry[i] < 0:
             low, high = -max(-low, high), max(-low, high)
-        if name not in system.friction.switched and np.isfinite(low) and low < high:
+        if name not in system.switched and np.isfinite(low) and low < high:
             found[name] = (float(low), float(high))
     return found

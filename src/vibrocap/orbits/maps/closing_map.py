@@ -110,7 +110,7 @@ class ClosingMap:
         self.sizes = self.map.scales(self.row)  # the same along the whole branch
         names = system.state_names
         self.unknowns = self.map.smooth_states
-        self.switched = np.array([i for i, name in enumerate(names) if name in system.friction.switched], dtype=int)
+        self.switched = np.array([i for i, name in enumerate(names) if name in system.switched], dtype=int)
         self.mirror = self.map.mirror if half else np.ones(len(names))
 
     def parameter(self, x: np.ndarray) -> float:

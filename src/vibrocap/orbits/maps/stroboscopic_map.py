@@ -86,7 +86,7 @@ class StroboscopicMap:
         self.states = len(system.state_names)
         self.mirror = np.array(self.equations.symmetry, dtype=float)
         self.cyclic = self.equations.cyclic_state
-        switched = [name in system.friction.switched for name in system.state_names]
+        switched = [name in system.switched for name in system.state_names]
         self.section_states = np.flatnonzero(np.arange(self.states) != self.cyclic)  # all but the cyclic coordinate
         self.smooth_states = self.section_states[~np.array(switched)[self.section_states]]  # nor what a law switches
 
@@ -137,7 +137,7 @@ class StroboscopicMap:
             contact = self.equations.contact_state
             free[:, contact] = states[:, contact] != 0.0
         for i, name in enumerate(self.system.state_names):
-            if name in self.system.friction.switched:
+            if name in self.system.switched:
                 free[:, i] = False
         return free
 

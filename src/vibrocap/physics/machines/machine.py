@@ -10,6 +10,7 @@ from vibrocap.physics.elementary import cos, sin
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
 from vibrocap.physics.scales import FreeScales, Scales, SIScales
+from vibrocap.physics.scene import Shape, block
 
 __all__ = [
     "Machine",
@@ -18,6 +19,7 @@ __all__ = [
     "Positive",
     "SIScales",
     "Scales",
+    "Shape",
     "cos",
     "parameter",
     "parameters",
@@ -31,11 +33,17 @@ class Machine(Part):
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
     for a machine that is held to its place.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
-    half-period symmetry. place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
+    half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
+    holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
+    starts with all of them at 0, and with the branch that its other states ask for.
+    switch_events: the name of what happens at each guard, "impact" for instance.
+    place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     effort: what the drive exerts, a force along the line of sliding or a torque.
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
     case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
     the load besides a force. state_units: SI units of states that no other machine has, "rad/s" for instance.
+    gravity: its parts normal to the line and along it, against forward, as `tilted` gives them; of the class that on
+    level ground, None where the units of the machine say nothing of it.
     """
 
     name: ClassVar[str]
@@ -43,6 +51,8 @@ class Machine(Part):
     cyclic: ClassVar[str | None]
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
+    switched: ClassVar[tuple[str, ...]] = ()
+    switch_events: ClassVar[tuple[str, ...]] = ()
     channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque"]] = "force"
     place: ClassVar[str | None] = None
@@ -50,6 +60,7 @@ class Machine(Part):
     si_names: ClassVar[Mapping[str, str]] = {}
     si_load: ClassVar[str] = ""
     state_units: ClassVar[Mapping[str, str]] = {}
+    gravity: ClassVar[Any] = None
     normal_load: Any  # a number, or a word that the machine knows
 
     @property
@@ -64,6 +75,27 @@ class Machine(Part):
     def ground_speed(self):
         """Speed at which the ground moves under the contact."""
         return 0.0
+
+    def masses(self) -> Mapping[str, Any]:
+        """Every mass on which gravity acts along the line, by the state that is its velocity, over the ground or
+        relative to the body at the contact; the mass of that body stands at `contact_state`.
+
+        With these a machine whose masses all move along the line can stand on a slope. One whose masses also move
+        normal to it has their sum here and reads the rest of gravity's effect from `gravity`. Empty, the default: the
+        machine does not know its weight.
+        """
+        return {}
+
+    @property
+    def level(self) -> bool:
+        """Whether it stands on level ground, under the gravity of its class."""
+        return self.gravity is type(self).gravity
+
+    def tilted(self, normal, along) -> "Machine":
+        """The same machine under gravity with these parts, normal to the line and along it, against forward."""
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self) | {"gravity": (normal, along)})
+        return copy
 
     @property
     def follows_load(self) -> bool:
@@ -101,6 +133,21 @@ class Machine(Part):
         zero, which is how a stuck contact is integrated."""
         raise NotImplementedError
 
+    def switches(self, t, y, drive, force) -> tuple:
+        """Guards of the branches of the equations, each positive while its branch lasts; force: as in `rates`.
+
+        Their natural size is 1. A guard may be zero after its own switch, where a stop was just reached: then its
+        first derivative that is not zero says whether the branch lasts.
+        """
+        return ()
+
+    def after_switch(self, which, t, y, drive, force) -> tuple:
+        """All states after guard number `which` of `switches` has fallen to zero.
+
+        It may change velocities, too, if it keeps `momentum`. Energy that is lost then is work of the channel `impact`.
+        """
+        raise NotImplementedError
+
     def energy(self, t, y):
         """Kinetic and potential energy."""
         raise NotImplementedError
@@ -116,3 +163,8 @@ class Machine(Part):
     def powers(self, t, y, drive, force):
         """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v."""
         raise NotImplementedError
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """What is drawn of the machine: shapes, see `Shape`; by default a block where the travelling state says."""
+        place = self.place or self.cyclic
+        return block(0.0 if place is None else y[self.states.index(place)], self.name)

@@ -4,7 +4,16 @@ import math
 from typing import ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import Machine, NonNegative, Number, Positive, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import (
+    Machine,
+    NonNegative,
+    Number,
+    Positive,
+    Shape,
+    SIScales,
+    parameter,
+    parameters,
+)
 
 
 @parameters
@@ -73,6 +82,10 @@ class Oscillator(Machine):
         """N."""
         return self.normal_load
 
+    def masses(self):
+        """m."""
+        return {"sliding_velocity": self.mass}
+
     def contact_velocity(self, t, y):
         """v."""
         return y[1]
@@ -102,3 +115,11 @@ class Oscillator(Machine):
         """Power of the drive, drive x', of the damper, -c x'^2, and of the belt, -R v_b; with -R v they are H'."""
         velocity = y[1] + self.belt_speed
         return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * force
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """The block at x, on its spring from a wall; the units of x are free, so that the wall stands where it fits."""
+        return (
+            Shape("spring", "spring", ((-2.5, 0.25), (y[0] - 0.5, 0.25))),
+            Shape("box", "block", ((y[0], 0.25),), (1.0, 0.5)),
+            Shape("contact", "contact", ((y[0], 0.0),), (0.9, 0.0)),
+        )

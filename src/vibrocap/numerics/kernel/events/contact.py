@@ -21,6 +21,7 @@ from vibrocap.numerics.kernel.generated import (
     LIMIT,
     ORDER,
     PERIOD,
+    SCALE,
     SET_VALUED,
     SIDE,
     STATE,
@@ -30,6 +31,7 @@ from vibrocap.numerics.kernel.generated import (
     VELOCITY,
     WORK,
     ZEROS,
+    contact_velocity,
     holding_force,
     holding_limit,
 )
@@ -199,6 +201,49 @@ def rest(real, whole, tape, lane, h):
         real[CAME_FROM + lane] = came_from
         real[SIDE + lane] = 0.0
         whole[ARRIVING + lane] = 1
+
+
+def jumped(real, whole, tape, lane):
+    """The contact velocity has jumped at one instant, to that of the present state: to which side, if any, now?
+
+    Whatever makes it jump (a corner of an imposed motion, an impact) has set the state, the time and the parameters
+    before. A set-valued contact whose velocity is zero to rounding is set to rest, where the force decides, see
+    `decide`; one that rested and does not move rests on.
+    """
+    for i in range(STATES):
+        real[WORK + i] = real[STATE + i * LANES + lane]
+    v = contact_velocity(real, real[TIME + lane], WORK, lane)
+    contact = CONTACT_STATE * LANES + lane
+    before = real[CAME_FROM + lane] if real[SIDE + lane] == 0.0 else real[SIDE + lane]
+    rounding = 64.0 * EPSILON * (abs(real[STATE + contact]) + real[SCALE + contact])
+    whole[ZEROS + lane] = 0
+    if SET_VALUED and abs(v) <= rounding:
+        if real[SIDE + lane] != 0.0:
+            real[STATE + contact] -= v
+            real[CAME_FROM + lane] = before
+            real[SIDE + lane] = 0.0
+            whole[ARRIVING + lane] = 1
+        return
+    real[CAME_FROM + lane] = 0.0
+    whole[ARRIVING + lane] = 0
+    if v == 0.0:  # of a kinked law: its rates tell, see `side_holds`
+        return
+    side = 1.0 if v > 0.0 else -1.0
+    if side == real[SIDE + lane]:
+        return
+    whole[EVENTS + lane] += 1
+    if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:
+        whole[STATUS + lane] = TOO_MANY_EVENTS
+        return
+    real[SIDE + lane] = side
+    if not SET_VALUED:
+        turned(real, lane)
+    if before == -side:
+        on_event(real, whole, tape, lane, REVERSAL, 0.0)
+    elif before == side:
+        on_event(real, whole, tape, lane, GRAZE, 0.0)
+    else:
+        on_event(real, whole, tape, lane, SLIP_FORWARD if side > 0.0 else SLIP_BACK, 0.0)
 
 
 def come_to_rest(real, whole, lane, h):

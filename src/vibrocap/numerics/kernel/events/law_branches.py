@@ -1,19 +1,23 @@
-"""Laws of several branches, and bounds: which guard ends the present branch, and what changes there and at a reversal.
+"""Several branches of law and machine, and bounds: which guard ends the present branch, and what changes there.
 
-Which branch holds is written in switched states: whole numbers among the internal states of the law, of rate zero.
-A guard is positive within its branch; where one falls to zero, or is not positive where a step starts, the law says
-what the internal states are from there on. Behind the guards of the law stand those of the equations' bounds: beyond
-one of them they have no answer, and the run ends.
+Which branch holds is written in switched states: whole numbers among the states, of rate zero. A guard is positive
+within its branch; where one falls to zero, or is not positive where a step starts, the equations say what the states
+are from there on. First stand the guards of the law, which are clearly positive after their own switch. Those of the
+machine behind them may be zero there, as a stop that was just reached: then their first coefficient that is no rounding
+decides. Last stand those of the equations' bounds: beyond one of them they have no answer, and the run ends.
 """
 
-from vibrocap.numerics.kernel.arithmetic.roots import first_root
+from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.generated import (
     BRANCHES,
     EVENT_LIMIT,
     EVENTS,
     IDLE,
+    IMPLICIT_STEPS,
     LANES,
+    LAW_BRANCHES,
     ORDER,
+    PERIOD,
     SERIES,
     SIDE,
     STATE,
@@ -21,6 +25,7 @@ from vibrocap.numerics.kernel.generated import (
     STATUS,
     SWITCH,
     SWITCHES,
+    TAYLOR_STEPS,
     TIME,
     WORK,
     after_reversal,
@@ -28,8 +33,17 @@ from vibrocap.numerics.kernel.generated import (
     switches,
 )
 from vibrocap.numerics.kernel.interface import on_event
-from vibrocap.numerics.kernel.memory_layout import BEYOND_BOUND, BOUND_REACHED, FIRST_SWITCH, SWITCHED, TOO_MANY_EVENTS
-from vibrocap.numerics.kernel.step.taylor import series_value, through_five
+from vibrocap.numerics.kernel.memory_layout import (
+    BEYOND_BOUND,
+    BOUND_REACHED,
+    FIRST_SWITCH,
+    MACHINE_SWITCHED,
+    SWITCHED,
+    TOO_MANY_EVENTS,
+)
+from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_five
+
+ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 
 
 def within_bounds(real, whole, tape, lane):
@@ -44,17 +58,44 @@ def within_bounds(real, whole, tape, lane):
 def branch_holds(real, whole, tape, lane):
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     for i in range(BRANCHES):
-        if not (real[SWITCH + i * (ORDER + 1) * LANES + lane] > 0.0):
-            whole[IDLE + lane] += 1
-            begin_branch(real, whole, tape, lane, i)
-            return False
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        if real[row] > (0.0 if i < LAW_BRANCHES else ROUNDING):
+            continue
+        if i >= LAW_BRANCHES and begins(real, row, min(taylor_step(real, whole, lane), real[PERIOD + lane])):
+            continue
+        whole[IDLE + lane] += 1
+        begin_branch(real, whole, tape, lane, i)
+        return False
     return True
+
+
+def begins(real, row, h):
+    """Whether a guard grows from zero: its first coefficient that is no rounding over the step h is positive."""
+    zeros = vanishing(real, row, h)
+    return zeros == ORDER or real[row + zeros * LANES] > 0.0
+
+
+def vanishing(real, row, h):
+    """How many leading coefficients of a guard of the machine move it by rounding only over the step h."""
+    zeros = 0
+    power = 1.0
+    for k in range(ORDER):
+        if zeros == k and abs(real[row + k * LANES]) * power <= ROUNDING:
+            zeros = k + 1
+        power *= h
+    return zeros
 
 
 def first_switch(real, lane, event, h):
     """(event, time): the first guard that falls to zero before the event known so far, as FIRST_SWITCH + its number."""
     for i in range(SWITCHES):
-        root, _touch = first_root(real, SWITCH + i * (ORDER + 1) * LANES + lane, ORDER - 1, 1.0, 0, h)
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        zeros = 0
+        if LAW_BRANCHES <= i < BRANCHES:
+            zeros = min(vanishing(real, row, h), ORDER - 2)
+            while zeros > 0 and not (real[row + zeros * LANES] > 0.0):
+                zeros -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
+        root, _touch = first_root(real, row, ORDER - 1, 1.0, zeros, h)
         if root >= 0.0 and (root < h or event == 0):
             event = FIRST_SWITCH + i
             h = root
@@ -76,7 +117,11 @@ def begin_branch(real, whole, tape, lane, which):
     after_switch(real, real[TIME + lane], WORK, real[SIDE + lane], lane, which, WORK + STATES)
     for i in range(STATES):
         real[STATE + i * LANES + lane] = real[WORK + STATES + i]
-    on_event(real, whole, tape, lane, SWITCHED, 0.0)
+    chosen = whole[TAYLOR_STEPS + lane] + whole[IMPLICIT_STEPS + lane] == 0
+    if which < LAW_BRANCHES or (chosen and real[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
+        on_event(real, whole, tape, lane, SWITCHED, 0.0)  # nothing happens: it is the branch in which the run starts
+    else:
+        on_event(real, whole, tape, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, 0.0)
 
 
 def turned(real, lane):

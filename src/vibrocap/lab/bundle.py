@@ -1,0 +1,172 @@
+"""The data of a page: forms with their kernels, records of parts, presets; as plain data for JSON."""
+
+import base64
+import contextlib
+import dataclasses
+import itertools
+import re
+import zlib
+from collections.abc import Callable, Iterable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.case.case import CHOICES, PARTS, RUN_DEFAULTS
+from vibrocap.lab.controls import part_record
+from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
+from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
+from vibrocap.motion.simulate import EVENT_KINDS
+from vibrocap.numerics.api import series_order
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.system import System
+
+MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
+SMOOTHED = "smoothed-"  # before the name of a set-valued law: what a smoothed contact would say, beside the exact one
+SPACES = re.compile(r"\n +|(?<=\n) +| ?(,|[*/=<>!]=?=?|\+=|-=|\?|:|&&|\|\|) ")  # not those around + and -, nor of words
+LAYOUT = 1  # of the data: a page refuses an address that was made for another
+
+
+@dataclasses.dataclass(frozen=True)
+class Contents:
+    """What a page is to hold.
+
+    forms: one system of each form, the parameters that are no numbers as in the system; presets: the first one is shown
+    tolerance: of motions, which decides the order of their series
+    """
+
+    forms: tuple[System, ...]
+    presets: tuple[Preset, ...]
+    tolerance: float = TOLERANCE
+
+
+def contents(
+    opened: Preset | None = None,
+    *,
+    machine_names: Sequence[str] = (),
+    law_names: Sequence[str] = (),
+    drive_names: Sequence[str] = (),
+    examples: Path | None = None,
+) -> Contents:
+    """The forms and presets of a page; by default the pendulum capsule, both laws of the paper and two drives.
+
+    opened: a case to begin with, whose parts are there in any case; examples: folder of the gallery
+    """
+    own = None if opened is None else opened.case.system
+    kinds = [
+        _names(machine_names, own and own.machine.name, MACHINES),
+        [*_names(law_names, own and own.friction.name, LAWS)],
+        _names(drive_names, own and own.drive.name, DRIVES),
+    ]
+    smoothed = [f"{SMOOTHED}{name}" for name in kinds[1] if laws()[name].kind == "set-valued"]
+    kinds[1] += [name for name in smoothed if name not in kinds[1]]
+    systems = [] if own is None else [own]
+    for names in itertools.product(*kinds):
+        if names[1] in smoothed and names[2] != kinds[2][0]:
+            continue  # with the first drive only: a page is to stay small
+        if own is not None and names == (own.machine.name, own.friction.name, own.drive.name):
+            continue
+        made = own.machine if own is not None and own.machine.name == names[0] else machines()[names[0]]()
+        with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
+            environment = None if own is None else own.environment
+            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
+    offered = [
+        *([] if opened is None else [opened]),
+        *paper_presets(),
+        *([] if examples is None else gallery(examples)),
+    ]
+    forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
+    order = series_order(tolerance)
+    presets = [
+        each for each in offered if _key(each.case.system) in forms and series_order(each.case.tolerance) == order
+    ]
+    for kind in kinds[0]:  # a machine without any begins with its defaults
+        if all(each.parts[0] != kind for each in presets):
+            system = next(each for each in systems if each.machine.name == kind)
+            presets.append(defaults(system, tolerance))
+    return Contents(tuple(systems), tuple(presets), tolerance)
+
+
+def _names(asked: Iterable[str], own: str | None, usual: Iterable[str]) -> list[str]:
+    """Names without repetition: the case's own first, then those asked for, or the usual ones where none were."""
+    return list(dict.fromkeys([*([own] if own else []), *(list(asked) or usual)]))
+
+
+def _key(system: System) -> tuple:
+    """What tells the forms of a page apart."""
+    from vibrocap.motion.equations import form
+
+    return form(system)
+
+
+def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dict[str, Any]:
+    """The data of a page, for JSON. tell: is called with the share done.
+
+    Raises ArgumentError for a preset that is no motion of a page.
+    """
+    forms: list[Form] = []
+    work = len(chosen.forms) + len(chosen.presets)
+    for i, system in enumerate(chosen.forms):
+        forms.append(form_of(system, chosen.tolerance))
+        if tell is not None:
+            tell((i + 1) / work)
+    keys = [_key(system) for system in chosen.forms]
+    presets = []
+    for i, preset in enumerate(chosen.presets):
+        if preset.case.periods > LONGEST:
+            raise ArgumentError("run.periods", f"should be at most {LONGEST} for a page, got {preset.case.periods:g}")
+        presets.append(preset_record(preset) | {"form": keys.index(_key(preset.case.system))})
+        if tell is not None:
+            tell((len(chosen.forms) + i + 1) / work)
+    efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
+    parts: dict[str, dict[str, Any]] = {name: {} for name in PARTS}
+    for system in chosen.forms:
+        for name, record in system.parts.items():
+            part = type(record)
+            parts[name].setdefault(part.name, part_record(part, efforts[system.machine.name]))
+    code, kernels = _pooled(forms)
+    return {
+        "layout": LAYOUT,
+        "version": version("vibrocap"),
+        "parts": parts,
+        "keys": {name: key for name, (key, _) in CHOICES.items()},
+        "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
+        "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": 2_000_000},
+        "forms": [form.record | each for form, each in zip(forms, kernels, strict=True)],
+        "presets": presets,
+        "statuses": statuses(),
+        "events": [str(kind) for kind in EVENT_KINDS],
+        "smoothed": SMOOTHED,
+        "code": code,
+    }
+
+
+def _pooled(forms: Sequence[Form]) -> tuple[str, list[dict[str, list[int]]]]:
+    """(statements of all kernels, compressed, in base64; per form, numbers of the statements of its two kernels).
+
+    Many are the same in several kernels, and more are alike: sorted by name those stand side by side, where a
+    compressor finds them.
+    """
+    kernels = [(form.motion, form.ensemble) for form in forms]
+    known = {_shortened(each) for pair in kernels for kernel in pair for each in kernel.statements}
+    pool = sorted(known, key=lambda each: (_name(each), len(each), each))
+    places = {each: i for i, each in enumerate(pool)}
+    numbers = [
+        {
+            name: [places[_shortened(each)] for each in kernel.statements]
+            for name, kernel in zip(("motion_code", "ensemble_code"), pair, strict=True)
+        }
+        for pair in kernels
+    ]
+    packed = zlib.compress("\x00".join(pool).encode(), 9)
+    return base64.b64encode(packed).decode("ascii"), numbers
+
+
+def _shortened(statement: str) -> str:
+    """A statement without spaces that nobody reads, and an export as a plain function: a page runs no modules."""
+    return SPACES.sub(r"\1", statement.removeprefix("export "))
+
+
+def _name(statement: str) -> str:
+    found = re.match(r"(?:const|function) (\S+?)[ (=]", statement)
+    return found[1] if found else ""

@@ -1,0 +1,131 @@
+"""Forms of systems as a page has them: two kernels in JavaScript, and what their numbers are called."""
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Any
+
+from vibrocap.lab.controls import exponents
+from vibrocap.lab.measures import measure_records, result_record
+from vibrocap.motion.equations import equations, recorded_scene
+from vibrocap.motion.trajectory import Status
+from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, series_order
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.roles import dimension_of_unit
+from vibrocap.physics.system import System
+from vibrocap.physics.units import DRIVE_UNITS, QUANTITIES, state_units
+
+TOLERANCE = 1e-9  # of motions: from 1e-11 on and below 1e-7 they are those of the kernel of `simulate`
+# Of maps: below 1e-9, where `ensemble` has the order of a motion too, no slower here than order 10 at 1e-8, and a page
+# is smaller by a quarter; of motions at order 10 also 10.
+ENSEMBLE_TOLERANCES = {10: 1e-7, 12: 5e-10, 16: 5e-10}
+OBSERVED = ("friction", "holding_force", "drive", "energy", "contact_energy", "contact_velocity")
+# Places that the page's engine fills or reads; the rest is the kernels' own affair.
+PLACES = (
+    *("STATUS", "PERIOD_COUNT", "WHOLE_PERIODS", "ARRIVING", "ZEROS", "TAYLOR_STEPS", "IMPLICIT_STEPS", "EVENT_LIMIT"),
+    *("PIECES", "PIECE_LIMIT", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT", "PIECE_START", "RECORDED_EVENT_START"),
+    *("RUN", "STEP_LIMIT", "WINDOW", "PERIOD_BUDGET", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE"),
+    *("TIME", "PERIOD", "HOLD_RATE", "TAIL", "SIDE", "TOLERANCE", "UNSAFE_SPEED", "FAR_SPEED", "CONTACT_RESIDUAL"),
+    *("STATE", "PARAMETER", "SCALE", "THRESHOLD", "MARKS", "WORK"),
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Form:
+    """A form of system of a page.
+
+    record: what the page knows of it, without its code; motion, ensemble: its kernels
+    """
+
+    record: dict[str, Any]
+    motion: BrowserKernel
+    ensemble: BrowserKernel
+
+
+def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
+    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order."""
+    recording = equations(system)
+    shapes, load = recorded_scene(system)
+    observed = {name: recording.observables[name] for name in OBSERVED}
+    follows = "reaction" in recording.observables and system.machine.follows_load
+    observed["load"] = recording.observables["reaction"] if follows else load
+    powers = [f"{name}_power" for name in system.channels]
+    observed |= dict(zip(powers, recording.integrals, strict=False))  # the last integral is the impulse
+    drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
+    functions = [*(_on(load.graph, each) for each in observed.values()), *drawn]
+    looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
+    motion, ensemble = browser_kernels(recording, functions, tolerance, looser)
+    fixed = {
+        f"{part}.{info.name}": getattr(record, info.name)
+        for part, record in system.parts.items()
+        for info in parameter_table(record)
+        if f"{part}.{info.name}" not in recording.parameter_paths
+    }
+    record = {
+        "machine": system.machine.name,
+        "friction": system.friction.name,
+        "drive": system.drive.name,
+        "sections": list(system.parts),
+        "environment": "" if system.environment is None else system.environment.name,
+        "kind": system.friction.kind,
+        "states": list(system.state_names),
+        "mechanical": len(system.machine.states),
+        "symmetry": list(system.symmetry),
+        "cyclic": recording.cyclic_state,
+        "contact": recording.contact_state,
+        "sticks": recording.hold is not None,
+        "channels": list(system.channels),
+        "observed": list(observed),
+        "parameters": list(recording.parameter_paths),
+        "fixed": fixed,
+        "scene": [
+            {"kind": shape.kind, "name": shape.name, "points": len(shape.points), "size": list(shape.size)}
+            for shape in shapes
+        ],
+        "tolerance": looser,
+        "motion": _places(motion.layout),
+        "ensemble": _places(ensemble.layout) | result_record(ensemble.layout),
+        "units": _units(system, (*system.state_names, *observed)),
+        "measures": measure_records(system, ensemble.layout),
+    }
+    return Form(record, motion, ensemble)
+
+
+def _units(system: System, names: Iterable[str]) -> dict[str, Any]:
+    """SI unit of quantities, and their exponents of mass, length and time."""
+    known = QUANTITIES | {"drive": DRIVE_UNITS[system.machine.effort]} | state_units(system.machine, system.friction)
+    found = {}
+    for name in names:
+        unit = known.get(name) or ("N" if name == "load" else "W" if name.endswith("_power") else None)
+        if unit is not None:
+            found[name] = [unit, exponents(dimension_of_unit(unit))]
+    return found
+
+
+def _on(graph: Any, expression: Any) -> Any:
+    """The same expression on a graph that begins with the nodes of its own."""
+    return type(expression)(graph, expression.index)
+
+
+def _places(layout: Layout) -> dict[str, Any]:
+    constants = layout.constants()
+    sizes = {
+        "rows": layout.rows,
+        "order": layout.order,
+        "piece": layout.piece_size,
+        "event": layout.event_size,
+        "run": layout.run_size,
+        "result": layout.result_size,
+        "marks": layout.marks,
+        "real": layout.places["WORK"] + layout.work_size,
+    }
+    return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
+
+
+def statuses() -> list[dict[str, Any]]:
+    """How a run may end, by the number that a kernel gives: name and what to do."""
+    from vibrocap.motion.simulate import STATUSES
+
+    known: list[dict[str, Any]] = [{"name": "", "text": ""} for _ in range(max(STATUSES) + 1)]
+    for number, status in STATUSES.items():
+        known[number] = {"name": status.value, "text": status.text, "ok": status is Status.FINISHED}
+    return known

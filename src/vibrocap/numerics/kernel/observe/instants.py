@@ -1,0 +1,66 @@
+"""A recorded motion at any instant: its states and observables, for a page that draws it; and how a run begins."""
+
+from vibrocap.numerics.kernel.generated import (
+    LANES,
+    OBSERVABLES,
+    ORDER,
+    ROWS,
+    SCALE,
+    SERIES,
+    SIDE,
+    STATE,
+    STATES,
+    STEP,
+    STIFF,
+    TIME,
+    WORK,
+    beginning,
+    observables,
+)
+from vibrocap.numerics.kernel.interface import fitting_point
+from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
+from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
+
+INSTANT = WORK
+SEEN = INSTANT + STATES
+
+
+def begin(real, whole, tape, out):
+    """Write natural sizes of the states, period, contact velocity and holding rate to tape[out:out + STATES + 3].
+
+    Of the parameters and the states in memory; the sizes are put where the run looks for them, too.
+    """
+    for i in range(STATES):
+        real[INSTANT + i] = real[STATE + i * LANES]
+    beginning(real, 0.0, INSTANT, 1.0, 0, SEEN)
+    for i in range(STATES + 2):
+        tape[out + i] = real[SEEN + i]
+    tape[out + STATES + 2] = hold_rate(real[SEEN + STATES], ORDER)
+    for i in range(STATES):
+        real[SCALE + i * LANES] = real[SEEN + i]
+
+
+def take_piece(real, whole, tape, place):
+    """Put the piece that begins at tape[place] into memory, as if the run stood at its start."""
+    real[TIME] = tape[place + 1]
+    real[STEP] = tape[place + 2]
+    real[SIDE] = tape[place + 3]
+    whole[STIFF] = 1 if tape[place + 4] != 0.0 else 0
+    for i in range(ROWS * (ORDER + 1)):
+        real[SERIES + i] = tape[place + PIECE_HEAD + i]
+
+
+def look_at(real, whole, tape, share, out):
+    """Write states, then observables, at a share of the way through the piece in memory to the tape from `out` on.
+
+    What depends on the law's forces is asked at a state that fits to the slopes, see `stiff_point.py`.
+    """
+    s = share * real[STEP]
+    for i in range(STATES):
+        state = series_value(real, SERIES + i * (ORDER + 1), s)
+        tape[out + i] = state
+        real[INSTANT + i] = state
+    fitting_point(real, whole, 0, s, INSTANT)
+    observables(real, real[TIME] + s, INSTANT, real[SIDE], 0, SEEN)
+    for i in range(OBSERVABLES):
+        tape[out + STATES + i] = real[SEEN + i]

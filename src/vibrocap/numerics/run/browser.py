@@ -1,0 +1,57 @@
+"""Kernels for a browser: JavaScript with the bits of plain Python, in statements that several kernels may share."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from vibrocap.numerics.codegen.source import generated_source, instants_source
+from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, javascript_statements
+from vibrocap.numerics.expressions.graph import Expression
+from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.linker.link import linked_source
+from vibrocap.numerics.linker.recipes import shown_motion_recipe
+from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_source
+from vibrocap.numerics.run.motion import series_order
+
+MEMORY = (FLOATS, INTS, FLOATS)
+MOTION_ENTRIES = {
+    "advance": (*MEMORY, INT),
+    "begin": (*MEMORY, INT),
+    "take_piece": (*MEMORY, INT),
+    "look_at": (*MEMORY, FLOAT, INT),
+}
+ENSEMBLE_ENTRIES = {"advance_ensemble": (*MEMORY, INT)}
+
+
+@dataclasses.dataclass(frozen=True)
+class BrowserKernel:
+    """A kernel of a page.
+
+    statements: of its module, the exports last; text: the plain kernel that they were translated from
+    """
+
+    layout: Layout
+    statements: tuple[str, ...]
+    text: str
+
+    @property
+    def module(self) -> str:
+        """The module as one text."""
+        return "\n".join([*self.statements, ""])
+
+
+def browser_kernels(
+    equations: Any, observed: Sequence[Expression], tolerance: float, ensemble_tolerance: float
+) -> tuple[BrowserKernel, BrowserKernel]:
+    """(kernel of recorded motions, of many of which only measures are kept), at these and nearby tolerances.
+
+    The first is that of `recorded_run`, with what looks at a motion; the second that of `ensemble_run`, one by one.
+    Both have one layout but for the order, so that of equal order they share most of their statements.
+    observed: what can be seen besides the states, at least one; see `instants_source`
+    """
+    layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, loop="browser")
+    ensemble = BrowserKernel(layout, javascript_statements(text, ENSEMBLE_ENTRIES), text)
+    layout = dataclasses.replace(layout, order=series_order(tolerance))
+    generated = [generated_source(equations, layout), instants_source(equations, observed)]
+    text = linked_source("\n\n".join(generated), shown_motion_recipe(equations.hold is None, bool(equations.guards)))
+    return BrowserKernel(layout, javascript_statements(text, MOTION_ENTRIES), text), ensemble

@@ -1,0 +1,136 @@
+"""The two-mass capsule: a mass on a spring and a damper inside a capsule, driven along the line of sliding."""
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator
+
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, Shape, parameter, parameters
+
+ACTUATIONS = ("internal", "external")
+
+
+def _checked_actuation(given: Any) -> Any:
+    if isinstance(given, str) and given in ACTUATIONS:
+        return given
+    raise ValueError('should be "internal" (the drive acts between the masses) or "external" (on the mass alone)')
+
+
+Actuation = Annotated[str, BeforeValidator(_checked_actuation)]
+
+
+@parameters
+class InnerMassScales(Scales):
+    """Scales of a capsule that counts mass in that of its inner mass, length and time in units of one's choice.
+
+    Good units are of the size of the motion: the length of a stroke, the time of one radian of the drive.
+    """
+
+    inner_mass_kg: Positive = parameter(..., "m", "inner mass", unit="kg")
+    length_unit_m: Positive = parameter(..., "l", "unit of length, such as the stroke of the inner mass", unit="m")
+    time_unit_s: Positive = parameter(..., "1/omega_0", "unit of time, such as sqrt(m/k)", unit="s")
+
+    @property
+    def mass_kg(self) -> float:
+        """m."""
+        return self.inner_mass_kg
+
+    @property
+    def length_m(self) -> float:
+        """l."""
+        return self.length_unit_m
+
+    @property
+    def time_s(self) -> float:
+        """1/omega_0."""
+        return self.time_unit_s
+
+
+@parameters
+class TwoMassCapsule(Machine):
+    """Inner mass m on a spring and a damper in a capsule M; both move along one line.
+
+    With z the displacement of the mass in the capsule, and the force F that pulls it back,
+
+        z'' + X'' = drive - F,     lambda X'' = F - drive - R,     F = rho z + nu z'
+
+    A drive between the masses pushes the capsule back, as here. One that pulls the mass from outside, a magnet for
+    instance (actuation = "external"), does not: lambda X'' = F - R (Liu et al. 2013).
+
+    Time is in units of 1/omega_0 for a frequency omega_0 of one's choice, mass in m, length in a length l of one's
+    choice and force in m l omega_0^2; the load is a force in that unit. Nothing rises or falls: the load
+    is constant.
+    """
+
+    mass_ratio: Positive = parameter(2.5, "lambda", "capsule mass over inner mass, M/m", "mass")
+    stiffness: NonNegative = parameter(1.0, "rho", "spring, k/(m omega_0^2)", "stiffness")
+    damping: NonNegative = parameter(0.1, "nu", "viscous damper, c/(m omega_0)", "viscous damping")
+    normal_load: NonNegative = parameter(1.0, "N", "load on the contact over m l omega_0^2", "load")
+    actuation: Actuation = parameter(
+        "internal", "a", 'where the drive acts: "internal", between the masses, or "external", on the mass alone'
+    )
+
+    name: ClassVar[str] = "two-mass-capsule"
+    states: ClassVar = ("displacement", "displacement_rate", "position", "velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "velocity"
+    symmetry: ClassVar = (-1, -1, -1, -1)
+    channels: ClassVar = ("drive", "damper")
+    si_scales: ClassVar = InnerMassScales
+    si_names: ClassVar = {"mass_ratio": "capsule_mass"}
+
+    @property
+    def _external(self) -> bool:
+        return self.actuation == "external"
+
+    def load(self):
+        """N."""
+        return self.normal_load
+
+    def masses(self):
+        """lambda and 1."""
+        return {"velocity": self.mass_ratio, "displacement_rate": 1.0}
+
+    def contact_velocity(self, t, y):
+        """X'."""
+        return y[3]
+
+    def pull(self, y):
+        """F, what pulls the mass back to its place in the capsule."""
+        return self.stiffness * y[0] + self.damping * y[1]
+
+    def holding_force(self, t, y, drive):
+        """R that keeps X'' = 0: what the mass and the drive do to the capsule."""
+        return self.pull(y) if self._external else self.pull(y) - drive
+
+    def rates(self, t, y, drive, force) -> tuple:
+        """y' = (z', z'', X', X''), with X'' = (holding force - R)/lambda."""
+        capsule = (self.holding_force(t, y, drive) - force) / self.mass_ratio
+        return y[1], drive - self.pull(y) - capsule, y[3], capsule
+
+    def energy(self, t, y):
+        """H = lambda X'^2/2 + (X' + z')^2/2 + rho z^2/2."""
+        inner = y[3] + y[1]
+        return 0.5 * self.mass_ratio * y[3] * y[3] + 0.5 * inner * inner + 0.5 * self.stiffness * y[0] * y[0]
+
+    def momentum(self, t, y):
+        """p = lambda X' + (X' + z')."""
+        return (self.mass_ratio + 1.0) * y[3] + y[1]
+
+    def outer_force(self, t, y, drive):
+        """The drive, where it pulls from outside."""
+        return drive if self._external else 0.0
+
+    def powers(self, t, y, drive, force):
+        """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
+        path = y[3] + y[1] if self._external else y[1]
+        return drive * path, -self.damping * y[1] * y[1]
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """The capsule, and in it the mass on its spring; displacements are drawn as they are, from the middle."""
+        wall, mass = y[2] - 0.9, y[2] + y[0]
+        return (
+            Shape("box", "capsule", ((y[2], 0.4),), (1.8, 0.8)),
+            Shape("contact", "contact", ((y[2], 0.0),), (1.7, 0.0)),
+            Shape("spring", "spring", ((wall, 0.4), (mass - 0.15, 0.4))),
+            Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
+        )
