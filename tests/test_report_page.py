@@ -73,7 +73,7 @@ def test_contents_stay_in_sight_and_numbers_have_all_their_digits(report):
     shown.wait("document.readyState === 'complete'")
     shown.js("document.getElementById('errata').scrollIntoView()")
     assert shown.js("document.querySelector('nav').getBoundingClientRect().top") == 0
-    assert shown.wait("document.querySelector('nav [aria-current]')?.hash") == "#errata"
+    shown.wait("document.querySelector('nav [aria-current]').hash === '#errata'")
     number = "document.querySelector('.claim data[title]')"
     short, full = shown.js(f"[{number}.textContent, {number}.title]")
     assert len(short) < len(full)
