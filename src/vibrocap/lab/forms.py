@@ -7,6 +7,7 @@ from typing import Any
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
 from vibrocap.motion.equations import equations, recorded_scene
+from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, series_order
 from vibrocap.physics.parameters import parameter_table
@@ -69,6 +70,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
+        "events": event_kinds(system).tolist(),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,
@@ -123,8 +125,6 @@ def _places(layout: Layout) -> dict[str, Any]:
 
 def statuses() -> list[dict[str, Any]]:
     """How a run may end, by the number that a kernel gives: name and what to do."""
-    from vibrocap.motion.simulate import STATUSES
-
     known: list[dict[str, Any]] = [{"name": "", "text": ""} for _ in range(max(STATUSES) + 1)]
     for number, status in STATUSES.items():
         known[number] = {"name": status.value, "text": status.text, "ok": status is Status.FINISHED}
