@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.machines.machine import Machine, Positive, parameter, parameters
 from vibrocap.physics.parameters import ParameterError
 
 ROUNDING = 1e-13
@@ -236,8 +238,8 @@ def sample(system, draw):
     return t, (*y, *random_internal(system.friction, velocity, side, 1.0, draw)), side
 
 
-@pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
-def test_energy_and_momentum_balance_with_all_channels(system):
+def balance_of_energy_and_momentum(system):
+    """Asserts that energy and momentum change by what the channels and forces say, at states drawn at random."""
     recording, values = equations(system), parameter_values(system)
     energy, momentum = (recording.observables[name] for name in ("energy", "momentum"))
     friction = recording.observables["friction"] * recording.observables["contact_velocity"]
@@ -259,6 +261,23 @@ def test_energy_and_momentum_balance_with_all_channels(system):
         size = 1.0 + max(abs(float(each)) for each in rates) ** 2
         assert along(energy) == pytest.approx(sum(inflow) - taken, abs=1e3 * np.finfo(float).eps * size)
         assert along(momentum) == pytest.approx(force, abs=1e3 * np.finfo(float).eps * size)
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
+def test_energy_and_momentum_balance_with_all_channels(system):
+    balance_of_energy_and_momentum(system)
+
+
+@pytest.mark.parametrize("load", [1.0, "weight", "dynamic"])
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
+def test_reaction_is_the_weight_towards_the_ground_and_the_lift_of_the_bob(load, law):
+    system = capsule(load, law, **EVERYTHING)
+    recording, values = equations(system), parameter_values(system)
+    for draw in draws(10):
+        t, y, side = sample(system, draw)
+        rate, reaction = evaluate([recording.rates[1], recording.observables["reaction"]], t, y, float(side), values)
+        lift = -math.sin(y[0]) * rate - math.cos(y[0]) * y[1] ** 2
+        assert reaction == pytest.approx(3.5 * math.cos(EVERYTHING["inclination"]) + lift, rel=1e-12)
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
@@ -321,6 +340,83 @@ def test_stronger_gravity_is_a_faster_clock():
     states = [vc.simulate(each, periods=3, initial=START, tolerance=1e-12).state for each in (one, four)]
     assert states[1]["position"] == pytest.approx(states[0]["position"], abs=1e-10)
     assert states[1]["angle_rate"] == pytest.approx(2.0 * states[0]["angle_rate"], abs=1e-10)
+
+
+@parameters
+class TwoMasses(Machine):
+    """A mass pushed to and fro in a capsule by the drive; its state is its velocity in the capsule."""
+
+    capsule: Positive = parameter(1.4, "M", "mass of the capsule", "mass")
+    inner: Positive = parameter(0.6, "m", "mass in it", "mass")
+    normal_load: Positive = parameter(2.0, "N", "load", "load")
+
+    name: ClassVar = "two-masses"
+    states: ClassVar = ("inner_velocity", "position", "velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "velocity"
+    symmetry: ClassVar = (-1, -1, -1)
+    channels: ClassVar = ("drive", "damper")
+    in_capsule: ClassVar = True
+
+    def masses(self):
+        return {"velocity": self.capsule, "inner_velocity": self.inner}
+
+    def load(self):
+        return self.normal_load
+
+    def contact_velocity(self, t, y):
+        return y[2]
+
+    def inner_over_ground(self, y):
+        return y[0] + y[2] if self.in_capsule else y[0]
+
+    def holding_force(self, t, y, drive):
+        return -drive
+
+    def rates(self, t, y, drive, force):
+        acceleration = (-drive - force) / self.capsule
+        inner = drive / self.inner
+        return inner - acceleration if self.in_capsule else inner, y[2], acceleration
+
+    def energy(self, t, y):
+        inner = self.inner_over_ground(y)
+        return 0.5 * self.inner * inner * inner + 0.5 * self.capsule * y[2] * y[2]
+
+    def momentum(self, t, y):
+        return self.inner * self.inner_over_ground(y) + self.capsule * y[2]
+
+    def powers(self, t, y, drive, force):
+        return drive * (self.inner_over_ground(y) - y[2]), 0.0
+
+
+@parameters
+class TwoMassesOverGround(TwoMasses):
+    """The same; its state is the velocity over the ground."""
+
+    in_capsule: ClassVar = False
+
+
+@pytest.mark.parametrize("kind", [TwoMasses, TwoMassesOverGround])
+def test_gravity_pulls_at_every_mass_on_the_line(kind):
+    machine, outside = (
+        kind(),
+        vc.Environment(inclination=0.3, gravity=2.0, linear_drag=0.1, quadratic_drag=0.2, force=0.7),
+    )
+    system = vc.System(machine, vc.Coulomb(0.1, 0.2), vc.Harmonic(), environment=outside)
+    balance_of_energy_and_momentum(system)
+    along, drive, speed, inner = 2.0 * math.sin(0.3), 1.8, 0.4, -0.3
+    y = (inner - speed if kind is TwoMasses else inner, 0.0, speed)
+    flow = system.flow(0.0, y, 1)
+    push = 0.7 - 0.1 * speed - 0.2 * speed**2
+    body = (push - drive - 0.2) / machine.capsule - along
+    mass = drive / machine.inner - along
+    expected = (mass - body if kind is TwoMasses else mass), speed, body
+    assert flow.rates == pytest.approx(expected, rel=ROUNDING)
+    assert flow.outer_force == pytest.approx(push - 2.0 * along, rel=ROUNDING)
+    at_rest = system.flow(0.0, (0.0, 0.0, 0.0), 0)
+    assert at_rest.holding_force == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
+    assert at_rest.rates[2] == 0.0
+    assert at_rest.rates[0] == pytest.approx(drive / machine.inner - along, rel=ROUNDING)
 
 
 # --- symmetry, starts -------------------------------------------------------------------------------------------------

@@ -37,6 +37,9 @@ def recorded(part: Any) -> str | None:
     contact = machine.states.index(machine.contact_state)
     for draw in draws(SAMPLES):
         mechanical, side, t = list(random_state(machine.states, draw)), draw.choice((1, -1)), draw.uniform(0, 9)
+        if formulas.corners is not None:  # recorded is the time since the start of the period
+            t = t % system.drive.period
+            values = tuple(float(each) for each in formulas.filled(values, t))
         mechanical[contact] = side * abs(mechanical[contact])
         velocity = machine.contact_velocity(t, tuple(mechanical))
         y = (*mechanical, *random_internal(law, velocity, side, machine.load(), draw))

@@ -16,6 +16,7 @@ from vibrocap.case.case import CHOICES, PARTS, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import series_order
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.system import System
@@ -72,6 +73,12 @@ def contents(
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
             environment = None if own is None else own.environment
             systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
+    for system in systems:
+        if equations(system).corners is not None:
+            name = system.drive.name
+            raise ArgumentError(
+                "drive.waveform", f"should be a drive without corners: a page does not hold {name!r} yet"
+            )
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
@@ -128,7 +135,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "parts": parts,
         "keys": {name: key for name, (key, _) in CHOICES.items()},
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
-        "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": 2_000_000},
+        "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
         "forms": [form.record | each for form, each in zip(forms, kernels, strict=True)],
         "presets": presets,
         "statuses": statuses(),

@@ -9,7 +9,7 @@ from vibrocap.lab.measures import measure_records, result_record
 from vibrocap.motion.equations import equations, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, series_order
+from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, memory, series_order
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
@@ -118,6 +118,7 @@ def _places(layout: Layout) -> dict[str, Any]:
         "run": layout.run_size,
         "result": layout.result_size,
         "marks": layout.marks,
+        "whole": len(memory.WHOLE),
         "real": layout.places["WORK"] + layout.work_size,
     }
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
