@@ -8,8 +8,9 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
 from vibrocap.motion.equations import equations, recorded_scene
+from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, series_order
+from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, memory, series_order
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
@@ -75,6 +76,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
+        "events": event_kinds(system).tolist(),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,
@@ -122,6 +124,7 @@ def _places(layout: Layout) -> dict[str, Any]:
         "run": layout.run_size,
         "result": layout.result_size,
         "marks": layout.marks,
+        "whole": len(memory.WHOLE),
         "real": layout.places["WORK"] + layout.work_size,
     }
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
@@ -129,8 +132,6 @@ def _places(layout: Layout) -> dict[str, Any]:
 
 def statuses() -> list[dict[str, Any]]:
     """How a run may end, by the number that a kernel gives: name and what to do."""
-    from vibrocap.motion.simulate import STATUSES
-
     known: list[dict[str, Any]] = [{"name": "", "text": ""} for _ in range(max(STATUSES) + 1)]
     for number, status in STATUSES.items():
         known[number] = {"name": status.value, "text": status.text, "ok": status is Status.FINISHED}
