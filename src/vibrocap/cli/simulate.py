@@ -23,6 +23,7 @@ from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.scales import SIScales
 
 # kind of event: what the contact does
 EVENTS = {
@@ -169,7 +170,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
-            "events": {kind: counts[kind] for kind in EVENTS},
+            "events": {kind: counts[kind] for kind in (*EVENTS, *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": dataclasses.asdict(energy_balance(motion)) if started else None,
             "certificate": certificate,
@@ -194,7 +195,7 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.system.units is not None:
         units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
-    elif motion.system.machine.cyclic is None:
+    elif motion.system.machine.si_scales is SIScales:
         units = "All quantities are in the units of the parameters."
     page.say(units, style="dim")
 
@@ -225,10 +226,18 @@ def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
     elif motion.system.friction.kind != "set-valued":
         made.add_row("stick fraction", "none", f"the {motion.system.friction.name} law creeps instead of sticking")
     made.add_section()
-    for kind, words in EVENTS.items():
-        if record["events"][kind]:
-            made.add_row(kind.replace("_", " "), str(record["events"][kind]), f"times the contact {words}")
+    for kind, count in record["events"].items():
+        stem, _, number = kind.rpartition("_")
+        words, which = (EVENTS[kind], "the contact") if kind in EVENTS else (EVENTS[stem], f"contact {number}")
+        if count:
+            made.add_row(kind.replace("_", " "), str(count), f"times {which} {words}")
     return made
+
+
+def _further_events(motion: Trajectory) -> tuple[str, ...]:
+    """What may happen at the further contacts of a machine."""
+    kinds = ("stick", "slip_forward", "slip_back", "reversal")
+    return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
 
 
 def _response(motion: Trajectory) -> tuple[str, str]:

@@ -75,6 +75,7 @@ def new_case(chosen: Mapping[str, str], file: str) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run."""
     from vibrocap.case.text import toml_value
     from vibrocap.physics.parameters import parameter_table
+    from vibrocap.physics.states import state_names
     from vibrocap.physics.symbols import STATES
 
     def line(name: str, value: Any, words: str) -> str:
@@ -91,7 +92,9 @@ def new_case(chosen: Mapping[str, str], file: str) -> str:
             lines.append(f"# {info.name}: {words}" if info.default is None else line(info.name, info.default, words))
         lines.append("")
     lines.append("[initial]")
-    for state in (*classes["machine"].states, *classes["friction"].internal):
+    for state in state_names(classes["machine"], classes["friction"]):
+        if state.rpartition("_")[0] == "side":
+            continue  # follows from the velocity
         symbol, meaning = STATES.get(state, (state, state))
         lines.append(line(state, 0.0, f"{symbol}: {meaning}"))
     lines += ["", "[run]", *(line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]

@@ -30,13 +30,19 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     """
     kinds = [*machines().values()] if system is None else [type(system.machine)]
     contacts = [*laws().values()] if system is None else [type(system.friction)]
-    lawful = (tuple(name for name in law.internal if name not in law.switched) for law in contacts)
+    lawful = [tuple(name for name in law.internal if name not in law.switched) for law in contacts]
     states = dict.fromkeys(state for names in (*(kind.states for kind in kinds), *lawful) for state in names)
     units = {name: unit for kind in kinds for law in contacts for name, unit in state_units(kind, law).items()}
     channels = dict.fromkeys(channel for kind in kinds for channel in kind.channels)
+    further = range(2, 2 + max(len(kind.contacts) for kind in kinds))
+    if system is not None:
+        channels = dict.fromkeys(system.placed.channels)
+        moving = [name for name in system.state_names if name not in system.switched]
+        states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     found = [
         *TRAVEL,
         *STICKING,
+        *(_stick_fraction(number) for number in further),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
@@ -80,6 +86,16 @@ STICKING = (
         Standard(_words, ASK_WORD, text=True),
     ),
 )
+
+
+def _stick_fraction(number: int) -> Measure:
+    """Of a further contact, whose side is a state."""
+
+    def resting(now):
+        side = getattr(now, f"side_{number}")
+        return 1.0 - side * side
+
+    return Measure.mean(f"stick_fraction_{number}", f"share of the window in which contact {number} sticks", resting)
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:

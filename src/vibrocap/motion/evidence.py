@@ -43,7 +43,8 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     marks = motion.piece_marks  # integrals at the start of every piece and at the end
     stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
-    if motion.system.friction.switched:  # energy that was stored in the contact is lost where a piece begins unloaded
+    laws = (motion.system.friction, *motion.system.further_laws)
+    if any(law.switched for law in laws):  # energy that was stored in the contact is lost where a piece begins unloaded
         before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
         balance[1:] -= np.cumsum(np.append(after - before, 0.0))
     impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
@@ -163,13 +164,13 @@ def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
     known, names = recording.observables, recording.integral_names
     powers = dict(zip(names, recording.integrals, strict=True))
-    machine = [powers[name] for name in motion.system.machine.channels]
+    machine = [powers[name] for name in motion.system.placed.channels]
     found = _contradiction(
         motion, recording, known["energy"], [*machine, -(known["friction"] * known["contact_velocity"])]
     )
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
-    contact = [powers[name] for name in motion.system.channels if name not in motion.system.machine.channels]
+    contact = [powers[name] for name in motion.system.channels if name not in motion.system.placed.channels]
     taken = known["friction"] * known["contact_velocity"]
     found = _contradiction(motion, recording, known["contact_energy"], [*contact, taken])
     if found:

@@ -133,8 +133,7 @@ class StroboscopicMap:
         A contact that is pushed a little while it sticks stops at once: the map does not depend on that push.
         """
         free = np.ones(states.shape, dtype=bool)
-        if self.equations.hold is not None:
-            contact = self.equations.contact_state
+        for contact in self.equations.resting:
             free[:, contact] = states[:, contact] != 0.0
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
