@@ -40,12 +40,18 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     names = {"time", "side", "impulse"}
     for machine, law in itertools.product(machines().values(), friction):
         for made in (machine(), *([machine(normal_load="dynamic")] if machine is vc.PendulumCapsule else [])):
-            system = vc.System(made, law, vc.Harmonic())
-            names |= {*equations(system).observables, *(f"{channel}_work" for channel in system.channels)}
+            for environment in (None, vc.Environment()):
+                system = vc.System(made, law, vc.Harmonic(), environment=environment)
+                names |= {*equations(system).observables, *(f"{channel}_work" for channel in system.channels)}
     assert {name for _, name, _ in page_rows("What else")} == names
     motion = vc.simulate(vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), periods=0.1)
     assert set(motion.names) <= names | states
     assert all(printed for printed, _, _ in page_rows(""))
+
+
+def test_every_parameter_of_an_environment_is_on_the_page_of_symbols():
+    expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in parameter_table(vc.Environment)]
+    assert page_rows("Environment") == expected
 
 
 @pytest.mark.parametrize("name", wrappers())

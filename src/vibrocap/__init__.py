@@ -73,7 +73,16 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
+    from vibrocap.physics.drives.phases import Phases
+    from vibrocap.physics.drives.pulse_width import PulseWidth
     from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.drives.seven_phase import SevenPhase
+    from vibrocap.physics.drives.square import Square
+    from vibrocap.physics.drives.table import DriveTable
+    from vibrocap.physics.drives.three_phase import ThreePhase
+    from vibrocap.physics.drives.trapezoid import Trapezoid
+    from vibrocap.physics.drives.triangle import Triangle
+    from vibrocap.physics.environment import Environment
     from vibrocap.physics.friction.anisotropic import anisotropic
     from vibrocap.physics.friction.backlash import backlash
     from vibrocap.physics.friction.bouc_wen import BoucWen
@@ -282,6 +291,7 @@ __all__ = [
     "PendulumScales",
     "FreeScales",
     "SIScales",
+    "Environment",
     "Oscillator",
     "TwoMassCapsule",
     "VibroImpactCapsule",
@@ -292,6 +302,14 @@ __all__ = [
     "Constant",
     "Ramp",
     "Loading",
+    "Square",
+    "Triangle",
+    "Trapezoid",
+    "PulseWidth",
+    "Phases",
+    "ThreePhase",
+    "SevenPhase",
+    "DriveTable",
     "BoucWen",
     "Coulomb",
     "Dahl",

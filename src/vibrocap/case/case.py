@@ -14,6 +14,7 @@ from vibrocap.files import write_text
 from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import state_names
@@ -22,7 +23,8 @@ from vibrocap.physics.units import parameter_keys, state_keys, state_units
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
-SECTIONS = (*CHOICES, "scales", "initial", "run")
+PARTS = (*CHOICES, "environment")  # sections of parts, of which the last may be left out and has no kinds
+SECTIONS = (*PARTS, "scales", "initial", "run")
 LARGEST = 2**24  # bytes of a case file
 KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
@@ -152,9 +154,9 @@ def _other_keys(data: Mapping[str, Any], section: str, key: str) -> list[str]:
     for name, (kind, catalogue) in CHOICES.items():
         given = data.get(name)
         parts.append(catalogue().get(given.get(kind)) if isinstance(given, dict) else None)
-    if None in parts or section not in (*CHOICES, "initial") or not isinstance(data.get(section), dict):
+    if None in parts or section not in (*PARTS, "initial") or not isinstance(data.get(section), dict):
         return []
-    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True))
+    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True)) | {"environment": Environment}
     machine = classes["machine"]
     if section == "initial":
         keys = state_keys(state_units(machine, classes["friction"]))
@@ -180,8 +182,11 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     classes = {
         name: _chosen(name, sections[name], complaints) for name in CHOICES if isinstance(data.get(name, {}), Mapping)
     }
+    complete = len(classes) == len(CHOICES) and all(classes.values())
+    if isinstance(data.get("environment"), Mapping):
+        classes["environment"] = Environment
     scales, given, said = None, {}, 0
-    if len(classes) == len(CHOICES) and all(classes.values()):
+    if complete:
         form = form_of(sections, classes, data.get("units"), {name: key for name, (key, _) in CHOICES.items()})
         if form.check(sections, complaints):
             raise CaseError(complaints, source)
@@ -201,7 +206,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
     _check_run(sections["run"], complaints)
     system = None
     kept = data.get("units") == DIMENSIONLESS
-    if len(parts) == len(CHOICES) and None not in parts.values():
+    if complete and None not in parts.values():
         try:
             system = System(**parts, units=None if kept else scales)
         except ArgumentError as error:
@@ -248,14 +253,15 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> A
 
 def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The part with its good values, so that checks between fields go on; complaints about the others."""
-    key, catalogue = CHOICES[section]
+    key, catalogue = CHOICES.get(section, ("", dict))
     names = [info.name for info in parameter_table(cls)]
     values = {name: value for name, value in given.items() if name != key}
     for name in [name for name in values if name not in names]:
         del values[name]
         owner = next((other for other, kin in catalogue().items() if _has(kin, name)), None)
         hint = f"it belongs to {key} = {owner!r}; here " if owner else ""
-        complaints.add(f"{section}.{name}", f"no such key for {key} = {cls.name!r}; {hint}{suggestion(name, names)}")
+        kind = f" for {key} = {cls.name!r}" if key else ""
+        complaints.add(f"{section}.{name}", f"no such key{kind}; {hint}{suggestion(name, names)}")
     bad: set[str] = set()
     for _ in range(2):  # all values; then the good ones, for what is to be said between them
         try:

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.case.units import DIMENSIONLESS, PARTS, SI, WORDS
+from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
 from vibrocap.physics.parameters import given_parameters, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.system import System
@@ -33,7 +33,7 @@ def as_text(
     if in_si and scales is not None:
         sections = _in_si(system, scales, initial, choices, exactly=units is None)
     if sections is None:
-        sections = {name: _plain(getattr(system, name), choices[name][0]) for name in PARTS}
+        sections = {name: _chosen(name, part, choices) | given_parameters(part) for name, part in system.parts.items()}
         if scales is not None and parameter_table(scales):
             sections["scales"] = given_parameters(scales)
             head = f'units = "{DIMENSIONLESS}"\n\n' if units == DIMENSIONLESS or system.units is None else ""
@@ -45,8 +45,9 @@ def as_text(
     return head + "\n".join(blocks)
 
 
-def _plain(part: Any, key: str) -> dict[str, Any]:
-    return {key: part.name} | given_parameters(part)
+def _chosen(section: str, part: Any, choices: Mapping[str, Any]) -> dict[str, Any]:
+    """The key that chooses the kind of a part, where there are kinds."""
+    return {choices[section][0]: part.name} if section in choices else {}
 
 
 def _in_si(
@@ -55,19 +56,20 @@ def _in_si(
     """The sections in SI; None where `exactly` is asked for and not possible."""
     units = Units(scales, system.machine.effort, state_units(system.machine, system.friction))
     found: dict[str, dict[str, Any]] = {}
-    for name in PARTS:
-        part = getattr(system, name)
+    for name, part in system.parts.items():
         values = written_in_si(part, units, exactly)
         if values is None:
             return None
         own = given_parameters(scales) if name == "machine" else {}
-        found[name] = {choices[name][0]: part.name} | own | values
+        found[name] = _chosen(name, part, choices) | own | values
     start = written(initial, state_keys(units.states), units, exactly)
     return None if start is None else found | {"initial": start}
 
 
 def toml_value(value: Any) -> str:
-    """A word or a number as TOML writes it."""
+    """A word, a number or a list of numbers as TOML writes it."""
+    if isinstance(value, (tuple, list)):
+        return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, int):

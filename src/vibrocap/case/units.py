@@ -16,7 +16,6 @@ from vibrocap.physics.units import Units, parameter_keys, state_keys, state_unit
 
 SI, DIMENSIONLESS = "SI", "dimensionless"
 WORDS = (SI, DIMENSIONLESS)
-PARTS = ("machine", "friction", "drive")
 Sections = Mapping[str, Mapping[str, Any]]
 
 
@@ -62,7 +61,7 @@ class Form:
 
 
 def form_of(sections: Sections, classes: Mapping[str, Any], said: Any, chosen: Mapping[str, str]) -> Form:
-    """In which units a case is given; classes: of machine, friction and drive, all of them."""
+    """In which units a case is given; classes: of the parts, all of them."""
     form = Form(classes, said if said in WORDS else "", [], chosen)
     keys: dict[str, Any] = {name: parameter_keys(cls, classes["machine"].effort) for name, cls in classes.items()}
     keys["initial"] = state_keys(state_units(classes["machine"], classes["friction"]))
@@ -79,7 +78,7 @@ def without_units(
     machine, law = form.classes["machine"], form.classes["friction"]
     units = Units(scales, machine.effort, state_units(machine, law))
     plain, given = {}, {}
-    for name in (*PARTS, "initial"):
+    for name in (*form.classes, "initial"):
         aside = {*form.scale_fields, form.chosen["machine"]} if name == "machine" else {form.chosen.get(name)}
         values = {key: value for key, value in sections[name].items() if key not in aside}
         bare = form.said == SI

@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from vibrocap.arguments import ArgumentError, Complaints
-from vibrocap.case.case import CHOICES, CaseError
+from vibrocap.case.case import CaseError
 from vibrocap.cli.options import (
     Refusal,
     Settings,
@@ -43,6 +43,9 @@ CHANNELS = {
     "drive": "work of the drive",
     "damper": "work of the damper",
     "belt": "work of the belt under the block",
+    "drag": "work of the drag of the surroundings",
+    "outer_force": "work of the force from outside",
+    "gravity": "work of gravity along the slope",
     "contact_sliding": "work of sliding friction",
     "bristle_loss": "loss in the bristles",
     "contact_storage": "bristles under a changing load",
@@ -164,6 +167,10 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
         velocity = dataclasses.asdict(mean_velocity(motion))
     counts = collections.Counter(motion.event_kinds)
     certificate = motion.certificate.record() if started else None
+    energy = dataclasses.asdict(energy_balance(motion)) if started else None
+    if energy is not None:
+        absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+        energy = {name: value for name, value in energy.items() if name not in absent}
     return plain(
         {
             "state": motion.state,
@@ -172,7 +179,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
             "mean_velocity": velocity,
             "events": {kind: counts[kind] for kind in (*EVENTS, *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
-            "energy": dataclasses.asdict(energy_balance(motion)) if started else None,
+            "energy": energy,
             "certificate": certificate,
             "status": motion.status.value,
         }
@@ -183,8 +190,8 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     """The summary of `vibrocap simulate`; record: in SI where the system knows its scales."""
     page = Page()
     page.say(title, style="bold")
-    for part in CHOICES:
-        page.say(f"  {in_words(getattr(motion.system, part), motion.system)}", style="dim")
+    for part in motion.system.parts.values():
+        page.say(f"  {in_words(part, motion.system)}", style="dim")
     page.print(_motion_table(motion, record))
     if record["energy"]:
         page.print(_energy_table(record["energy"], bool(record.get("units"))))
@@ -255,7 +262,7 @@ def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     for name, text in CHANNELS.items():
-        if name in ("belt", "contact_storage") and energy[name] == 0.0:
+        if name not in energy or (name in ("belt", "contact_storage") and energy[name] == 0.0):
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)

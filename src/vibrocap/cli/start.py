@@ -74,6 +74,7 @@ def new(
 def new_case(chosen: Mapping[str, str], file: str) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run."""
     from vibrocap.case.text import toml_value
+    from vibrocap.physics.environment import Environment
     from vibrocap.physics.parameters import parameter_table
     from vibrocap.physics.states import state_names
     from vibrocap.physics.symbols import STATES
@@ -91,6 +92,11 @@ def new_case(chosen: Mapping[str, str], file: str) -> str:
             words = f"{info.symbol}: {info.meaning}"
             lines.append(f"# {info.name}: {words}" if info.default is None else line(info.name, info.default, words))
         lines.append("")
+    lines.append("# [environment]: a slope, a fluid or a force from outside; left out, there is none of them.")
+    for info in parameter_table(Environment):
+        words = f"{info.symbol}: {info.meaning}"
+        lines.append(f"# {info.name}: {words}" if info.default is None else f"# {line(info.name, info.default, words)}")
+    lines.append("")
     lines.append("[initial]")
     for state in state_names(classes["machine"], classes["friction"]):
         if state.rpartition("_")[0] == "side":

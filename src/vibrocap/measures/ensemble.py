@@ -22,7 +22,7 @@ from vibrocap.physics.conversion import values_without_units
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError
-from vibrocap.physics.system import PARTS, System
+from vibrocap.physics.system import System
 from vibrocap.progress import reporting
 
 CHUNK = 32_768  # runs in memory at a time, some 40 MB
@@ -186,9 +186,8 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """The values that vary, as arrays [runs]: of numbers, or of objects where some are text."""
     if not isinstance(over, Mapping) or not over:
         raise ValueError(f"over should name at least one parameter or initial state with its values, got {over!r}")
-    parts = (getattr(system, part) for part in PARTS)
     given = {path: _column(path, values) for path, values in over.items()} if system.units is not None else over
-    over = values_without_units(given, system.units, *parts)
+    over = values_without_units(given, system.units, *system.parts.values())
     known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))
     columns: dict[str, np.ndarray] = {}
     for path, given in over.items():
@@ -242,9 +241,9 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
         runs |= dict.fromkeys((0, *map(int, kinds)))
         if column.dtype != object:
             runs |= dict.fromkeys((int(column.argmin()), int(column.argmax())))
-    for part in PARTS:
+    for part, record in system.parts.items():
         paths = [path for path in columns if path.startswith(f"{part}.")]
-        if paths and type(getattr(system, part)).__pydantic_decorators__.model_validators:
+        if paths and type(record).__pydantic_decorators__.model_validators:
             rows = np.column_stack([columns[path] for path in paths]).astype(float)
             runs |= dict.fromkeys(map(int, np.unique(rows, axis=0, return_index=True)[1]))
     for run in runs:
@@ -286,14 +285,14 @@ def _chunks(system: System, columns: Mapping[str, np.ndarray], size: int) -> Ite
 def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """Whether each run has the half-period symmetry (`System.mirrored`)."""
     runs = len(next(iter(columns.values())))
-    paths = [path for path in columns if path.startswith("drive.")]
+    paths = [path for path in columns if path.startswith(("drive.", "environment."))]
     for part, contract in (("friction", Law), ("machine", Machine)):
         if type(getattr(system, part)).symmetric is not contract.symmetric:
             paths += [path for path in columns if path.startswith(f"{part}.")]
     if not paths:
         return np.full(runs, system.mirrored)
     rows, which = np.unique(np.column_stack([columns[path] for path in paths]), axis=0, return_inverse=True)
-    varied = System(*(copy.copy(getattr(system, part)) for part in PARTS))
+    varied = System(**{part: copy.copy(record) for part, record in system.parts.items()})
     mirrored = np.empty(len(rows), dtype=bool)
     for k, row in enumerate(rows):
         for path, value in zip(paths, row, strict=True):

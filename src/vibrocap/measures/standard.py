@@ -17,8 +17,9 @@ from vibrocap.numerics.api import (
     ASK_WORD,
 )
 from vibrocap.physics.catalogue import laws, machines
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.system import System
+from vibrocap.physics.system import CONTACT_CHANNELS, System
 from vibrocap.physics.units import state_units
 
 
@@ -33,10 +34,13 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     lawful = [tuple(name for name in law.internal if name not in law.switched) for law in contacts]
     states = dict.fromkeys(state for names in (*(kind.states for kind in kinds), *lawful) for state in names)
     units = {name: unit for kind in kinds for law in contacts for name, unit in state_units(kind, law).items()}
-    channels = dict.fromkeys(channel for kind in kinds for channel in kind.channels)
+    surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
+    outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
+    channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
     further = range(2, 2 + max(len(kind.contacts) for kind in kinds))
+    channels |= dict.fromkeys(f"contact_sliding_{number}" for number in further)
     if system is not None:
-        channels = dict.fromkeys(system.placed.channels)
+        channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
         moving = [name for name in system.state_names if name not in system.switched]
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     found = [

@@ -5,12 +5,16 @@ import dataclasses
 import functools
 from typing import Any
 
+import numpy as np
+
+from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance
 from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
-from vibrocap.physics.system import LOCATED, PARTS, Flow, System
+from vibrocap.physics.system import LOCATED, Flow, System
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -31,7 +35,7 @@ class Equations:
     contact_velocity: Expression
     contact_state: int
     internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
-    resting: tuple[int, ...]  # velocities that are exactly zero while a contact sticks
+    resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
@@ -49,11 +53,16 @@ class Equations:
     base: int  # states of the motion itself; tangents may follow them
     balance: Balance | None  # of momentum, where it gives the acceleration of the contact
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
+    corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
 
     @property
     def guards(self) -> tuple[Expression, ...]:
         """Of the branches of law and machine, then the bounds: a step ends where one of them falls to zero."""
         return (*self.switches, *self.bounds)
+
+    def filled(self, parameters: Any, time: Any = 0.0) -> Any:
+        """Parameter vectors with the segment of the drive at a time since the start of its period, where it has any."""
+        return parameters if self.corners is None else self.corners.filled(parameters, time)
 
 
 def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
@@ -66,13 +75,27 @@ def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
 @functools.lru_cache(maxsize=256)
 def parameter_values(system: System) -> tuple[float, ...]:
     """The parameter vector of a system, in the order of `Equations.parameter_paths`."""
-    return tuple(float(value) for _, value in _recorded_parameters(system))
+    found = tuple(float(value) for _, value in _recorded_parameters(system))
+    corners = equations(system).corners
+    if corners is None:
+        return found
+    return tuple(corners.filled(np.append(found, np.zeros(2 + corners.coefficients))).tolist())
+
+
+def parameters_at(system: System, time: np.ndarray) -> tuple:
+    """The parameter vector with the segment of the drive that holds at times [n] since the start of its period.
+
+    Where the drive has corners the numbers of the segment are arrays [n].
+    """
+    found, corners = parameter_values(system), equations(system).corners
+    if corners is None:
+        return found
+    return (*found[: corners.place], *corners.present(*corners.of_one(found), time)[1])
 
 
 def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
     found = []
-    for part in PARTS:
-        record = getattr(system, part)
+    for part, record in system.parts.items():
         for info in parameter_table(record):
             value = getattr(record, info.name)
             if is_recorded(record, info.name, value):
@@ -83,8 +106,7 @@ def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
 def form(system: System) -> tuple:
     """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
     result = []
-    for part in PARTS:
-        record = getattr(system, part)
+    for record in system.parts.values():
         fixed = tuple(
             (info.name, getattr(record, info.name))
             for info in parameter_table(record)
@@ -120,11 +142,17 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     paths = tuple(path for path, _ in _recorded_parameters(system))
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
     recorded = object.__new__(System)
-    for part in PARTS:
-        object.__setattr__(recorded, part, _with_symbols(part, getattr(system, part), symbols))
+    for part, record in system.parts.items():
+        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    corners = _recorded_corners(system, paths)
+    if isinstance(recorded.drive, Piecewise):
+        _, *segment = paths_of_segment = segment_paths(recorded.drive)
+        start, *coefficients = (graph.node("parameter", len(paths) + 1 + k) for k in range(len(segment)))
+        object.__setattr__(recorded, "drive", recorded.drive.on_segment(start, tuple(coefficients)))
+        paths = (*paths, *paths_of_segment)
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
-    placed = recorded.placed
     flow = recorded.flow(graph.node("time"), y, graph.node("side"))
+    placed = recorded.placed
     expression = graph.expression
     scales = recorded.scales()
     internal_rates = dict(zip(system.friction.internal, flow.rates[len(placed.states) :], strict=True))
@@ -149,15 +177,16 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         friction=expression(flow.sliding_friction),
         share=expression(1.0) if flow.holding_limit is None else side * side,
         acceleration=expression(flow.rates[contact]),
-        normal=_normal_balance(graph, recorded, mechanical, flow),
+        normal=_normal_balance(graph, placed, mechanical, flow),
     )
     if flow.bounds and flow.holding_limit is not None:
         observables |= {"holding_limit": flow.holding_limit, "holding_middle": flow.holding_middle}
     reaction = placed.reaction(graph.node("time"), mechanical, flow.drive)
     if reaction is not None:
         inertia, own, slope = reaction
-        observables["reaction"] = (own + slope * flow.friction) / inertia
-    if type(system.machine).outer_force is not Machine.outer_force or flow.further:
+        observables["reaction"] = (own + slope * flow.taken) / inertia
+    from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
+    if from_outside or flow.further:
         observables["outer_force"] = flow.outer_force
     return Equations(
         graph=graph,
@@ -183,13 +212,15 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         located=LOCATED[: len(flow.bounds)],
         after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
-        kinked=system.friction.kind == "kinked",
+        kinked=system.friction.kind == "kinked"
+        or (system.friction.kind == "smooth" and system.environment is not None),
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
         balance=None
         if flow.further or not balance.holds([expression(rate) for rate in flow.rates], len(paths))
         else balance,
+        corners=corners,
     )
 
 
@@ -200,10 +231,16 @@ def _of_contacts(system: System) -> list[str]:
 
 
 def _resting(system: System) -> list[str]:
-    """The states that are exactly zero while a contact sticks."""
-    velocities = (system.machine.contact_state, *system.machine.contacts)
-    laws = (system.friction, *system.further_laws)
-    return [name for name, law in zip(velocities, laws, strict=True) if law.kind == "set-valued"]
+    """The velocities that are exactly zero while a further contact sticks."""
+    pairs = zip(system.machine.contacts, system.further_laws, strict=True)
+    return [name for name, law in pairs if law.kind == "set-valued"]
+
+
+def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
+    """The corners of the drive, recorded in a graph of their own: a table may have very many."""
+    graph = Graph()
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
+    return recorded_corners(_with_symbols("drive", system.drive, symbols), len(paths))
 
 
 def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
@@ -211,7 +248,10 @@ def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    machine = _with_symbols("machine", system.machine, symbols)
+    recorded = object.__new__(System)
+    for part, record in system.parts.items():
+        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    machine = recorded.placed
     y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
     shapes = tuple(
         dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
@@ -220,15 +260,15 @@ def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
     return shapes, graph.expression(machine.load())
 
 
-def _normal_balance(graph: Graph, system: System, mechanical: tuple, flow: Flow) -> NormalBalance | None:
+def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:
     """The balance of momentum normal to the ground, where the load of the law follows from it."""
-    momentum = system.machine.vertical_momentum(graph.node("time"), mechanical)
+    momentum = machine.vertical_momentum(graph.node("time"), mechanical)
     if not flow.loads or momentum is None:
         return None
     moving, at_rest = map(graph.expression, flow.loads)
     return NormalBalance(
         momentum=graph.expression(momentum),
-        mean=graph.expression(system.machine.load()),
+        mean=graph.expression(machine.load()),
         moving=moving,
         at_rest=at_rest,
     )

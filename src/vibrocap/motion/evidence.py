@@ -11,6 +11,7 @@ from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Recorded, memory
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
+from vibrocap.physics.system import CONTACT_CHANNELS
 
 POINTS = 9  # per piece at which a certificate looks
 FINE = 65  # points per piece among which the slowest is looked for
@@ -112,7 +113,7 @@ def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, 
     if machine.follows_load:
         limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index, s)
     else:
-        load = machine.load()
+        load = motion.system.placed.load()
         limit, middle = np.full(len(held), float(law.holding_limit(load))), law.holding_middle(load)
     force = np.abs(held - middle)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -137,8 +138,12 @@ def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[flo
 
 def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
     """How much observables change, at most, where every state changes by its natural size."""
-    start, parameters = np.arange(len(motion.piece_start)), parameter_values(motion.system)
-    states, local = motion.piece_states(start, 0.0 * motion.piece_length), motion.drive_time(motion.piece_start)
+    start, zero = np.arange(len(motion.piece_start)), 0.0 * motion.piece_length
+    states, local, parameters = (
+        motion.piece_states(start, zero),
+        motion.drive_time(start, zero),
+        motion.piece_parameters(start),
+    )
     total = 0.0
     for i, scale in enumerate(scales):
         slopes = evaluate(
@@ -164,13 +169,14 @@ def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a system's energies and powers contradicts its rates, in words; empty where nothing does."""
     known, names = recording.observables, recording.integral_names
     powers = dict(zip(names, recording.integrals, strict=True))
-    machine = [powers[name] for name in motion.system.placed.channels]
+    contact_channels = [name for name in motion.system.channels if name in CONTACT_CHANNELS]
+    machine = [powers[name] for name in motion.system.channels if name not in contact_channels]
     found = _contradiction(
         motion, recording, known["energy"], [*machine, -(known["friction"] * known["contact_velocity"])]
     )
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
-    contact = [powers[name] for name in motion.system.channels if name not in motion.system.placed.channels]
+    contact = [powers[name] for name in contact_channels]
     taken = known["friction"] * known["contact_velocity"]
     found = _contradiction(motion, recording, known["contact_energy"], [*contact, taken])
     if found:
@@ -192,8 +198,8 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
     terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
     terms += [derivative(stored, -1), *(-each for each in inflows)]
     start, side = np.arange(len(motion.piece_start)), motion.piece_side
-    local, parameters = motion.drive_time(motion.piece_start), parameter_values(motion.system)
-    states = motion.piece_states(start, 0.0 * motion.piece_length)
+    zero, parameters = 0.0 * motion.piece_length, motion.piece_parameters(start)
+    states, local = motion.piece_states(start, zero), motion.drive_time(start, zero)
     values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, side, parameters)]
     gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
     worst = int(np.argmax(gap - INCONSISTENT * size))
@@ -233,8 +239,8 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
 
 def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, stiff_from: float) -> np.ndarray:
     """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
-    recording, parameters = equations(motion.system), parameter_values(motion.system)
-    local = motion.drive_time(motion.piece_start[index] + s)
+    recording, parameters = equations(motion.system), motion.piece_parameters(index)
+    local = motion.drive_time(index, s)
     with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
         rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
     left = np.zeros(len(index))

@@ -97,7 +97,6 @@ class MachineOnContacts:
         self.switch_events = (*machine.switch_events, *(kind for i, law in contacts for kind in _events(i, law)))
         losses = ((f"contact_sliding_{i}", *((f"bristle_loss_{i}",) if law.internal else ())) for i, law in contacts)
         self.channels = (*machine.channels, *(name for names in losses for name in names))
-        self.symmetric = machine.symmetric and all(law.symmetric for law in self.laws)
         self._places, start = [], len(machine.states)
         for names in named:
             self._places.append(slice(start, start + len(names)))
@@ -105,6 +104,11 @@ class MachineOnContacts:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.machine, name)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether machine and laws are their own mirror images."""
+        return self.machine.symmetric and all(law.symmetric for law in self.laws)
 
     def scales(self, time=1.0) -> tuple:
         """Natural size of each state."""

@@ -44,16 +44,16 @@ def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool =
 INITIAL = "initial."
 
 
-def path_in_si(path: str, machine: Any, friction: Any, drive: Any) -> tuple[str, Key] | None:
+def path_in_si(path: str, machine: Any, friction: Any, drive: Any, environment: Any = None) -> tuple[str, Key] | None:
     """(path without unit, key) of a path such as "drive.frequency_Hz"; None for one that is none in SI.
 
-    machine, friction, drive: parts or their classes
+    machine, friction, drive, environment: parts or their classes
     """
     section, _, name = path.partition(".")
     if path.startswith(INITIAL):
         keys: Mapping[str, Key] = state_keys(state_units(machine, friction))
     else:
-        part = {"machine": machine, "friction": friction, "drive": drive}.get(section)
+        part = {"machine": machine, "friction": friction, "drive": drive, "environment": environment}.get(section)
         if part is None:
             return None
         keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
@@ -61,11 +61,13 @@ def path_in_si(path: str, machine: Any, friction: Any, drive: Any) -> tuple[str,
     return (f"{section}.{key.name}", key) if key is not None and key.has_unit else None
 
 
-def paths_in_si(machine: Any, friction: Any, drive: Any) -> tuple[str, ...]:
+def paths_in_si(machine: Any, friction: Any, drive: Any, environment: Any = None) -> tuple[str, ...]:
     """Every path of these parts and their initial states that carries its unit."""
-    parts = {"machine": machine, "friction": friction, "drive": drive}
+    parts = {"machine": machine, "friction": friction, "drive": drive, "environment": environment}
     found: list[str] = []
     for section, part in parts.items():
+        if part is None:
+            continue
         keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
         found += [f"{section}.{key}" for key, each in keys.items() if each.has_unit]
     states = state_keys(state_units(machine, friction))
@@ -90,7 +92,7 @@ def quantity(path: str, system: Any) -> Quantity:
 
     Raises ArgumentError for a path in SI of a system that does not know its scales.
     """
-    place = path_in_si(path, system.machine, system.friction, system.drive)
+    place = path_in_si(path, **system.parts)
     if place is None:
         return Quantity(path, path)
     if system.units is None:
@@ -100,10 +102,9 @@ def quantity(path: str, system: Any) -> Quantity:
 
 def quantity_in_si(plain: str, system: Any) -> Quantity:
     """The quantity of a path without units, in SI where the system knows its scales and the quantity has a unit."""
-    parts = system.machine, system.friction, system.drive
     if system.units is not None:
-        for path in paths_in_si(*parts):
-            place = path_in_si(path, *parts)
+        for path in paths_in_si(**system.parts):
+            place = path_in_si(path, **system.parts)
             if place is not None and place[0] == plain and place[1].has_unit:
                 return quantity(path, system)
     return Quantity(plain, plain)
@@ -112,7 +113,8 @@ def quantity_in_si(plain: str, system: Any) -> Quantity:
 def values_without_units(values: Mapping[str, Any], scales: Scales | None, *parts: Any) -> dict[str, Any]:
     """Values by path, numbers or arrays, without units; what is not in SI, and all where no scales are known, stays.
 
-    parts: machine, friction law and drive. Raises ArgumentError for a quantity that is given in two ways.
+    parts: machine, friction law, drive, and the environment where there is one
+    Raises ArgumentError for a quantity that is given in two ways.
     """
     found: dict[str, Any] = {}
     for path, value in values.items():
@@ -139,9 +141,16 @@ def _without_units(
             found.complaints.add(key, f"is {found.keys[known.name]} once more; give one of them")
         else:
             found.keys[known.name] = key
-            number = is_number(value) and (known.has_unit or known.key != key)
-            found.values[known.name] = value / units.per_key(known) if number else value
+            has_unit = known.has_unit or known.key != key
+            found.values[known.name] = _divided(value, units.per_key(known)) if has_unit else value
     return found
+
+
+def _divided(value: Any, scale: float) -> Any:
+    """A number, or each number of a list, over a scale; what is neither as it is."""
+    if isinstance(value, (list, tuple)):
+        return [_divided(each, scale) for each in value]
+    return value / scale if is_number(value) else value
 
 
 def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], bare: bool) -> Key | str:

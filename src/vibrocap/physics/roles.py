@@ -91,9 +91,12 @@ ROLES = {
     "speed": SPEED,
     "torsional stiffness": TORQUE,
     "torsional damping": TORQUE * TIME,
+    # of environments
+    "quadratic damping": MASS / LENGTH,  # a force over the square of a speed
     # of drives
     "effort": EFFORT,  # force or torque
     "effort rate": EFFORT / TIME,
+    "effort acceleration": EFFORT / TIME**2,
     "frequency": NUMBER / TIME,  # angular
     "phase": NUMBER,  # an angle in radians
     "duration": TIME,

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterable
 
 from vibrocap.physics.catalogue import drives, laws, machines, wrappers
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
@@ -87,7 +88,7 @@ QUANTITIES = {
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
-    "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator)"),
+    "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator, environment)"),
     "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
     "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
     "holding_middle": ("R_mid", "their middle"),
@@ -99,6 +100,9 @@ QUANTITIES = {
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
     "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
+    "drag_work": ("W_drag", "work of the drag since the start (environment)"),
+    "outer_force_work": ("W_outer", "work of its constant force since the start (environment)"),
+    "gravity_work": ("W_gravity", "work of gravity along the slope since the start (environment)"),
     "contact_sliding_work": ("W_slide", "work lost by sliding since the start"),
     "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
     "contact_storage_work": ("W_store", "work that bristles gave back less what they took, under such a load"),
@@ -128,6 +132,7 @@ def page() -> str:
             lines += [f"## {title} `{name}`: `{part.__name__}`", "", *_parameters(part), ""]
         if title == "Friction law":
             lines += _wrapped()
+    lines += ["## Environment: `Environment`", "", *_parameters(Environment), ""]
     lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
     lines += ["## What else a motion can be asked for", "", *_quantities(QUANTITIES), ""]
     lines += ["## Scales", "", "What the units of a machine are, in [machine] of a case in SI or in [scales].", ""]

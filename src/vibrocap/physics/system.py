@@ -1,4 +1,4 @@
-"""A system: a machine on a friction law, moved by a drive. The one place where their equations meet."""
+"""A system: a machine on a friction law, moved by a drive, in an environment. Here alone their equations meet."""
 
 import dataclasses
 from typing import Any
@@ -7,6 +7,7 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.contacts import MachineOnContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
@@ -16,8 +17,9 @@ from vibrocap.physics.states import further_laws, state_names
 from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
-PARTS = ("machine", "friction", "drive")
-
+PARTS = ("machine", "friction", "drive")  # of every system
+CONTRACTS = {"machine": Machine, "friction": Law, "drive": Drive, "environment": Environment}
+CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
@@ -34,6 +36,7 @@ class Flow:
     contact_velocity: Any
     friction: Any  # friction force R
     sliding_friction: Any  # R where the contact slides
+    taken: Any  # by the machine in the place of friction: R less what pushes its body from outside
     outer_force: Any  # along the line of sliding, other than friction
     holding_force: Any  # R that would keep a resting contact at rest
     holding_middle: Any  # of the forces that the contact can hold at rest
@@ -52,7 +55,7 @@ class Flow:
 
 @dataclasses.dataclass(frozen=True)
 class System:
-    """Machine + friction + drive.
+    """Machine + friction + drive, and the environment where there is one.
 
     The state vector holds the machine's states, then the internal states of the law. A set-valued law is given the
     force that holds the contact wherever it sticks (side 0), so that one set of equations serves sliding and sticking.
@@ -67,6 +70,7 @@ class System:
     but if b - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with b - s mu <= 0
     has no way to go on, or could as well be at rest.
 
+    environment: a slope, drag and a force from outside; None: level ground and nothing else.
     units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
     system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).
     Parts in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them.
@@ -76,9 +80,10 @@ class System:
     friction: Law
     drive: Drive
     units: Scales | None = None
+    environment: Environment | None = None
 
     def __post_init__(self):
-        given = {part: getattr(self, part) for part in PARTS}
+        given = self.parts
         if any(isinstance(part, PartInSI) for part in given.values()):
             found, scales = parts_without_units(given, self.units)
             for name, value in (found | {"units": scales}).items():
@@ -86,10 +91,10 @@ class System:
         if self.units is not None and not isinstance(self.units, Scales):
             wanted = self.machine.si_scales.__name__
             raise TypeError(f"units should be scales, {wanted}(...), got {self.units!r}")
-        for part, contract in zip(PARTS, (Machine, Law, Drive), strict=True):
-            given = getattr(self, part)
-            if not isinstance(given, contract):
-                raise TypeError(f"{part} should be a {contract.__name__.lower()}, got {given!r}")
+        for part, given in self.parts.items():
+            if not isinstance(given, CONTRACTS[part]):
+                what = CONTRACTS[part].__name__.lower()
+                raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
         if self.friction.internal and self.machine.normal_load == 0:
             raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
         for number, (law, load) in enumerate(
@@ -97,6 +102,20 @@ class System:
         ):
             if law.internal and load == 0:
                 raise ArgumentError(f"machine.normal_load_{number}", f"should be > 0 with the {law.name} law, got 0")
+        if self.environment is not None:
+            self.environment.check(self.machine)
+
+    @property
+    def parts(self) -> dict[str, Any]:
+        """The parts by name: machine, friction, drive, and the environment where there is one."""
+        found = {part: getattr(self, part) for part in PARTS}
+        return found if self.environment is None else {**found, "environment": self.environment}
+
+    @property
+    def placed(self) -> Any:
+        """The machine as it stands in its environment, on the slope; on several contacts, seen as one on the first."""
+        machine = self.machine if self.environment is None else self.environment.placed(self.machine)
+        return MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
 
     @property
     def si(self) -> Units:
@@ -105,11 +124,6 @@ class System:
             wanted = type(self.machine).si_scales.__name__
             raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
         return Units(self.units, self.machine.effort, state_units(self.machine, self.friction))
-
-    @property
-    def placed(self) -> Any:
-        """The machine on all its contacts, seen as a machine on the first of them."""
-        return MachineOnContacts(self.machine, self.further_laws) if self.machine.contacts else self.machine
 
     @property
     def further_laws(self) -> tuple[Law, ...]:
@@ -128,8 +142,8 @@ class System:
         Under a load that follows the motion bristles give back another energy than they took: all that they take counts
         as `contact_storage`, and none is kept.
         """
-        storage = ("contact_storage",) if self.stores_under_load else ()
-        return (*self.placed.channels, "contact_sliding", "bristle_loss", *storage)
+        outside = () if self.environment is None else self.environment.channels(self.machine)
+        return (*self.placed.channels, *outside, *CONTACT_CHANNELS[: 3 if self.stores_under_load else 2])
 
     @property
     def stores_under_load(self) -> bool:
@@ -139,7 +153,7 @@ class System:
     @property
     def law_load(self) -> Any:
         """The load that the law is given: 1 where the load follows the motion, see above."""
-        return 1.0 if self.machine.follows_load else self.machine.load()
+        return 1.0 if self.machine.follows_load else self.placed.load()
 
     @property
     def symmetry(self) -> tuple[int, ...]:
@@ -159,7 +173,8 @@ class System:
     @property
     def mirrored(self) -> bool:
         """Whether the half-period symmetry holds: the mirror image of a motion, half a period later, is a motion."""
-        return self.drive.odd and self.placed.symmetric and self.friction.symmetric
+        alike = self.environment is None or self.environment.symmetric
+        return self.drive.odd and self.placed.symmetric and self.friction.symmetric and alike
 
     def flow(self, t, y, side) -> Flow:
         """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
@@ -168,7 +183,9 @@ class System:
         sticks = law.kind == "set-valued"
         drive = self.drive.value(t)
         velocity = machine.contact_velocity(t, mechanical)
-        hold = machine.holding_force(t, mechanical, drive)
+        outside = None if self.environment is None else self.environment.outside(machine, t, mechanical, side)
+        held = machine.holding_force(t, mechanical, drive)
+        hold = held if outside is None else held + outside.push_at_rest
         force, internal_rates = law.force(velocity, internal, side, load)
         sliding_loss, bristle_loss = law.losses(velocity, internal, side, load)
         slipping = side * side if sticks else 1.0
@@ -178,21 +195,25 @@ class System:
         if machine.follows_load:
             inertia, own, slope = machine.reaction(t, mechanical, drive)
             clear = inertia - slope * force
-            moving, at_rest = loads = own / clear, (own + slope * hold) / inertia
+            moved = own if outside is None else own - slope * outside.push
+            moving, at_rest = loads = moved / clear, (own + slope * held) / inertia
             bounds = clear, moving
             force, sliding_loss, bristle_loss = force * moving, sliding_loss * moving, bristle_loss * moving
             if limit is not None:
                 jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
                 resting = 1.0 - slipping
                 bounds = (
-                    slipping * clear + resting * (0.5 * (own + jams + sqrt((own - jams) * (own - jams)))),  # the larger
+                    slipping * clear
+                    + resting * (0.5 * (moved + jams + sqrt((moved - jams) * (moved - jams)))),  # the larger
                     slipping * moving + resting,
-                    slipping + resting * own,
+                    slipping + resting * moved,
                 )
                 limit, middle = limit * at_rest, middle * at_rest
         sliding_friction = force
+        taken = force if outside is None else force - outside.push
         if sticks:
             force = hold + slipping * (force - hold)
+            taken = held + slipping * (taken - held)  # exactly `held` at rest
             sliding_loss = slipping * sliding_loss
         contact = -sliding_loss, -bristle_loss
         stored = law.stored_energy(internal)
@@ -202,17 +223,23 @@ class System:
         outcomes = [
             (*mechanical, *law.after_switch(which, velocity, internal, side, load)) for which in range(len(switches))
         ]
-        guards = machine.switches(t, mechanical, drive, force)
+        guards = machine.switches(t, mechanical, drive, taken)
         outcomes += [
-            (*machine.after_switch(which, t, mechanical, drive, force), *internal) for which in range(len(guards))
+            (*machine.after_switch(which, t, mechanical, drive, taken), *internal) for which in range(len(guards))
         ]
+        rates = machine.rates(t, mechanical, drive, taken)
+        outer_force = machine.outer_force(t, mechanical, drive)
+        if outside is not None:
+            rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
+            outer_force = outer_force + outside.total
         return Flow(
-            rates=(*machine.rates(t, mechanical, drive, force), *internal_rates),
+            rates=(*rates, *internal_rates),
             drive=drive,
             contact_velocity=velocity,
             friction=force,
             sliding_friction=sliding_friction,
-            outer_force=machine.outer_force(t, mechanical, drive),
+            taken=taken,
+            outer_force=outer_force,
             holding_force=hold,
             holding_middle=middle,
             holding_limit=limit,
@@ -220,7 +247,11 @@ class System:
             law_switches=len(switches),
             after_switch=tuple(outcomes),
             after_reversal=law.after_reversal(internal, side, load),
-            powers=(*machine.powers(t, mechanical, drive, force), *contact),
+            powers=(
+                *machine.powers(t, mechanical, drive, force),
+                *(() if outside is None else outside.powers),
+                *contact,
+            ),
             energy=machine.energy(t, mechanical),
             contact_energy=stored,
             bounds=bounds,
@@ -235,7 +266,7 @@ class System:
     @property
     def parameter_paths(self) -> tuple[str, ...]:
         """Paths of all parameters, such as "machine.mass_ratio"."""
-        return tuple(f"{part}.{info.name}" for part in PARTS for info in parameter_table(getattr(self, part)))
+        return tuple(f"{part}.{info.name}" for part, record in self.parts.items() for info in parameter_table(record))
 
     def parameter(self, path: str) -> Any:
         """The value of the parameter at a path such as "machine.mass_ratio"; ValueError for a path that is none."""
@@ -259,6 +290,8 @@ class System:
 
     def _resolved(self, path: str) -> tuple[str, str]:
         if path not in self.parameter_paths:
+            if str(path).startswith("environment.") and self.environment is None:
+                raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
             near = suggestion(path, self.parameter_paths, cutoff=0.0)
             raise ArgumentError(str(path), f"there is no such parameter in this system; {near}")
         part, name = path.split(".", 1)

@@ -21,6 +21,7 @@ ROLE_UNITS: dict[str, dict[str, float]] = {
     "torsional damping": {"N m s/rad": 1.0},
     "frequency": {"Hz": 2.0 * math.pi, "rad/s": 1.0},
     "phase": {"rad": 1.0, "deg": math.pi / 180.0},
+    "quadratic damping": {"kg/m": 1.0},
 }
 # unit of a state: others in which it may be given
 OTHER_UNITS: dict[str, dict[str, float]] = {"rad": {"deg": math.pi / 180.0}}
@@ -246,6 +247,13 @@ def written(
             raise ValueError(f"{name}: declares neither a role nor a unit, so that it cannot be given in SI")
         if isinstance(value, str) or not ways[0].has_unit:
             found[name if isinstance(value, str) else ways[0].key] = value
+            continue
+        if isinstance(value, tuple):
+            listed = [shortest(each, units.per_key(ways[0])) for each in value]
+            if exactly and None in listed:
+                return None
+            pairs = zip(listed, value, strict=True)
+            found[ways[0].key] = [each * units.per_key(ways[0]) if one is None else one for one, each in pairs]
             continue
         numbers = {each.key: shortest(float(value), units.per_key(each)) for each in ways}
         exact = {key: number for key, number in numbers.items() if number is not None}

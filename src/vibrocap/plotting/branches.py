@@ -178,7 +178,7 @@ def _setting(given: Sequence[Branch | BranchDiagram], width: float) -> str:
     """The parameters of the systems, each part once, without the one that varies."""
     if given[0].system.units is not None:
         return "\n".join(dict.fromkeys(parts_in_si(each.system, width * 1.1, each.over) for each in given))
-    parts = [getattr(each.system, part) for part in ("machine", "friction", "drive") for each in given]
+    parts = [part for parts in zip(*(each.system.parts.values() for each in given), strict=False) for part in parts]
     different = [part for i, part in enumerate(parts) if part not in parts[:i]]
     return parts_title(different, width * 1.1, without=given[0].over.split(".", 1)[1])
 

@@ -51,8 +51,7 @@ def motion_figure(motion: Trajectory) -> Figure:
     The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes.
     """
     system = motion.system
-    parts = (system.machine, system.friction, system.drive)
-    title = parts_title(parts, WIDTH) if system.units is None else parts_in_si(system, WIDTH)
+    title = parts_title([*system.parts.values()], WIDTH) if system.units is None else parts_in_si(system, WIDTH)
     fig = blank_figure((WIDTH, 7.7 + 0.17 * (title.count("\n") + 1)))
     with style():
         left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]

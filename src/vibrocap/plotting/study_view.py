@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaints, suggestion
-from vibrocap.case.case import CHOICES, CaseError, case_from_text
+from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.labels import EQUALS, percent, symbol_text
-from vibrocap.plotting.units import case_in_si
+from vibrocap.plotting.units import KIND_PATHS, case_in_si
 
 MOST_PANELS = 6
 EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
@@ -338,15 +338,17 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
     if case.system.units is not None:
         return case_in_si(case, varied, fixed)
     kinds, numbers = [], []
-    for part, (key, _) in CHOICES.items():
-        record = getattr(case.system, part)
-        kind = fixed.get(f"{part}.{key}", record.name)
-        if f"{part}.{key}" not in varied:
+    for part, record in case.system.parts.items():
+        kind_path = KIND_PATHS.get(part, "")
+        kind = fixed.get(kind_path, record.name)
+        if kind_path and kind_path not in varied:
             kinds.append(f"{kind} friction" if part == "friction" else f"{kind} drive" if part == "drive" else kind)
         for info in parameter_table(record) if kind == record.name else ():
             path = f"{part}.{info.name}"
             value = fixed.get(path, getattr(record, info.name))
-            usual = part == "friction" or info.name == "normal_load"  # named only where it is not as usual
+            usual = (
+                part in ("friction", "environment") or info.name == "normal_load"
+            )  # named only where it is not as usual
             if path not in varied and not (usual and value == info.default):
                 numbers.append(f"{symbol_text(info.symbol)}{EQUALS}{value_text(value)}")
     for name, start in case.initial.items():

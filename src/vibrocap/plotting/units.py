@@ -13,6 +13,7 @@ from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in
 from vibrocap.plotting.labels import EQUALS, LETTERS_PER_INCH, filled, law_words
 
 IN_SI = "In SI units."
+KIND_PATHS = {name: f"{name}.{key}" for name, (key, _) in CHOICES.items()}  # such as "friction.law"
 
 
 def with_unit(label: str, name: str, system: System) -> str:
@@ -32,8 +33,7 @@ def parts_in_si(system: System, width: float, without: str = "") -> str:
     without: the path (without units) of a parameter that is left out, as it varies
     """
     lines = []
-    for name in CHOICES:
-        part = getattr(system, name)
+    for name, part in system.parts.items():
         numbers = _quantities(name, part, system, {without}, {}, all_of_it=True)
         if name == "machine" and system.units is not None:
             numbers += _scales(system.units)
@@ -59,15 +59,16 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
     varied: paths that vary. fixed: values of paths at which a picture is fixed
     """
     system = case.system
-    parts = {name: getattr(system, name) for name in CHOICES}
+    parts = system.parts
     plain = {place[0] for path in varied if (place := path_in_si(path, **parts)) is not None}
     kinds, numbers = [], []
-    for name, (key, _) in CHOICES.items():
-        kind = fixed.get(f"{name}.{key}", parts[name].name)
-        if f"{name}.{key}" not in varied:
+    for name, part in parts.items():
+        path = KIND_PATHS.get(name, "")
+        kind = fixed.get(path, part.name)
+        if path and path not in varied:
             kinds.append(kind if name == "machine" else f"{kind} {name}")
-        if kind == parts[name].name:
-            numbers += _quantities(name, parts[name], system, varied | plain, fixed)
+        if kind == part.name:
+            numbers += _quantities(name, part, system, varied | plain, fixed)
     return f"{', '.join(kinds)}; {', '.join(numbers)}"
 
 

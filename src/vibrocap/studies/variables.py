@@ -8,8 +8,8 @@ import numpy as np
 from vibrocap.case.case import CHOICES, case_text
 from vibrocap.measures.during_run import measure_table
 from vibrocap.motion.trajectory import Status
-from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.conversion import path_in_si
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.physics.system import System
@@ -90,19 +90,19 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
     if path.startswith(INITIAL):
         symbol, meaning = STATES.get(name, (name, name))
         return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
-    catalogue = {"machine": machines, "friction": laws, "drive": drives}[part]()
+    kinds = CHOICES[part][1]().values() if part in CHOICES else [Environment]
     own = [] if system is None else [getattr(system, part)]  # another kind may call something else so
-    info = next(info for kind in (*own, *catalogue.values()) for info in parameter_table(kind) if info.name == name)
+    info = next(info for kind in (*own, *kinds) for info in parameter_table(kind) if info.name == name)
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
 
 
 def _key_in_si(path: str, system: System) -> Key | None:
     """The key of a path in SI, of the system or of any other kind of its part."""
-    parts = {name: getattr(system, name) for name in CHOICES}
-    section = path.partition(".")[0]
-    others = CHOICES[section][1]().values() if section in CHOICES else laws().values()
-    for kind in (parts.get(section, system.friction), *others):
-        place = path_in_si(path, **(parts | {section if section in CHOICES else "friction": kind}))
+    parts, section = system.parts, path.partition(".")[0]
+    section = section if section in parts else "friction"  # of an initial state
+    others = CHOICES[section][1]().values() if section in CHOICES else ()
+    for kind in (parts[section], *others):
+        place = path_in_si(path, **(parts | {section: kind}))
         if place is not None:
             return place[1]
     return None

@@ -169,10 +169,11 @@ function wordOf(places, count, perPlace) {
   return word.join("");
 }
 
-// Stroboscopic states of the run that the ensemble has just ended, the last `count` marks (of one state).
+// Stroboscopic states of the run that the ensemble has just ended, the last `count` marks (of one state). They are kept
+// until the run has settled, not over the window in which it is measured then.
 function lastMarks(form, real, result, begun, state, count) {
   const { at, sizes, head } = form.ensemble, n = form.states.length;
-  const done = result[head.periods], found = [];
+  const done = result[head.response_period] > 0 ? result[head.window_start] : result[head.periods], found = [];
   for (let k = Math.max(0, done - count + 1); k <= done; k++) {
     found.push(real[at.MARKS + (k % sizes.marks) * n + state] * begun.scales[state]);
   }

@@ -167,7 +167,7 @@ class ClosingMap:
         rows[m:, self.index] += (nudge, -nudge)
         start = np.zeros((m + 2, 2 * n))
         start[:, :n] = state
-        free = self.map.free(state[None])[0]
+        free = self.map.free(state[None], rows[:1])[0]
         start[np.arange(m), n + self.unknowns] = (self.sizes * free)[self.unknowns]
         return rows, start
 
@@ -187,7 +187,8 @@ class ClosingMap:
         ends = ended.state * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        at_rest = np.isin(self.unknowns, map_.equations.resting) & (image[0] == 0.0)
+        first = () if map_.equations.hold is None else (map_.equations.contact_state,)
+        at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
         words = self._words(ended, [0, m, m + 1])
         return Closing(
             x=x,

@@ -44,6 +44,8 @@ class Machine(Part):
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
     case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
     the load besides a force. state_units: SI units of states that no other machine has, "rad/s" for instance.
+    gravity: its parts normal to the line and along it, against forward, as `tilted` gives them; of the class that on
+    level ground, None where the units of the machine say nothing of it.
     """
 
     name: ClassVar[str]
@@ -61,6 +63,7 @@ class Machine(Part):
     si_names: ClassVar[Mapping[str, str]] = {}
     si_load: ClassVar[str] = ""
     state_units: ClassVar[Mapping[str, str]] = {}
+    gravity: ClassVar[Any] = None
     normal_load: Any  # a number, or a word that the machine knows
 
     @property
@@ -75,6 +78,27 @@ class Machine(Part):
     def ground_speed(self):
         """Speed at which the ground moves under the contact."""
         return 0.0
+
+    def masses(self) -> Mapping[str, Any]:
+        """Every mass on which gravity acts along the line, by the state that is its velocity, over the ground or
+        relative to the body at the contact; the mass of that body stands at `contact_state`.
+
+        With these a machine whose masses all move along the line can stand on a slope. One whose masses also move
+        normal to it has their sum here and reads the rest of gravity's effect from `gravity`. Empty, the default: the
+        machine does not know its weight.
+        """
+        return {}
+
+    @property
+    def level(self) -> bool:
+        """Whether it stands on level ground, under the gravity of its class."""
+        return self.gravity is type(self).gravity
+
+    def tilted(self, normal, along) -> "Machine":
+        """The same machine under gravity with these parts, normal to the line and along it, against forward."""
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self) | {"gravity": (normal, along)})
+        return copy
 
     @property
     def follows_load(self) -> bool:

@@ -99,6 +99,7 @@ class PendulumCapsule(Machine):
     effort: ClassVar = "torque"
     si_scales: ClassVar = PendulumScales
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
+    gravity: ClassVar = (1.0, 0.0)
     si_load: ClassVar = (
         '"weight" for that of capsule and pendulum, (M + m) g, or "dynamic" for what the motion makes; there is no '
         "default, because the one without units, 1, is the weight of the pendulum alone"
@@ -110,17 +111,25 @@ class PendulumCapsule(Machine):
         return isinstance(self.normal_load, str) and self.normal_load == "dynamic"
 
     def load(self):
-        """N, where it is constant; of a load that follows the motion its mean, lambda + 1."""
-        return self.mass_ratio + 1.0 if isinstance(self.normal_load, str) else self.normal_load
+        """N, where it is constant; of a load that follows the motion its mean, the weight (lambda + 1) g_n."""
+        return self._towards_ground(self.mass_ratio + 1.0) if isinstance(self.normal_load, str) else self.normal_load
+
+    def masses(self):
+        """lambda + 1, of which the bob's share also turns the pendulum (`gravity`)."""
+        return {"velocity": self.mass_ratio + 1.0}
+
+    def _towards_ground(self, mass):
+        """Weight of a mass, normal to the line: g_n times it."""
+        return mass if self.level else self.gravity[0] * mass
 
     def _inertia(self, y):
         """B."""
         return self.mass_ratio + 1.0 - cos(y[0]) * cos(y[0])
 
     def reaction(self, t, y, drive):
-        """(B, (lambda+1) [B - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
+        """(B, (lambda+1) [B g_n - sin(theta) P] - lambda cos(theta) theta'^2, sin(theta) cos(theta))."""
         inertia, sine, cosine = self._inertia(y), sin(y[0]), cos(y[0])
-        own = (self.mass_ratio + 1.0) * (inertia - sine * self._torque(y, drive))
+        own = (self.mass_ratio + 1.0) * (self._towards_ground(inertia) - sine * self._torque(y, drive))
         return inertia, own - self.mass_ratio * (cosine * (y[1] * y[1])), sine * cosine
 
     def vertical_momentum(self, t, y):
@@ -133,7 +142,10 @@ class PendulumCapsule(Machine):
 
     def _torque(self, y, drive):
         """P, all torques on the pendulum but the capsule's inertia."""
-        return drive + sin(y[0]) - self.stiffness * y[0] - self.damping * y[1]
+        weight = self._towards_ground(sin(y[0]))
+        if not self.level:
+            weight = weight + self.gravity[1] * cos(y[0])
+        return drive + weight - self.stiffness * y[0] - self.damping * y[1]
 
     def holding_force(self, t, y, drive):
         """R that keeps X'' = 0: cos(theta) P - sin(theta) theta'^2 (eq. 9)."""
@@ -153,9 +165,13 @@ class PendulumCapsule(Machine):
         return y[1], pendulum, y[3], capsule
 
     def energy(self, t, y):
-        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + rho theta^2/2 + cos(theta)."""
+        """H = (lambda+1) X'^2/2 + theta'^2/2 - cos(theta) theta' X' + rho theta^2/2 + g_n cos(theta) - g_t sin(theta).
+
+        The weight along a slope does work on the capsule besides, as nothing depends on X.
+        """
         kinetic = 0.5 * (self.mass_ratio + 1.0) * y[3] * y[3] + 0.5 * y[1] * y[1] - cos(y[0]) * y[1] * y[3]
-        return kinetic + 0.5 * self.stiffness * y[0] * y[0] + cos(y[0])
+        total = kinetic + 0.5 * self.stiffness * y[0] * y[0] + self._towards_ground(cos(y[0]))
+        return total if self.level else total - self.gravity[1] * sin(y[0])
 
     def momentum(self, t, y):
         """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
@@ -165,7 +181,7 @@ class PendulumCapsule(Machine):
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]
 
-    def scene(self, t, y):
+    def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""
         pivot, bob = (y[2], 0.5), (y[2] - sin(y[0]), 0.5 + cos(y[0]))
         return (

@@ -4,7 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, Shape, parameter, parameters
 
 ACTUATIONS = ("internal", "external")
 
@@ -86,6 +86,10 @@ class TwoMassCapsule(Machine):
         """N."""
         return self.normal_load
 
+    def masses(self):
+        """lambda and 1."""
+        return {"velocity": self.mass_ratio, "displacement_rate": 1.0}
+
     def contact_velocity(self, t, y):
         """X'."""
         return y[3]
@@ -120,3 +124,13 @@ class TwoMassCapsule(Machine):
         """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
         path = y[3] + y[1] if self._external else y[1]
         return drive * path, -self.damping * y[1] * y[1]
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """The capsule, and in it the mass on its spring; displacements are drawn as they are, from the middle."""
+        wall, mass = y[2] - 0.9, y[2] + y[0]
+        return (
+            Shape("box", "capsule", ((y[2], 0.4),), (1.8, 0.8)),
+            Shape("contact", "contact", ((y[2], 0.0),), (1.7, 0.0)),
+            Shape("spring", "spring", ((wall, 0.4), (mass - 0.15, 0.4))),
+            Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
+        )

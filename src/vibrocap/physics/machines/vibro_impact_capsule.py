@@ -4,7 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
 from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
 
 
@@ -89,3 +89,12 @@ class VibroImpactCapsule(TwoMassCapsule):
     def after_switch(self, which, t, y, drive, force):
         """Another stop is touched, or none; nothing jumps."""
         return *y[:4], (1.0, 0.0, -1.0)[which]
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """With the stops: the nearest sides of the mass touch them where it has gone its way."""
+        behind = () if self.back_gap is None else (_stop("stop behind", y[2] - self.back_gap - 0.15),)
+        return (*super().scene(t, y), _stop("stop in front", y[2] + self.gap + 0.15), *behind)
+
+
+def _stop(name, x):
+    return Shape("rod", name, ((x, 0.2), (x, 0.6)))

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
-from vibrocap.case.case import CHOICES, RUN_DEFAULTS, Case, CaseError
+from vibrocap.case.case import PARTS, RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.during_run import measure_table, resolved
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.windows import usual_window
@@ -117,11 +117,11 @@ def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Col
     So a column in which words may stand is seen to hold words, and is stored as text.
     """
     part, _, name = column.path.partition(".")
-    if part not in CHOICES or column.path in KINDS:
+    if part not in PARTS or column.path in KINDS:
         return column
     values = list(column.values)
     for number, value in enumerate(values):
         if value is None:
-            own = getattr(kinds_chosen(system, plan.case(number))[part], name, None)
+            own = getattr(kinds_chosen(system, plan.case(number)).get(part), name, None)
             values[number] = own if isinstance(own, str) else None
     return Column(column.path, tuple(values))

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaints, suggestion
-from vibrocap.case.case import CHOICES, CaseError, case_from_dict
+from vibrocap.case.case import CHOICES, PARTS, CaseError, case_from_dict
 from vibrocap.case.units import as_given
 from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.parameters import parameter_table
@@ -22,7 +22,7 @@ KINDS = {f"{part}.{key}": (part, catalogue) for part, (key, catalogue) in CHOICE
 
 def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
     """The parts of a system by name; those that get another kind have that kind's defaults."""
-    parts: dict[str, Any] = {part: getattr(system, part) for part in CHOICES}
+    parts: dict[str, Any] = dict(system.parts)
     for path, (part, catalogue) in KINDS.items():
         if path in values and values[path] != parts[part].name:
             parts[part] = catalogue()[values[path]]()
@@ -53,7 +53,8 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     parts = kinds_chosen(system, values)
     for name, part in parts.items():
         sections[name] = {info.name: getattr(part, info.name) for info in parameter_table(part)}
-        sections[name][CHOICES[name][0]] = part.name
+        if name in CHOICES:
+            sections[name][CHOICES[name][0]] = part.name
     try:
         plain = values_without_units(values, system.units, *parts.values())
     except ArgumentError as error:
@@ -73,7 +74,7 @@ def _fields(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     fields: dict[str, dict[str, Any]] = {}
     for path, value in values.items():
         part, _, name = path.partition(".")
-        if path not in KINDS and part in CHOICES:
+        if path not in KINDS and part in PARTS:
             fields.setdefault(part, {})[name] = value
     return fields
 
@@ -103,6 +104,8 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
         elif path in in_si:
             if any(path_in_si(path, **parts) is None for parts in choices):
                 complaints.add(path, "not all kinds have it; vary what they have, or do a study for each")
+        elif path.startswith("environment.") and not any("environment" in parts for parts in choices):
+            complaints.add(path, "the system has no environment; give the case a section [environment]")
         elif path not in known:
             complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
         elif path not in KINDS and (lacking := [parts for parts in choices if path not in paths(parts)]):

@@ -1,0 +1,124 @@
+"""The environment of a machine: the slope of its line, the drag of its surroundings and a force from outside."""
+
+import dataclasses
+import math
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator
+
+from vibrocap.arguments import ArgumentError
+from vibrocap.physics.elementary import cos, sin
+from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.parameters import NonNegative, Number, parameter, parameters
+from vibrocap.physics.part import Part
+
+
+def _checked_inclination(given: Any) -> Any:
+    if isinstance(given, (int, float)) and not isinstance(given, bool) and not abs(given) < 0.5 * math.pi:
+        raise ValueError("should be less steep than 90 degrees, between -pi/2 and pi/2 rad")
+    return given
+
+
+Inclination = Annotated[Number, BeforeValidator(_checked_inclination)]
+
+
+@dataclasses.dataclass(frozen=True)
+class Outside:
+    """What an environment does to a machine at one instant.
+
+    push: force on the body at the contact, along the line, besides friction; push_at_rest: the same while it rests.
+    total: force on the whole machine. accelerations: of the other masses, one per state. powers: by channel.
+    """
+
+    push: Any
+    push_at_rest: Any
+    total: Any
+    accelerations: tuple
+    powers: tuple
+
+
+@parameters
+class Environment(Part):
+    """A slope, a fluid at rest around the capsule, and a force that stays, all along the line of sliding.
+
+    On a line inclined by phi, forward uphill where phi is positive, gravity g has the parts g cos(phi) towards the
+    ground and g sin(phi) back. They act on every mass (`Machine.masses`); a load that is the weight shrinks with
+    cos(phi). The body at the contact, moving at V over its resting surroundings, is held up by drag and pushed forward
+    by the force F_e:
+
+        R becomes R - F_e + c_1 V + c_2 |V| V + m g sin(phi)
+
+    wherever a machine takes the friction force R. Drag has a kink at rest, which is followed exactly by the side to
+    which the contact slides; so the quadratic one needs ground that does not move.
+    """
+
+    inclination: Inclination = parameter(
+        0.0, "phi", "inclination of the line of sliding, positive where forward is uphill", "phase"
+    )
+    linear_drag: NonNegative = parameter(
+        0.0, "c_1", "drag on the body at the contact over its velocity", "viscous damping"
+    )
+    quadratic_drag: NonNegative = parameter(0.0, "c_2", "drag over the square of the velocity", "quadratic damping")
+    force: Number = parameter(0.0, "F_e", "constant force on the body at the contact, positive forward", unit="N")
+    gravity: NonNegative | None = parameter(
+        None, "g", "gravitational acceleration; left out, it is the unit of acceleration of the machine", unit="m/s^2"
+    )
+
+    name: ClassVar[str] = "environment"
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether forward and back are alike: on level ground, without a force."""
+        return self.inclination == 0.0 and self.force == 0.0
+
+    def check(self, machine: Machine) -> None:
+        """ArgumentError for what cannot be said of a machine."""
+        if self.inclination != 0.0 and not machine.masses():
+            raise ArgumentError(
+                "environment.inclination",
+                f"should be 0 with the {machine.name}, which does not know its weight (masses), got {self.inclination}",
+            )
+        if self.inclination != 0.0 and not self.has_weight(machine):
+            raise ArgumentError(
+                "environment.gravity",
+                f"is missing: the units of the {machine.name} do not say how strong gravity is on its slope",
+            )
+        if self.quadratic_drag != 0.0 and machine.ground_speed() != 0.0:
+            raise ArgumentError(
+                "environment.quadratic_drag",
+                f"should be 0 over ground that moves (at {machine.ground_speed():g}): its kink is not at the rest of "
+                f"the contact, got {self.quadratic_drag}",
+            )
+
+    def has_weight(self, machine: Machine) -> bool:
+        """Whether it is known how gravity pulls at a machine."""
+        return bool(machine.masses()) and (self.gravity is not None or machine.gravity is not None)
+
+    def channels(self, machine: Machine) -> tuple[str, ...]:
+        """Names of the energy channels, in the order of `Outside.powers`."""
+        return ("drag", "outer_force", *(("gravity",) if self.has_weight(machine) else ()))
+
+    def placed(self, machine: Machine) -> Machine:
+        """The machine on the slope."""
+        if not self.has_weight(machine):
+            return machine
+        strength = machine.gravity[0] if self.gravity is None else self.gravity
+        return machine.tilted(strength * cos(self.inclination), strength * sin(self.inclination))
+
+    def outside(self, machine: Machine, t, y, side) -> Outside:
+        """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0)."""
+        ground = machine.ground_speed()
+        velocity = machine.contact_velocity(t, y) + ground
+        drag = (self.linear_drag + self.quadratic_drag * (side * velocity)) * velocity
+        accelerations, powers = (0.0,) * len(y), (-drag * velocity, self.force * velocity)
+        push = total = self.force - drag
+        push_at_rest = self.force - self.linear_drag * ground
+        if self.has_weight(machine):
+            along, masses = machine.gravity[1], dict(machine.masses())
+            own = masses.pop(machine.contact_state)
+            push, push_at_rest = push - own * along, push_at_rest - own * along
+            total = total - (own + sum(masses.values())) * along
+            accelerations = tuple(-along if name in masses else 0.0 for name in machine.states)
+            carried = machine.momentum(t, y) if masses else own * velocity
+            powers = (*powers, -along * carried)
+        return Outside(push, push_at_rest, total, accelerations, powers)

@@ -1,0 +1,587 @@
+"""Slope, drag and a force from outside: closed forms, an independent solver, balances, and what is refused."""
+
+import dataclasses
+import itertools
+import math
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from independent import until_switch
+from law_instances import LAWS
+from vibrocap.contracts.samples import draws, machine_draw, random_internal
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.numerics.codegen.jets import JetWriter
+from vibrocap.numerics.expressions.graph import derivative, evaluate
+from vibrocap.physics.catalogue import machines
+from vibrocap.physics.machines.machine import Machine, Positive, parameter, parameters
+from vibrocap.physics.parameters import ParameterError
+
+ROUNDING = 1e-13
+G = 9.81
+EVERYTHING = {"inclination": -0.11, "linear_drag": 0.15, "quadratic_drag": 0.3, "force": 0.07}
+START = {"angle": 0.2}
+
+
+def capsule(load="weight", law=None, amplitude=1.8, mass_ratio=2.5, drive=None, **environment):
+    machine = vc.PendulumCapsule(normal_load=load, mass_ratio=mass_ratio)
+    law = law or vc.Exponential(coulomb_coefficient=0.1, static_coefficient=0.2)
+    given = vc.Environment(**environment) if environment else None
+    return vc.System(machine, law, drive or vc.Harmonic(amplitude=amplitude), environment=given)
+
+
+def block(law, mass=2.0, load=None, **environment):
+    """A block that only its weight presses on the ground, and that nothing shakes."""
+    load = mass * G * math.cos(environment.get("inclination", 0.0)) if load is None else load
+    machine = vc.Oscillator(mass=mass, stiffness=0.0, normal_load=load)
+    return vc.System(machine, law, vc.Constant(), environment=vc.Environment(gravity=G, **environment))
+
+
+# --- a block on a slope -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_block_slides_down_or_stays_as_the_angle_of_friction_says(side):
+    kinetic, static, time = 0.2, 0.3, 1.7
+    law = vc.Coulomb(kinetic, static)
+    for excess in (-1e-9, 1e-9):
+        angle = side * (math.atan(static) + excess)
+        motion = vc.simulate(block(law, inclination=angle), periods=time, tolerance=1e-12)
+        if excess < 0:
+            assert motion.state == {"position": 0.0, "sliding_velocity": 0.0}
+            assert not len(motion.events)
+        else:
+            fall = G * (math.sin(abs(angle)) - kinetic * math.cos(angle))
+            assert motion.state["sliding_velocity"] == pytest.approx(-side * fall * time, rel=ROUNDING)
+            assert motion.state["position"] == pytest.approx(-side * 0.5 * fall * time**2, rel=ROUNDING)
+
+
+def test_block_thrown_uphill_stops_and_slides_back_down():
+    kinetic, angle, speed = 0.2, 0.4, 3.0
+    system = block(vc.Coulomb(kinetic, kinetic), inclination=angle)
+    motion = vc.simulate(system, periods=2.0, initial={"sliding_velocity": speed}, tolerance=1e-12)
+    up, down = (G * (math.sin(angle) + sign * kinetic * math.cos(angle)) for sign in (1.0, -1.0))
+    (event,) = motion.events
+    assert (event.kind, event.time) == ("reversal", pytest.approx(speed / up, rel=ROUNDING))
+    rest = motion.end - speed / up
+    height = 0.5 * speed**2 / up
+    assert motion.state["position"] == pytest.approx(height - 0.5 * down * rest**2, rel=ROUNDING)
+    balance = vc.energy_balance(motion)
+    mass = system.machine.mass
+    weight = mass * G * math.sin(angle)
+    assert balance.gravity == pytest.approx(-weight * motion.state["position"], rel=1e-12)
+    friction = kinetic * mass * G * math.cos(angle)
+    assert balance.contact_sliding == pytest.approx(-friction * (2 * height - motion.state["position"]), rel=1e-12)
+    assert (balance.drag, balance.outer_force, balance.drive) == (0.0, 0.0, 0.0)
+
+
+# --- drag -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_terminal_velocity_is_approached_as_closed_forms_say(side):
+    mass, friction, pull, drag, time = 2.0, 0.3, 1.1, 0.4, 3.0
+    law, force = vc.Coulomb(friction, friction), side * pull
+    motion = vc.simulate(
+        block(law, mass, load=1.0, force=force, linear_drag=drag), periods=time, samples=16, tolerance=1e-12
+    )
+    limit = (pull - friction) / drag
+    expected = limit * -np.expm1(-drag * motion.time / mass)
+    assert side * motion["sliding_velocity"] == pytest.approx(expected, rel=1e-11, abs=1e-14)
+    motion = vc.simulate(
+        block(law, mass, load=1.0, force=force, quadratic_drag=drag), periods=time, samples=16, tolerance=1e-12
+    )
+    limit = math.sqrt((pull - friction) / drag)
+    expected = limit * np.tanh(math.sqrt(drag * (pull - friction)) * motion.time / mass)
+    assert side * motion["sliding_velocity"] == pytest.approx(expected, rel=1e-11, abs=1e-14)
+
+
+@pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.3), vc.SmoothedTanh(0.0, 0.0)], ids=lambda law: law.name)
+def test_quadratic_drag_turns_round_at_the_reversal(law):
+    """m v' = F + R + c v^2 until it stops, then m v' = F - R - c v^2; a law that is smooth there locates it too."""
+    mass, pull, drag, speed = 1.3, 0.9, 0.7, 2.0
+    friction = 0.3 if law.name == "coulomb" else 0.0
+    system = block(law, mass, load=1.0, force=pull, quadratic_drag=drag)
+    motion = vc.simulate(system, periods=4.0, initial={"sliding_velocity": -speed}, tolerance=1e-12)
+    rate, against = math.sqrt(drag * (pull + friction)) / mass, math.sqrt((pull + friction) / drag)
+    turn = math.atan(speed / against) / rate
+    assert [event.kind for event in motion.events] == ["reversal"]
+    assert motion.events[0].time == pytest.approx(turn, rel=1e-11)
+    rate, limit = math.sqrt(drag * (pull - friction)) / mass, math.sqrt((pull - friction) / drag)
+    expected = limit * math.tanh(rate * (motion.end - turn))
+    assert motion.state["sliding_velocity"] == pytest.approx(expected, rel=1e-11)
+
+
+# --- the pendulum capsule, by another solver --------------------------------------------------------------------------
+
+
+def slope_motion(system, periods):
+    """State after so many periods by DOP853: Lagrange's equations in the frame of the slope, and N from the bob.
+
+    With the bob at (X - sin(theta), cos(theta)) and gravity (-sin(phi), -cos(phi)).
+    """
+    machine, law, drive, outside = system.machine, system.friction, system.drive, system.environment
+    total, phi = machine.mass_ratio + 1.0, outside.inclination
+    dynamic = machine.normal_load == "dynamic"
+
+    def solved(t, y, side, friction):
+        """(theta'', X'', N, R); friction: its coefficient, None where the capsule rests."""
+        angle, rate, _, speed = y
+        sine, cosine = math.sin(angle), math.cos(angle)
+        drag = outside.linear_drag * speed + side * outside.quadratic_drag * speed**2
+        torque = drive.amplitude * math.cos(drive.frequency * t) - machine.stiffness * angle - machine.damping * rate
+        torque += sine * math.cos(phi) + cosine * math.sin(phi)
+        forces = outside.force - drag - total * math.sin(phi) - sine * rate**2
+        unknown = np.zeros((4, 4))
+        unknown[0] = 1.0, -cosine, 0.0, 0.0  # theta'' - cos X'' = torque
+        unknown[1] = -cosine, total, 0.0, 1.0  # (lambda + 1) X'' - cos theta'' + R = forces
+        unknown[2] = (sine, 0.0, 1.0, 0.0) if dynamic else (0.0, 0.0, 1.0, 0.0)  # N
+        unknown[3] = (0.0, 1.0, 0.0, 0.0) if friction is None else (0.0, 0.0, -side * friction, 1.0)
+        load = total * math.cos(phi) - (cosine * rate**2 if dynamic else 0.0)
+        return np.linalg.solve(unknown, [torque, forces, load, 0.0])
+
+    def coefficient(side, speed):
+        drop = law.static_coefficient - law.coulomb_coefficient
+        return law.coulomb_coefficient + drop * math.exp(-law.decay_rate * side * speed)
+
+    def rates(t, y, side):
+        found = solved(t, y, side, coefficient(side, y[3]) if side else None)
+        return [y[1], found[0], y[3], found[1]]
+
+    def spare(t, y):
+        _, _, load, held = solved(t, y, 0, None)
+        return law.static_coefficient * load - abs(held)
+
+    def side_at_rest(t, y):
+        return 0 if spare(t, y) > 0.0 else int(np.sign(solved(t, y, 0, None)[3]))
+
+    period, t, y = drive.period, 0.0, np.array([START["angle"], 0.0, 0.0, 0.0])
+    side, end, changes = side_at_rest(t, y), periods * drive.period, 0
+    while t < end:
+
+        def flow(time, state, side=side):
+            return rates(time, state, side)
+
+        def watched(time, state, side=side):
+            return side * state[3] if side else spare(time, state)
+
+        t, y, switched = until_switch(flow, watched, t, y, end, period / 40, 1e-12, 1e-13)
+        if switched:
+            changes += 1
+            if side:
+                y[3] = 0.0
+                side = side_at_rest(t, y)
+            else:
+                side = int(np.sign(solved(t, y, 0, None)[3]))
+    return y, changes
+
+
+@pytest.mark.parametrize("load", ["weight", pytest.param("dynamic", marks=pytest.mark.slow)])
+def test_capsule_on_a_slope_is_that_of_an_independent_solver(load):
+    system = capsule(load, amplitude=1.6, mass_ratio=4.0, **EVERYTHING)
+    motion = vc.simulate(system, periods=4, initial=START, tolerance=1e-12)
+    state, changes = slope_motion(system, 4)
+    assert motion.certificate.ok
+    assert [*motion.state.values()] == pytest.approx(state, abs=1e-9)
+    assert len(motion.events) == changes >= 8
+    assert {"stick", "slip_forward"} <= {event.kind for event in motion.events}
+
+
+@pytest.mark.slow
+def test_mean_load_on_a_slope_is_the_weight_towards_the_ground():
+    found = vc.ensemble(
+        capsule("dynamic", amplitude=1.5, mass_ratio=4.0, linear_drag=0.1),
+        over={"environment.inclination": np.array([-0.3, 0.05, 0.2])},
+        initial=START,
+        periods=400,
+        settle=1e-11,
+        tolerance=1e-12,
+        measures=("mean_reaction", "drift"),
+    )
+    assert np.all(found["settled"])
+    assert found["mean_reaction"] == pytest.approx(5.0 * np.cos([-0.3, 0.05, 0.2]), abs=1e-10)
+    assert found["drift"][0] > 0.0 > found["drift"][2]
+
+
+# --- what holds for every machine and law -----------------------------------------------------------------------------
+
+
+def surrounded(machine, law):
+    """A system with all of an environment that the machine knows."""
+    given = dict(EVERYTHING)
+    if machine.ground_speed() != 0.0:
+        given["quadratic_drag"] = 0.0
+    if not machine.masses():
+        given["inclination"] = 0.0
+    gravity = 1.3 if machine.gravity is None else None
+    environment = vc.Environment(**given, gravity=gravity)
+    return vc.System(machine, law, vc.Biharmonic(second_amplitude=0.3), environment=environment)
+
+
+SYSTEMS = [
+    surrounded(make(**given), law)
+    for make, law in itertools.product(machines().values(), LAWS[::4])
+    for given in ([{"normal_load": "weight"}, {"normal_load": "dynamic"}] if make is vc.PendulumCapsule else [{}])
+]
+LABELS = [
+    f"{s.machine.name} {getattr(s.machine, 'normal_load', '')} {s.friction.name} {i}" for i, s in enumerate(SYSTEMS)
+]
+
+
+def sample(system, draw):
+    """(time, state, side) of a contact that slides."""
+    t, y, _, _ = machine_draw(system.placed, draw)
+    velocity = system.machine.contact_velocity(t, y)
+    side = 1 if velocity > 0 else -1
+    return t, (*y, *random_internal(system.friction, velocity, side, 1.0, draw)), side
+
+
+def balance_of_energy_and_momentum(system):
+    """Asserts that energy and momentum change by what the channels and forces say, at states drawn at random."""
+    recording, values = equations(system), parameter_values(system)
+    energy, momentum = (recording.observables[name] for name in ("energy", "momentum"))
+    friction = recording.observables["friction"] * recording.observables["contact_velocity"]
+    outer = recording.observables["outer_force"] - recording.observables["friction"]
+    names = system.channels[: -3 if system.stores_under_load else -2]
+    powers = recording.integrals[: len(names)]
+    assert set(names) >= {"drag", "outer_force"}
+    for draw in draws(10):
+        t, y, side = sample(system, draw)
+
+        def along(quantity, t=t, y=y, side=side):
+            found = derivative(quantity, -1)
+            for i, rate in enumerate(recording.rates):
+                found = found + derivative(quantity, i) * rate
+            return float(evaluate([found], t, y, float(side), values)[0])
+
+        rates = evaluate([*recording.rates, *powers, friction, outer], t, y, float(side), values)
+        *inflow, taken, force = (float(each) for each in rates[len(recording.rates) :])
+        size = 1.0 + max(abs(float(each)) for each in rates) ** 2
+        assert along(energy) == pytest.approx(sum(inflow) - taken, abs=1e3 * np.finfo(float).eps * size)
+        assert along(momentum) == pytest.approx(force, abs=1e3 * np.finfo(float).eps * size)
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
+def test_energy_and_momentum_balance_with_all_channels(system):
+    balance_of_energy_and_momentum(system)
+
+
+@pytest.mark.parametrize("load", [1.0, "weight", "dynamic"])
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
+def test_reaction_is_the_weight_towards_the_ground_and_the_lift_of_the_bob(load, law):
+    system = capsule(load, law, **EVERYTHING)
+    recording, values = equations(system), parameter_values(system)
+    for draw in draws(10):
+        t, y, side = sample(system, draw)
+        rate, reaction = evaluate([recording.rates[1], recording.observables["reaction"]], t, y, float(side), values)
+        lift = -math.sin(y[0]) * rate - math.cos(y[0]) * y[1] ** 2
+        assert reaction == pytest.approx(3.5 * math.cos(EVERYTHING["inclination"]) + lift, rel=1e-12)
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
+def test_a_contact_at_rest_is_held_exactly(system):
+    contact = system.state_names.index(system.machine.contact_state)
+    for draw in draws(10):
+        t, y, _ = sample(system, draw)
+        y = (*y[:contact], 0.0, *y[contact + 1 :])
+        if system.friction.kind != "set-valued":
+            continue
+        flow = system.flow(t, y, 0)
+        assert flow.rates[contact] == 0.0
+        assert flow.friction == flow.holding_force
+
+
+@pytest.mark.parametrize("system", SYSTEMS[:: max(1, len(SYSTEMS) // 12)], ids=LABELS[:: max(1, len(SYSTEMS) // 12)])
+def test_the_acceleration_comes_from_the_balance_of_momentum(system):
+    """Without it the series would be long, and the motion slow."""
+    recording = equations(system)
+    if system.machine.contacts:
+        assert recording.balance is None  # the acceleration of the first contact is one of several in it
+        return
+    assert recording.balance is not None
+    assert JetWriter(recording.graph, list(recording.rates), balance=recording.balance).balance is not None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("system", SYSTEMS[::5], ids=LABELS[::5])
+def test_balances_of_motions_close(system):
+    motion = vc.simulate(system, periods=5, initial={system.state_names[0]: 0.5})
+    assert motion.status.ok or motion.status.value in ("lift off", "paradox")
+    assert motion.certificate.ok, motion.certificate.failures
+    bound = 100.0 * motion.tolerance * (1.0 + max(abs(motion["energy"])))
+    assert max(motion.certificate.energy_residual, motion.certificate.momentum_residual) < bound
+
+
+def test_an_environment_of_nothing_changes_nothing():
+    plain = vc.simulate(capsule(), periods=5, initial=START, tolerance=1e-12)
+    empty = vc.System(*(plain.system.parts.values()), environment=vc.Environment())
+    motion = vc.simulate(empty, periods=5, initial=START, tolerance=1e-12)
+    assert [*motion.state.values()] == pytest.approx([*plain.state.values()], abs=1e-10)
+    assert list(motion.event_kinds) == list(plain.event_kinds)
+    assert empty.mirrored
+    assert set(plain.names) < set(motion.names)
+
+
+def test_weightless_pendulum_does_not_fall():
+    still = vc.System(
+        vc.PendulumCapsule(stiffness=0.0), vc.Coulomb(0.0, 0.0), vc.Constant(), environment=vc.Environment(gravity=0.0)
+    )
+    rates = still.rates(0.0, (0.7, 0.0, 0.0, 0.0), 1)
+    assert rates == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.slow
+def test_stronger_gravity_is_a_faster_clock():
+    """With g = 4 in the unit of acceleration all goes twice as fast: angles at t are those at g = 1 and 2 t."""
+    fast = vc.PendulumCapsule(stiffness=8.0, damping=2.0, normal_load="weight")
+    slow = vc.PendulumCapsule(stiffness=2.0, damping=1.0, normal_load="weight")
+    law, slope = vc.Coulomb(0.1, 0.2), {"inclination": 0.1}
+    one = vc.System(slow, law, vc.Harmonic(1.8, 1.0), environment=vc.Environment(**slope))
+    four = vc.System(fast, law, vc.Harmonic(7.2, 2.0), environment=vc.Environment(gravity=4.0, **slope))
+    states = [vc.simulate(each, periods=3, initial=START, tolerance=1e-12).state for each in (one, four)]
+    assert states[1]["position"] == pytest.approx(states[0]["position"], abs=1e-10)
+    assert states[1]["angle_rate"] == pytest.approx(2.0 * states[0]["angle_rate"], abs=1e-10)
+
+
+@parameters
+class TwoMasses(Machine):
+    """A mass pushed to and fro in a capsule by the drive; its state is its velocity in the capsule."""
+
+    capsule: Positive = parameter(1.4, "M", "mass of the capsule", "mass")
+    inner: Positive = parameter(0.6, "m", "mass in it", "mass")
+    normal_load: Positive = parameter(2.0, "N", "load", "load")
+
+    name: ClassVar = "two-masses"
+    states: ClassVar = ("inner_velocity", "position", "velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "velocity"
+    symmetry: ClassVar = (-1, -1, -1)
+    channels: ClassVar = ("drive", "damper")
+    in_capsule: ClassVar = True
+
+    def masses(self):
+        return {"velocity": self.capsule, "inner_velocity": self.inner}
+
+    def load(self):
+        return self.normal_load
+
+    def contact_velocity(self, t, y):
+        return y[2]
+
+    def inner_over_ground(self, y):
+        return y[0] + y[2] if self.in_capsule else y[0]
+
+    def holding_force(self, t, y, drive):
+        return -drive
+
+    def rates(self, t, y, drive, force):
+        acceleration = (-drive - force) / self.capsule
+        inner = drive / self.inner
+        return inner - acceleration if self.in_capsule else inner, y[2], acceleration
+
+    def energy(self, t, y):
+        inner = self.inner_over_ground(y)
+        return 0.5 * self.inner * inner * inner + 0.5 * self.capsule * y[2] * y[2]
+
+    def momentum(self, t, y):
+        return self.inner * self.inner_over_ground(y) + self.capsule * y[2]
+
+    def powers(self, t, y, drive, force):
+        return drive * (self.inner_over_ground(y) - y[2]), 0.0
+
+
+@parameters
+class TwoMassesOverGround(TwoMasses):
+    """The same; its state is the velocity over the ground."""
+
+    in_capsule: ClassVar = False
+
+
+@pytest.mark.parametrize("kind", [TwoMasses, TwoMassesOverGround])
+def test_gravity_pulls_at_every_mass_on_the_line(kind):
+    machine, outside = (
+        kind(),
+        vc.Environment(inclination=0.3, gravity=2.0, linear_drag=0.1, quadratic_drag=0.2, force=0.7),
+    )
+    system = vc.System(machine, vc.Coulomb(0.1, 0.2), vc.Harmonic(), environment=outside)
+    balance_of_energy_and_momentum(system)
+    along, drive, speed, inner = 2.0 * math.sin(0.3), 1.8, 0.4, -0.3
+    y = (inner - speed if kind is TwoMasses else inner, 0.0, speed)
+    flow = system.flow(0.0, y, 1)
+    push = 0.7 - 0.1 * speed - 0.2 * speed**2
+    body = (push - drive - 0.2) / machine.capsule - along
+    mass = drive / machine.inner - along
+    expected = (mass - body if kind is TwoMasses else mass), speed, body
+    assert flow.rates == pytest.approx(expected, rel=ROUNDING)
+    assert flow.outer_force == pytest.approx(push - 2.0 * along, rel=ROUNDING)
+    at_rest = system.flow(0.0, (0.0, 0.0, 0.0), 0)
+    assert at_rest.holding_force == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
+    assert at_rest.rates[2] == 0.0
+    assert at_rest.rates[0] == pytest.approx(drive / machine.inner - along, rel=ROUNDING)
+
+
+# --- symmetry, starts -------------------------------------------------------------------------------------------------
+
+
+def test_a_slope_or_a_force_breaks_the_half_period_symmetry_and_drag_does_not():
+    assert capsule(linear_drag=0.2, quadratic_drag=0.1).mirrored
+    assert not capsule(inclination=0.01).mirrored
+    assert not capsule(force=0.01).mirrored
+
+
+@pytest.mark.slow
+def test_symmetry_of_settled_motions_is_asked_only_where_there_is_one():
+    found = vc.ensemble(
+        capsule(linear_drag=0.2, law=vc.Exponential()),
+        {"environment.force": [0.0, 0.2]},
+        measures=("symmetric", "drift"),
+        settle=1e-6,
+        periods=200,
+    )
+    assert np.all(found["settled"])
+    assert not np.isnan(found["symmetric"][0])
+    assert np.isnan(found["symmetric"][1])
+    orbit = vc.orbit(capsule(inclination=0.1, law=vc.Exponential()))
+    assert orbit.symmetric is None
+    assert orbit.drift < 0.0
+
+
+@pytest.mark.parametrize("load", ["weight", pytest.param("dynamic", marks=pytest.mark.slow)])
+def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
+    for excess, kind in ((-1e-6, "stuck"), (1e-6, "slides")):
+        angle = math.atan(0.2) + excess
+        system = capsule(load, amplitude=0.0, inclination=angle)
+        rest = angle  # where P vanishes, sin(rest + phi) = rho rest
+        for _ in range(100):
+            rest = math.sin(rest + angle) / system.machine.stiffness
+        motion = vc.simulate(system, periods=1, initial={"angle": rest})
+        assert (motion.state["position"] == 0.0) == (kind == "stuck")
+        assert motion.phases[0].side == (0 if kind == "stuck" else -1)
+
+
+# --- runs of many, cases, SI ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_lanes_are_the_motions_run_alone():
+    system = capsule("dynamic", mass_ratio=4.0, **EVERYTHING)
+    values = np.array([-0.2, -0.05, 0.0, 0.1])
+    names = ("displacement", "gravity_work", "drag_work", "outer_force_work", "drive_work")
+    found = vc.ensemble(
+        system, {"environment.inclination": values}, initial=START, periods=6, window=6, measures=names, tolerance=1e-10
+    )
+    for i, angle in enumerate(values):
+        motion = vc.simulate(
+            system.with_parameters({"environment.inclination": float(angle)}), periods=6, initial=START, tolerance=1e-10
+        )
+        assert found["displacement"][i] == pytest.approx(motion.state["position"], abs=1e-7)
+        balance = vc.energy_balance(motion, periods=6).per_period
+        for name in ("gravity", "drag", "outer_force", "drive"):
+            assert found[f"{name}_work"][i] == pytest.approx(getattr(balance, name), abs=1e-7)
+
+
+BENCH = {
+    "machine": vc.PendulumCapsule.in_si(
+        capsule_mass_kg=0.5,
+        pendulum_mass_kg=0.2,
+        pendulum_length_m=0.25,
+        stiffness_N_m_per_rad=0.98,
+        damping_N_m_s_per_rad=0.08,
+        normal_load="weight",
+    ),
+    "friction": vc.Exponential.in_si(decay_rate_s_per_m=6.5),
+    "drive": vc.Harmonic.in_si(amplitude_N_m=0.9, frequency_Hz=1.0),
+}
+
+
+def test_environment_in_si_has_the_units_of_its_machine(tmp_path):
+    outside = vc.Environment.in_si(
+        inclination_deg=9.0, linear_drag_N_s_per_m=0.1, quadratic_drag_kg_per_m=0.2, force_N=-0.3
+    )
+    system = vc.System(**BENCH, environment=outside)
+    mass, length, gravity = 0.2, 0.25, 9.80665
+    expected = {
+        "inclination": math.radians(9.0),
+        "linear_drag": 0.1 / (mass * math.sqrt(gravity / length)),
+        "quadratic_drag": 0.2 * length / mass,
+        "force": -0.3 / (mass * gravity),
+    }
+    found = {name: getattr(system.environment, name) for name in expected}
+    assert found == pytest.approx(expected, rel=1e-14)
+    path = vc.save_case(system, tmp_path / "case.toml", periods=2)
+    assert "quadratic_drag_kg_per_m = 0.2\n" in path.read_text()
+    assert vc.read_case(path).system == system
+    plain = vc.save_case(system, tmp_path / "plain.toml", units="dimensionless")
+    assert dataclasses.replace(vc.read_case(plain).system, units=system.units) == system
+    moon = vc.System(**BENCH, environment=vc.Environment.in_si(gravity_m_per_s2=1.625))
+    assert moon.environment.gravity == pytest.approx(1.625 / gravity, rel=1e-14)
+
+
+def test_case_may_leave_the_environment_out(tmp_path):
+    system = capsule()
+    assert "environment" not in vc.save_case(system, tmp_path / "plain.toml").read_text()
+    assert vc.read_case(tmp_path / "plain.toml").system == system
+    changed = vc.read_case(tmp_path / "plain.toml", {"environment.inclination": 0.1}).system
+    assert changed == dataclasses.replace(system, environment=vc.Environment(inclination=0.1))
+    path = vc.save_case(changed, tmp_path / "slope.toml")
+    assert vc.read_case(path).system == changed
+    assert changed.with_parameters({"environment.inclination": 0.2}).environment.inclination == 0.2
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"inclination": 0.5 * math.pi}, "inclination: should be less steep than 90 degrees"),
+        ({"inclination": -2.0}, "between -pi/2 and pi/2 rad, got -2.0"),
+        ({"linear_drag": -0.1}, "linear_drag: should be at least 0, got -0.1"),
+        ({"quadratic_drag": -0.1}, "quadratic_drag: should be at least 0, got -0.1"),
+        ({"force": math.inf}, "force: should be a finite number"),
+        ({"gravity": -1.0}, "gravity: should be at least 0, got -1.0"),
+        ({"slope": 0.1}, "slope: there is no such parameter"),
+    ],
+)
+def test_environment_refuses_what_makes_no_sense(given, words):
+    with pytest.raises(ParameterError) as caught:
+        vc.Environment(**given)
+    assert words in str(caught.value)
+
+
+def test_system_refuses_what_its_machine_cannot_have():
+    belt = vc.Oscillator(belt_speed=0.1)
+    with pytest.raises(ValueError, match=r"environment\.quadratic_drag should be 0 over ground that moves \(at 0\.1\)"):
+        vc.System(belt, vc.Coulomb(), vc.Constant(), environment=vc.Environment(quadratic_drag=0.1))
+    with pytest.raises(ValueError, match=r"environment\.gravity: is missing: the units of the oscillator"):
+        vc.System(belt, vc.Coulomb(), vc.Constant(), environment=vc.Environment(inclination=0.1))
+    with pytest.raises(TypeError, match=r"environment should be an environment, got 0\.1"):
+        vc.System(belt, vc.Coulomb(), vc.Constant(), environment=0.1)
+    with pytest.raises(ValueError, match=r"environment\.inclination: this system has no environment"):
+        capsule().with_parameters({"environment.inclination": 0.1})
+    with pytest.raises(ValueError, match=r"gravity: is missing.*for run 1"):
+        vc.ensemble(
+            vc.System(vc.Oscillator(), vc.Coulomb(), vc.Harmonic(), environment=vc.Environment()),
+            {"environment.inclination": [0.0, 0.1]},
+            measures=("stick_fraction",),
+        )
+
+
+class Sledge(vc.Oscillator):
+    """A machine that says nothing of its weight."""
+
+    def masses(self):
+        return {}
+
+
+def test_machine_without_masses_cannot_stand_on_a_slope():
+    with pytest.raises(
+        ValueError, match=r"environment\.inclination should be 0 with the oscillator, which does not know"
+    ):
+        vc.System(Sledge(), vc.Coulomb(), vc.Constant(), environment=vc.Environment(inclination=0.1, gravity=1.0))
+    assert vc.System(Sledge(), vc.Coulomb(), vc.Constant(), environment=vc.Environment(force=0.1)).channels == (
+        *("drive", "damper", "belt", "drag", "outer_force"),
+        *("contact_sliding", "bristle_loss"),
+    )
