@@ -17,6 +17,7 @@ from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
+from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import parameter_keys, state_keys, state_units
 
@@ -137,8 +138,12 @@ def _change(data: dict[str, Any], path: str, value: Any) -> None:
         return
     if path in KINDS and value != given.get(key):
         if section == "friction" and isinstance(start := data.get("initial"), dict):
-            law = laws().get(given.get(key, ""))
-            data["initial"] = {name: x for name, x in start.items() if law is None or name not in law.internal}
+            law, own = laws().get(given.get(key, "")), data.get("machine")
+            machine = machines().get(own.get("kind", "")) if isinstance(own, dict) else None
+            lost = set() if law is None else set(law.internal)
+            if machine is not None and law is not None:
+                lost = set(state_names(machine, law)).difference(machine.states)
+            data["initial"] = {name: x for name, x in start.items() if name not in lost}
         given.clear()
     given[key] = value
 
@@ -196,7 +201,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             said = len(complaints)  # about what was given; the others are about fields without units
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
     machine, law = classes.get("machine"), classes.get("friction")
-    states = (*machine.states, *law.internal) if machine and law else None
+    states = state_names(machine, law) if machine and law else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None

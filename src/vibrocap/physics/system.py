@@ -4,6 +4,7 @@ import dataclasses
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.physics.contacts import MachineOnContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
@@ -12,6 +13,7 @@ from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
+from vibrocap.physics.states import further_laws, state_names
 from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
@@ -48,6 +50,7 @@ class Flow:
     contact_energy: Any  # stored in the contact
     bounds: tuple  # by BOUNDS, positive while the equations hold; none with a constant load
     loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
+    further: tuple  # `FurtherContact`s
 
 
 @dataclasses.dataclass(frozen=True)
@@ -94,6 +97,11 @@ class System:
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
         if self.friction.internal and self.machine.normal_load == 0:
             raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
+        for number, (law, load) in enumerate(
+            zip(self.further_laws, self.machine.further_loads(), strict=True), start=2
+        ):
+            if law.internal and load == 0:
+                raise ArgumentError(f"machine.normal_load_{number}", f"should be > 0 with the {law.name} law, got 0")
         if self.environment is not None:
             self.environment.check(self.machine)
 
@@ -104,9 +112,10 @@ class System:
         return found if self.environment is None else {**found, "environment": self.environment}
 
     @property
-    def placed(self) -> Machine:
-        """The machine as it stands in its environment, on the slope."""
-        return self.machine if self.environment is None else self.environment.placed(self.machine)
+    def placed(self) -> Any:
+        """The machine as it stands in its environment, on the slope; on several contacts, seen as one on the first."""
+        machine = self.machine if self.environment is None else self.environment.placed(self.machine)
+        return MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
 
     @property
     def si(self) -> Units:
@@ -117,9 +126,14 @@ class System:
         return Units(self.units, self.machine.effort, state_units(self.machine, self.friction))
 
     @property
+    def further_laws(self) -> tuple[Law, ...]:
+        """The law of each further contact of the machine."""
+        return further_laws(self.machine, self.friction)
+
+    @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        return self.machine.states + self.friction.internal
+        return state_names(self.machine, self.friction)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -129,7 +143,7 @@ class System:
         as `contact_storage`, and none is kept.
         """
         outside = () if self.environment is None else self.environment.channels(self.machine)
-        return (*self.machine.channels, *outside, *CONTACT_CHANNELS[: 3 if self.stores_under_load else 2])
+        return (*self.placed.channels, *outside, *CONTACT_CHANNELS[: 3 if self.stores_under_load else 2])
 
     @property
     def stores_under_load(self) -> bool:
@@ -145,27 +159,27 @@ class System:
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
         internal = self.friction.internal_symmetry
-        return self.machine.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
+        return self.placed.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
 
     @property
     def switched(self) -> tuple[str, ...]:
         """Names of the states that are whole numbers, which say what branch of machine and law holds."""
-        return self.machine.switched + self.friction.switched
+        return self.placed.switched + self.friction.switched
 
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
-        return (*self.machine.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
+        return (*self.placed.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
 
     @property
     def mirrored(self) -> bool:
         """Whether the half-period symmetry holds: the mirror image of a motion, half a period later, is a motion."""
         alike = self.environment is None or self.environment.symmetric
-        return self.drive.odd and self.machine.symmetric and self.friction.symmetric and alike
+        return self.drive.odd and self.placed.symmetric and self.friction.symmetric and alike
 
     def flow(self, t, y, side) -> Flow:
         """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
-        mechanical, internal = y[: len(self.machine.states)], y[len(self.machine.states) :]
         machine, law, load = self.placed, self.friction, self.law_load
+        mechanical, internal = y[: len(machine.states)], y[len(machine.states) :]
         sticks = law.kind == "set-valued"
         drive = self.drive.value(t)
         velocity = machine.contact_velocity(t, mechanical)
@@ -242,6 +256,7 @@ class System:
             contact_energy=stored,
             bounds=bounds,
             loads=loads,
+            further=machine.further(t, mechanical, drive) if self.machine.contacts else (),
         )
 
     def rates(self, t, y, side) -> tuple:

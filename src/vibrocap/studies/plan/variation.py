@@ -13,6 +13,7 @@ from vibrocap.case.units import as_given
 from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
+from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 
 # path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)
@@ -81,7 +82,7 @@ def _fields(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 def paths(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """Every path that can be varied while the kinds of these parts stay as they are."""
     parameters = (f"{name}.{info.name}" for name, part in parts.items() for info in parameter_table(part))
-    return (*parameters, *(INITIAL + state for state in (*parts["machine"].states, *parts["friction"].internal)))
+    return (*parameters, *(INITIAL + state for state in state_names(parts["machine"], parts["friction"])))
 
 
 def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], units: Scales | None) -> list[str]:
