@@ -98,9 +98,7 @@ def new_case(chosen: Mapping[str, str], file: str) -> str:
         lines.append(f"# {info.name}: {words}" if info.default is None else f"# {line(info.name, info.default, words)}")
     lines.append("")
     lines.append("[initial]")
-    for state in state_names(classes["machine"], classes["friction"]):
-        if state.rpartition("_")[0] == "side":
-            continue  # follows from the velocity
+    for state in state_names(classes):
         symbol, meaning = STATES.get(state, (state, state))
         lines.append(line(state, 0.0, f"{symbol}: {meaning}"))
     lines += ["", "[run]", *(line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]

@@ -1,12 +1,16 @@
-"""Names of the states of a system, in the order of the state vector: of its parts, or of their classes."""
+"""Names of the states of a system, in the order of the state vector: of its parts by name, or of their classes."""
 
+from collections.abc import Mapping
 from typing import Any
 
+MOST_CONTACTS = 10
+FURTHER = tuple(f"friction_{number}" for number in range(2, MOST_CONTACTS + 1))  # parts: laws of further contacts
 
-def further_laws(machine: Any, law: Any, *others: Any) -> tuple[Any, ...]:
-    """The law of each further contact of a machine; others: by contact, None where it is that of the first."""
-    given = (*others, *(None,) * len(machine.contacts))[: len(machine.contacts)]
-    return tuple(law if each is None else each for each in given)
+
+def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
+    """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
+    own = FURTHER[: len(parts["machine"].contacts)]
+    return tuple(parts.get(name, parts["friction"]) for name in own)
 
 
 def contact_states(number: int, law: Any) -> tuple[str, ...]:
@@ -15,7 +19,8 @@ def contact_states(number: int, law: Any) -> tuple[str, ...]:
     return (*own, *(f"{name}_{number}" for name in law.internal))
 
 
-def state_names(machine: Any, law: Any, *others: Any) -> tuple[str, ...]:
+def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """All states: of the machine, of its further contacts, and of the law of its first contact."""
-    laws = enumerate(further_laws(machine, law, *others), start=2)
-    return (*machine.states, *(name for i, each in laws for name in contact_states(i, each)), *law.internal)
+    machine, laws = parts["machine"], enumerate(further_laws(parts), start=2)
+    further = (name for i, law in laws for name in contact_states(i, law))
+    return (*machine.states, *further, *parts["friction"].internal)

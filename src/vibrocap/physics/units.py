@@ -164,7 +164,7 @@ class Units:
         """SI unit of a quantity of a motion, "1" where it has none."""
         if name in self.states:
             return self.states[name]
-        if (known := _quantity_unit(name, {})) is not None:
+        if (known := quantity_unit(name)) is not None:
             return known
         if name == "drive":
             return DRIVE_UNITS[self.effort]
@@ -193,22 +193,19 @@ def over_seconds(unit: str) -> str:
     return f"{above}/{below} s" if below else f"{above}/s"
 
 
-def state_units(machine: Any, law: Any, *others: Any) -> dict[str, str]:
-    """SI unit of every state of a machine and its laws (or their classes): "1" where there is none.
-
-    others: laws of the further contacts, where they are not that of the first
-    """
-    own = {**machine.state_units, **law.state_units}
-    for each in further_laws(machine, law, *others):
-        own |= each.state_units
-    return {name: _quantity_unit(name, own) or "1" for name in state_names(machine, law, *others)}
+def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
+    """SI unit of every state of the parts of a system by name, or of their classes: "1" where there is none."""
+    own: dict[str, str] = {}
+    for part in (*further_laws(parts), parts["friction"], parts["machine"]):
+        own |= part.state_units
+    return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
 
 
-def _quantity_unit(name: str, own: Mapping[str, str]) -> str | None:
+def quantity_unit(name: str, own: Mapping[str, str] = {}) -> str | None:
     """SI unit of a quantity of a motion; one of a further contact, "velocity_2", has that of the first."""
     found = own.get(name) or QUANTITIES.get(name)
     stem, _, number = name.rpartition("_")
-    return _quantity_unit(stem, own) if found is None and number.isdecimal() else found
+    return quantity_unit(stem, own) if found is None and number.isdecimal() else found
 
 
 def shortest(value: float, factor: float) -> float | None:
