@@ -36,6 +36,7 @@ NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed"}  #
 MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
 MACHINES += [dataclasses.replace(varied(vc.PendulumCapsule, 1), normal_load="weight")]
 MACHINES += [dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal")]
+MACHINES += [dataclasses.replace(varied(vc.PendulumCapsuleWithStops, 1), restitution=0.4)]
 MACHINES += [dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external")]
 each_machine = pytest.mark.parametrize("machine", MACHINES, ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)])
 each_drive = pytest.mark.parametrize("drive", DRIVES, ids=[f"{part.name} {i}" for i, part in enumerate(DRIVES)])

@@ -50,7 +50,7 @@ STATES = {
     "position": ("X", "position of the capsule; nothing depends on it"),
     "velocity": ("X'", "velocity of the capsule"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
-    "touching": ("s", "stop that the inner mass touches: 1 in front, -1 behind, 0 none"),
+    "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
