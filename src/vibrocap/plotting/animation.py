@@ -1,4 +1,7 @@
-"""Motion pictures: a machine on a ground with ticks, its contact coloured by stick and slip."""
+"""Motion pictures: a machine on a ground with ticks, its contact coloured by stick and slip.
+
+An arrow from below is what the ground gives, the true normal load; downwards where it would have to pull.
+"""
 
 import contextlib
 import math
@@ -12,12 +15,13 @@ import matplotlib
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
+from matplotlib.patches import BoxStyle, Circle, FancyArrowPatch, FancyBboxPatch
+from matplotlib.patheffects import Normal, Stroke
 
 from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
-from vibrocap.plotting.style import BLUE, GREEN, ORANGE, STYLE, VERMILION, blank_figure
+from vibrocap.plotting.style import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, blank_figure
 from vibrocap.plotting.units import scale
 
 PERIODS = 5  # the last ones are filmed
@@ -31,6 +35,9 @@ WIDTH_OVER_HEIGHT = 16 / 9
 BELOW, ABOVE, BESIDE = 0.4, 0.35, 0.5  # room around the shapes: for the ground and its numbers, for words
 OUTLINE = "#303030"
 COILS, WINDING = 8, 0.09  # of a drawn spring, and half of its width
+ARROW, SHORT, HEAD = 0.62, 0.15, 14.0  # length of the largest load; below SHORT the head of the arrow shrinks, too
+LOADED = -0.95  # how deep the picture reaches below the ground, where it shows the load
+HELD_SECONDS = 1.5  # for which the end of a run that did not go to its end is held
 
 
 def animate_motion(
@@ -39,21 +46,28 @@ def animate_motion(
     """Film the last periods of a motion to an .mp4 (by ffmpeg) or .gif file.
 
     Drawn is the scene of the machine, `Machine.scene`. The camera follows the mean travel, which the ticks of the
-    ground and a triangle where the film starts show. Raises ValueError for .mp4 without ffmpeg, and for another ending;
-    WriteError where the film cannot be written.
+    ground and a triangle where the film starts show. The arrow at the contact is the true normal load. The last frame
+    of a run that did not go to its end is held, with its status. Raises ValueError for .mp4 without ffmpeg, and for
+    another ending; WriteError where the film cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() not in (".mp4", ".gif"):
         raise ValueError(f"a film should end in .mp4 or .gif, got {str(path)!r}")
     if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
         raise ValueError("an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif")
+    if not len(motion.piece_start):
+        raise ValueError(
+            f"there is nothing to film: the run ended where it began, with the status {motion.status.value!r}"
+        )
     start = max(0.0, motion.end - periods * motion.period)
     shown = max((motion.end - start) / motion.period, 1e-9)
     frames = min(MOST_FRAMES, max(2, round(shown * SECONDS_PER_PERIOD * FRAMES_PER_SECOND)))
     # The end itself is left out, so that a repeated film of whole periods goes on smoothly.
     times = np.linspace(start, motion.end, frames, endpoint=False)
+    if not motion.run_status.ok:
+        times = np.append(times, np.full(round(HELD_SECONDS * FRAMES_PER_SECOND), motion.end))
     with matplotlib.rc_context(STYLE):
-        scene = _Scene(motion, times)
+        scene = Scene(motion, times)
         film = path.suffix.lower() == ".mp4"
         writer = (FFMpegWriter if film else PillowWriter)(fps=FRAMES_PER_SECOND)
         with (
@@ -61,11 +75,11 @@ def animate_motion(
             _ended_well(),
             writer.saving(scene.figure, str(temporary), 100 if film else 70),
         ):
-            for number in range(frames):
+            for number in range(len(times)):
                 scene.show(number)
                 writer.grab_frame()
                 if progress is not None:
-                    progress((number + 1) / frames)
+                    progress((number + 1) / len(times))
     return path
 
 
@@ -81,7 +95,7 @@ def _ended_well() -> Iterator[None]:
         raise OSError(f"ffmpeg failed: {words[-1] if words else f'it ended with {error.returncode}'}") from None
 
 
-class _Scene:
+class Scene:
     """The drawing of one frame, changed from frame to frame. The camera moves with the mean travel."""
 
     def __init__(self, motion: Trajectory, times: np.ndarray):
@@ -92,6 +106,9 @@ class _Scene:
         self.position = motion.at(times, self.place)
         self.side = _shown_side(motion, times)
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
+        self.load = motion.at(times, "reaction") if "reaction" in motion.observable_names else None
+        if self.load is not None:
+            self.load_size = ARROW / max(float(np.abs(self.load).max()), 1e-300)
         self.shapes = moving_shapes(motion, times)
         self._frame()
         self.figure = blank_figure((8.0, 8.0 / WIDTH_OVER_HEIGHT))
@@ -101,6 +118,8 @@ class _Scene:
         self.axes.set(xlim=(-self.half, self.half), ylim=(self.low, self.high))
         self._ground()
         self._machine()
+        if self.load is not None:
+            self._arrow()
         self._words()
 
     def _frame(self) -> None:
@@ -113,7 +132,7 @@ class _Scene:
                 min(low, float(each.points[:, 1].min()) - tall),
                 max(high, float(each.points[:, 1].max()) + tall),
             )
-        self.low = low - BELOW
+        self.low = low - BELOW if self.load is None else min(low - BELOW, LOADED)
         self.half = max(half + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
         self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
 
@@ -144,6 +163,13 @@ class _Scene:
 
     def _machine(self) -> None:
         self.movers = [_drawn(each, self.axes) for each in self.shapes]
+
+    def _arrow(self) -> None:
+        """The arrow of the load, on the ground, and what is said of it, below."""
+        self.load_words = self.axes.text(-0.97 * self.half, self.low + 0.03 * self.half, "", va="bottom", fontsize=10)
+        self.arrow = FancyArrowPatch((0, 0), (0, 0), arrowstyle="-|>", linewidth=2.4, shrinkA=0, shrinkB=0, zorder=7)
+        self.arrow.set_path_effects([Stroke(linewidth=5.0, foreground="white"), Normal()])
+        self.axes.add_patch(self.arrow)
 
     def _words(self) -> None:
         top, side = self.high - 0.03 * (self.high - self.low), 0.97 * self.half
@@ -176,9 +202,27 @@ class _Scene:
         if earlier >= 0.0 and self.motion.system.machine.cyclic is not None:
             drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
+        if self.load is not None:
+            self._show_load(float(self.load[number]), x)
         self.clock.set_text("\n".join(lines))
-        self.state.set_text(words)
-        self.state.set_color(colour)
+        stopped = not self.motion.run_status.ok and time == self.motion.end
+        self.state.set_text(f"ends: {self.motion.run_status.value}" if stopped else words)
+        self.state.set_color(VERMILION if stopped else colour)
+
+    def _show_load(self, load: float, x: float) -> None:
+        """The arrow of the true load, and its value in words."""
+        length, colour = abs(load) * self.load_size, PURPLE if load >= 0.0 else VERMILION
+        ends = ((x, -length), (x, 0.0)) if load >= 0.0 else ((x, 0.0), (x, -length))
+        self.arrow.set_positions(*ends)
+        self.arrow.set_color(colour)
+        self.arrow.set_mutation_scale(HEAD * min(1.0, length / SHORT))
+        self.arrow.set_visible(length > 1e-3)
+        system = self.motion.system
+        size, unit = scale("reaction", system), "" if system.units is None else " N"
+        words = rf"normal load $N$ = {round(load * size, 3) + 0.0:.3f}{unit}"  # no minus before a zero
+        if not system.machine.follows_load:
+            words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
+        self.load_words.set_text(words + ("\nthe ground would have to pull" if load < 0.0 else ""))
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
