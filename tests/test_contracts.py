@@ -117,8 +117,8 @@ def system_draw(system, draw):
     mechanical = list(random_state(machine.states, draw))
     contact = machine.states.index(machine.contact_state)
     side = draw.choice((1, -1))
+    mechanical = list(settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0))
     mechanical[contact] = side * abs(mechanical[contact])
-    mechanical = settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0)
     internal = random_internal(system.friction, mechanical[contact], side, system.machine.load(), draw)
     return draw.uniform(0, 9), (*mechanical, *internal), side
 
