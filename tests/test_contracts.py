@@ -37,6 +37,7 @@ MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
 FURTHER = [
     dataclasses.replace(varied(vc.PendulumCapsule, 1), normal_load="weight"),
     dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal"),
+    dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external"),
 ]
 MACHINES += FURTHER
 each_machine = pytest.mark.parametrize("machine", MACHINES, ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)])
@@ -141,12 +142,10 @@ def test_half_period_symmetry(system):
         return
     names = {info.name for info in parameter_table(system.drive)}
     drive = dataclasses.replace(system.drive, **{**dict.fromkeys(names & UNEVEN, 0.0), **even})
-    others = {
-        "oscillator": {"belt_speed": 0.0},
-        "vibro-impact-capsule": {"back_gap": getattr(system.machine, "gap", 0.0)},
-    }
     machine = system.machine
-    machine = machine if machine.symmetric else dataclasses.replace(machine, **others[machine.name])
+    if not machine.symmetric:
+        others = {"back_gap": machine.gap} if hasattr(machine, "back_gap") else {"belt_speed": 0.0}
+        machine = dataclasses.replace(machine, **others)
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)

@@ -426,8 +426,6 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
     capsys.readouterr()
-    assert cli.main(["simulate", "case.toml", "--animate", "run.gif"]) == WRONG_INPUT
-    assert "--animate: draws the pendulum capsule only" in capsys.readouterr().err
     assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err
     Path("case.toml").write_text(fence.text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")
