@@ -235,7 +235,7 @@ LABELS = [
 
 def sample(system, draw):
     """(time, state, side) of a contact that slides."""
-    t, y, _, _ = machine_draw(system.machine, draw)
+    t, y, _, _ = machine_draw(system.placed, draw)
     velocity = system.machine.contact_velocity(t, y)
     side = 1 if velocity > 0 else -1
     return t, (*y, *random_internal(system.friction, velocity, side, 1.0, draw)), side
@@ -300,6 +300,9 @@ def test_a_contact_at_rest_is_held_exactly(system):
 def test_the_acceleration_comes_from_the_balance_of_momentum(system):
     """Without it the series would be long, and the motion slow."""
     recording = equations(system)
+    if system.machine.contacts:
+        assert recording.balance is None  # the acceleration of the first contact is one of several in it
+        return
     assert recording.balance is not None
     assert JetWriter(recording.graph, list(recording.rates), balance=recording.balance).balance is not None
 
