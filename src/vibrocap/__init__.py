@@ -98,8 +98,10 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.physics.machines.crawler import Crawler
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
@@ -292,6 +294,8 @@ __all__ = [
     "SIScales",
     "Environment",
     "Oscillator",
+    "Crawler",
+    "PendulumCrawler",
     "TwoMassCapsule",
     "VibroImpactCapsule",
     "InnerMassScales",

@@ -11,6 +11,7 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.machines.machine import Imposed
 from vibrocap.physics.system import System
 
 EPSILON = sys.float_info.epsilon
@@ -20,12 +21,15 @@ PERIODS, TOLERANCES = 5, 100  # of the motion; what its residuals may be, in tol
 
 def system_of(part: Any) -> System:
     """A system with this part, the others being an oscillator or a capsule, Stribeck friction and a loading."""
+    from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
 
     if isinstance(part, Law):
         return System(machines()["oscillator"](), part, Loading(0.0, 0.0, 1.8, 1.3))
     if isinstance(part, Drive):
         return System(machines()["pendulum-capsule"](), laws()["stribeck"](), part)
+    if isinstance(part, Imposed):
+        return System(part, laws()["stribeck"](), Harmonic(amplitude=0.7, frequency=1.3))
     return System(part, laws()["stribeck"](), Loading(0.0, 0.0, 1.8, 1.3))
 
 
@@ -41,7 +45,7 @@ def recorded(part: Any) -> str | None:
             t = t % system.drive.period
             values = tuple(float(each) for each in formulas.filled(values, t))
         mechanical[contact] = side * abs(mechanical[contact])
-        velocity = machine.contact_velocity(t, tuple(mechanical))
+        velocity = system.placed.contact_velocity(t, tuple(mechanical))
         y = (*mechanical, *random_internal(law, velocity, side, machine.load(), draw))
         expected = system.rates(t, y, side)
         found = evaluate(formulas.rates, t, y, float(side), values)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance
-from vibrocap.numerics.expressions.graph import Expression, Graph
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import parameter_table
@@ -184,6 +184,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables["reaction"] = (own + slope * flow.taken) / inertia
     if type(system.machine).outer_force is not Machine.outer_force or system.environment is not None:
         observables["outer_force"] = flow.outer_force
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.friction)
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -215,9 +216,16 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         or (system.friction.kind == "smooth" and system.environment is not None),
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
-        balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
+        balance=balance if _balances(balance, flow, len(paths)) else None,
         corners=corners,
     )
+
+
+def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
+    """Whether the acceleration follows from the balance of momentum, and vanishes with that of a contact at rest."""
+    rates = [balance.momentum.graph.expression(rate) for rate in flow.rates]
+    still = derivative(balance.momentum.graph.expression(flow.contact_velocity), -1)
+    return still.value == 0.0 and balance.holds(rates, parameters)
 
 
 def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:

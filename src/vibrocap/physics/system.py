@@ -8,7 +8,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.machines.machine import Imposed, Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
@@ -94,8 +94,19 @@ class System:
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
         if self.friction.internal and self.machine.normal_load == 0:
             raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
+        if isinstance(self.machine, Imposed):
+            self._check_imposed()
         if self.environment is not None:
             self.environment.check(self.machine)
+
+    def _check_imposed(self) -> None:
+        """ArgumentError for a drive that cannot impose a motion."""
+        if type(self.drive).slope is Drive.slope:
+            what = f"imposes a motion on the {self.machine.name}, but does not say how fast that is (slope, curvature)"
+            raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
+        if not self.drive.continuous:
+            what = f"jumps, while the {self.machine.name} takes it for a displacement, of which only the rate may jump"
+            raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
 
     @property
     def parts(self) -> dict[str, Any]:
@@ -105,8 +116,9 @@ class System:
 
     @property
     def placed(self) -> Machine:
-        """The machine as it stands in its environment, on the slope."""
-        return self.machine if self.environment is None else self.environment.placed(self.machine)
+        """The machine under its drive as it stands in its environment, on the slope."""
+        machine = self.machine.driven_by(self.drive)
+        return machine if self.environment is None else self.environment.placed(machine)
 
     @property
     def si(self) -> Units:
