@@ -82,14 +82,14 @@ def parameter_values(system: System) -> tuple[float, ...]:
 
 
 def parameters_at(system: System, time: np.ndarray) -> tuple:
-    """The parameter vector with the segment of the drive that holds at times [n] since the start of its period.
+    """The parameter vector of a system whose drive has corners, at times [n] since the start of its period.
 
-    Where the drive has corners the numbers of the segment are arrays [n].
+    The numbers of the segment that holds are arrays [n].
     """
     found, corners = parameter_values(system), equations(system).corners
     if corners is None:
         return found
-    return (*found[: corners.place], *corners.present(*corners.of_one(found), time)[1])
+    return (*found[: corners.place], *corners.present(*corners.of_one(found), time, 0.0)[1])
 
 
 def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
