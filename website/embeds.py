@@ -27,7 +27,7 @@ LAB = """```{raw} html
 ```
 """
 REPORT = """```{raw} html
-<p><a href="report/report.html">The report on the paper</a>: its figures from our own runs, every claim with its verdict.</p>
+<p><a href="report/report.html">The report on the paper</a>: our figures, every claim with its verdict.</p>
 ```
 """
 WHEEL = """
