@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
-from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.orbits.attractors import basins as basins_module
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import Basins, basins
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.maps import settling_runs
-from vibrocap.orbits.maps.drive_phase import at_next_section, shifted_equations
+from vibrocap.orbits.maps.drive_phase import at_next_section
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
@@ -55,21 +53,6 @@ def drawn(count=12):
 
 
 # --- phases of the drive ---------------------------------------------------------------------------------------------
-
-
-def test_shifted_equations_are_the_same_at_a_later_time():
-    draw = np.random.default_rng(0)
-    for law in (vc.Exponential(), vc.LuGre()):
-        system = capsule(law)
-        recorded = equations(system)
-        shifted = shifted_equations(recorded)
-        assert len(shifted.parameter_paths) == len(recorded.parameter_paths) + 1
-        state = draw.uniform(-1.0, 1.0, len(system.state_names))
-        values = parameter_values(system)
-        there = evaluate([*recorded.rates, *recorded.integrals], 2.4, state, 1.0, values)
-        here = evaluate([*shifted.rates, *shifted.integrals], 0.4, state, 1.0, (*values, 2.0))
-        assert here == pytest.approx(there, rel=1e-14)
-        assert here != pytest.approx(evaluate([*recorded.rates, *recorded.integrals], 0.4, state, 1.0, values))
 
 
 def test_start_amid_a_period_goes_on_to_its_end():

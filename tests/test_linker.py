@@ -117,7 +117,7 @@ def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
             "loop.one_step",
             "def turn_period(",
             "def turn_the_period(",
-            r"kernel/loop/one_step.py, in `step`: `turn_period` is defined in no part",
+            r"kernel/loop/one_step.py, in `turn`: `turn_period` is defined in no part",
         ),
         ("loop.one_by_one", "def advance(", "def go_on(", "loop over lanes` without `advance"),
     ],

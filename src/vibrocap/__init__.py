@@ -73,7 +73,15 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
+    from vibrocap.physics.drives.phases import Phases
+    from vibrocap.physics.drives.pulse_width import PulseWidth
     from vibrocap.physics.drives.ramp import Ramp
+    from vibrocap.physics.drives.seven_phase import SevenPhase
+    from vibrocap.physics.drives.square import Square
+    from vibrocap.physics.drives.table import DriveTable
+    from vibrocap.physics.drives.three_phase import ThreePhase
+    from vibrocap.physics.drives.trapezoid import Trapezoid
+    from vibrocap.physics.drives.triangle import Triangle
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.friction.anisotropic import anisotropic
     from vibrocap.physics.friction.backlash import backlash
@@ -92,6 +100,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
@@ -286,10 +295,19 @@ __all__ = [
     "Oscillator",
     "TwoMassCapsule",
     "VibroImpactCapsule",
+    "RigidStopCapsule",
     "InnerMassScales",
     "Constant",
     "Ramp",
     "Loading",
+    "Square",
+    "Triangle",
+    "Trapezoid",
+    "PulseWidth",
+    "Phases",
+    "ThreePhase",
+    "SevenPhase",
+    "DriveTable",
     "BoucWen",
     "Coulomb",
     "Dahl",

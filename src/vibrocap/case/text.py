@@ -67,7 +67,9 @@ def _in_si(
 
 
 def toml_value(value: Any) -> str:
-    """A word or a number as TOML writes it."""
+    """A word, a number or a list of numbers as TOML writes it."""
+    if isinstance(value, (tuple, list)):
+        return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, int):

@@ -6,6 +6,7 @@ import sys
 from typing import Any
 
 from vibrocap.contracts.samples import draws
+from vibrocap.physics.drives.drive import Piecewise, half_points, segment_table
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 60
@@ -45,8 +46,10 @@ def _unramped(drive: Any) -> Any:
 
 
 def _sampled(drive: Any) -> tuple[list[float], float]:
-    """Times, and the size of the drive there."""
+    """Times, of a drive with corners some between any two, and the size of the drive there."""
     times = [draw.uniform(0.0, 2.0) * drive.period for draw in draws(SAMPLES)]
+    if isinstance(drive, Piecewise):
+        times += [share * drive.period for share in half_points(segment_table(drive))]
     return times, max(abs(drive.value(t)) for t in times)
 
 

@@ -112,7 +112,7 @@ class Stretch:
 
     def _observed(self, name: str, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
         side = np.full(len(t), float(self.side))
-        return self.motion.observe((name,), t, self._states(t, piece), side)[0]
+        return self.motion.observe((name,), t, self._states(t, piece), side, self.motion.piece_middle(piece))[0]
 
 
 def contact_place(motion: Trajectory, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:

@@ -5,9 +5,13 @@ import dataclasses
 import functools
 from typing import Any
 
+import numpy as np
+
+from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance
 from vibrocap.numerics.expressions.graph import Expression, Graph
-from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.drives.drive import Piecewise
+from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import LOCATED, Flow, System
@@ -38,6 +42,7 @@ class Equations:
     limit: Expression | None
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
     law_switches: int  # how many of them are the law's
+    impact: int  # place among the integrals of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
@@ -48,11 +53,16 @@ class Equations:
     base: int  # states of the motion itself; tangents may follow them
     balance: Balance | None  # of momentum, where it gives the acceleration of the contact
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
+    corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
 
     @property
     def guards(self) -> tuple[Expression, ...]:
         """Of the branches of law and machine, then the bounds: a step ends where one of them falls to zero."""
         return (*self.switches, *self.bounds)
+
+    def filled(self, parameters: Any, time: Any = 0.0) -> Any:
+        """Parameter vectors with the segment of the drive at a time since the start of its period, where it has any."""
+        return parameters if self.corners is None else self.corners.filled(parameters, time)
 
 
 def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
@@ -65,7 +75,22 @@ def is_recorded(law_or_part: Any, name: str, value: Any) -> bool:
 @functools.lru_cache(maxsize=256)
 def parameter_values(system: System) -> tuple[float, ...]:
     """The parameter vector of a system, in the order of `Equations.parameter_paths`."""
-    return tuple(float(value) for _, value in _recorded_parameters(system))
+    found = tuple(float(value) for _, value in _recorded_parameters(system))
+    corners = equations(system).corners
+    if corners is None:
+        return found
+    return tuple(corners.filled(np.append(found, np.zeros(2 + corners.coefficients))).tolist())
+
+
+def parameters_at(system: System, time: np.ndarray) -> tuple:
+    """The parameter vector with the segment of the drive that holds at times [n] since the start of its period.
+
+    Where the drive has corners the numbers of the segment are arrays [n].
+    """
+    found, corners = parameter_values(system), equations(system).corners
+    if corners is None:
+        return found
+    return (*found[: corners.place], *corners.present(*corners.of_one(found), time)[1])
 
 
 def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
@@ -119,6 +144,12 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     recorded = object.__new__(System)
     for part, record in system.parts.items():
         object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    corners = _recorded_corners(system, paths)
+    if isinstance(recorded.drive, Piecewise):
+        _, *segment = paths_of_segment = segment_paths(recorded.drive)
+        start, *coefficients = (graph.node("parameter", len(paths) + 1 + k) for k in range(len(segment)))
+        object.__setattr__(recorded, "drive", recorded.drive.on_segment(start, tuple(coefficients)))
+        paths = (*paths, *paths_of_segment)
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
     flow = recorded.flow(graph.node("time"), y, graph.node("side"))
     placed = recorded.placed
@@ -176,6 +207,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
         law_switches=flow.law_switches,
+        impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
         loads=tuple(expression(load) for load in flow.loads),
         bounds=tuple(expression(bound) for bound in flow.bounds),
         located=LOCATED[: len(flow.bounds)],
@@ -186,7 +218,15 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
         balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
+        corners=corners,
     )
+
+
+def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
+    """The corners of the drive, recorded in a graph of their own: a table may have very many."""
+    graph = Graph()
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
+    return recorded_corners(_with_symbols("drive", system.drive, symbols), len(paths))
 
 
 def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.motion.certificate import Certificate, Verdict
 from vibrocap.motion.equations import Equations, equations, parameter_values
-from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
 from vibrocap.numerics.api import Recorded, memory
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import CONTACT_CHANNELS
@@ -46,7 +46,8 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
     if motion.system.friction.switched:  # energy that was stored in the contact is lost where a piece begins unloaded
         before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
-        balance[1:] -= np.cumsum(np.append(after - before, 0.0))
+        taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks
+        balance[1:] -= np.cumsum(np.append(after - before - taken, 0.0))
     impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
@@ -137,8 +138,12 @@ def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[flo
 
 def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
     """How much observables change, at most, where every state changes by its natural size."""
-    start, parameters = np.arange(len(motion.piece_start)), parameter_values(motion.system)
-    states, local = motion.piece_states(start, 0.0 * motion.piece_length), motion.drive_time(motion.piece_start)
+    start, zero = np.arange(len(motion.piece_start)), 0.0 * motion.piece_length
+    states, local, parameters = (
+        motion.piece_states(start, zero),
+        motion.drive_time(start, zero),
+        motion.piece_parameters(start),
+    )
     total = 0.0
     for i, scale in enumerate(scales):
         slopes = evaluate(
@@ -193,8 +198,8 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
     terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
     terms += [derivative(stored, -1), *(-each for each in inflows)]
     start, side = np.arange(len(motion.piece_start)), motion.piece_side
-    local, parameters = motion.drive_time(motion.piece_start), parameter_values(motion.system)
-    states = motion.piece_states(start, 0.0 * motion.piece_length)
+    zero, parameters = 0.0 * motion.piece_length, motion.piece_parameters(start)
+    states, local = motion.piece_states(start, zero), motion.drive_time(start, zero)
     values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, side, parameters)]
     gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
     worst = int(np.argmax(gap - INCONSISTENT * size))
@@ -234,8 +239,8 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
 
 def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, stiff_from: float) -> np.ndarray:
     """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
-    recording, parameters = equations(motion.system), parameter_values(motion.system)
-    local = motion.drive_time(motion.piece_start[index] + s)
+    recording, parameters = equations(motion.system), motion.piece_parameters(index)
+    local = motion.drive_time(index, s)
     with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
         rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
     left = np.zeros(len(index))

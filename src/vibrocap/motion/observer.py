@@ -5,9 +5,14 @@ import functools
 
 import numpy as np
 
-from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.equations import equations, parameters_at
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.system import System
+
+
+def drive_time(t: np.ndarray, within: np.ndarray, origin: float, period: float) -> np.ndarray:
+    """Time since the drive began the period in which `within` lies, at times t; origin: when it begins one."""
+    return (t - origin) - period * np.floor((within - origin) / period)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,10 +35,15 @@ class Observer:
         names = (*(f"{name}_work" for name in self.system.channels), "impulse")
         return recording.observables | dict(zip(names, recording.integrals, strict=True))
 
-    def __call__(self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, side: np.ndarray) -> list[np.ndarray]:
-        """Values by name at times t [n], with states [states, n] and sides [n]: an array [n] each."""
+    def __call__(
+        self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, side: np.ndarray, within: np.ndarray
+    ) -> list[np.ndarray]:
+        """Values by name at times t [n], with states [states, n] and sides [n]: an array [n] each.
+
+        within: for each time another one inside its piece: at the end of a piece the drive is still that of the piece
+        """
         period = self.system.drive.period
-        local = t - self.origin
-        local = local - period * np.floor(local / period)
-        found = evaluate([self.known[name] for name in names], local, states, side, parameter_values(self.system))
+        local = drive_time(t, within, self.origin, period)
+        parameters = parameters_at(self.system, drive_time(within, within, self.origin, period))
+        found = evaluate([self.known[name] for name in names], local, states, side, parameters)
         return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]

@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 
-from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.equations import Equations, equations
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import System
 
@@ -13,7 +13,13 @@ INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a ki
 
 
 def correction(
-    system: System, t: np.ndarray, states: np.ndarray, slopes: np.ndarray, side: np.ndarray, length: np.ndarray
+    system: System,
+    t: np.ndarray,
+    parameters: tuple,
+    states: np.ndarray,
+    slopes: np.ndarray,
+    side: np.ndarray,
+    length: np.ndarray,
 ) -> np.ndarray:
     """What to add to the states of a stiff piece before the law is asked: array [states, n].
 
@@ -28,9 +34,9 @@ def correction(
     a stiff direction most of the error goes. Where they would be farther, disturbances grow instead of decaying, and
     the states are left as they are. Of a law with a kink at rest, y* stays on its side.
 
-    t: since the start of the period; length: of the piece of each point
+    t: since the start of the period; parameters: of each point, see `equations.parameters_at`; length: of its piece
     """
-    recording, parameters = equations(system), parameter_values(system)
+    recording = equations(system)
     size, count = states.shape
     scales = np.asarray(evaluate(recording.scales, 0.0, [], 1.0, parameters), float)[:, None]
     change, reach = np.zeros_like(states), None

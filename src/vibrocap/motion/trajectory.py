@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate
+from vibrocap.motion.equations import parameters_at
 from vibrocap.motion.in_si import MotionInSI
+from vibrocap.motion.observer import drive_time
 from vibrocap.results import Result, Rows
 
+IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 20_000  # points at a time, when many are asked for
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
@@ -136,9 +139,9 @@ class Trajectory(Result):
     event_times: np.ndarray  # [events]
     event_kinds: np.ndarray  # [events] of names
     event_states: np.ndarray  # [events, states]
-    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]] = dataclasses.field(
-        compare=False
-    )  # (names, times, states [states, n], sides) -> values of observables and rates of integrals
+    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]] = (
+        dataclasses.field(compare=False)
+    )  # (names, times, states [states, n], sides, times within the pieces) -> observables and rates of integrals
     observable_names: tuple[str, ...]
     certify: Callable[["Trajectory"], Certificate] = dataclasses.field(compare=False)
     samples: int = 256  # per period, of the grid `time`
@@ -185,10 +188,18 @@ class Trajectory(Result):
         done = self.periods if self.run_status.ok else (self.end - self.start_time) / self.period
         return (self.start_phase + done) % 1.0
 
-    def drive_time(self, t: np.ndarray) -> np.ndarray:
-        """Time since the drive began its period, at times t."""
-        local = t - (self.start_time - self.start_phase * self.period)
-        return local - self.period * np.floor(local / self.period)
+    def drive_time(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Time since the drive began its period, at times s of the pieces; at the end of a period not 0."""
+        origin = self.start_time - self.start_phase * self.period
+        return drive_time(self.piece_start[index] + s, self.piece_middle(index), origin, self.period)
+
+    def piece_middle(self, index: np.ndarray) -> np.ndarray:
+        """A time inside of each of the pieces: at their ends the drive may have a corner."""
+        return self.piece_start[index] + 0.5 * self.piece_length[index]
+
+    def piece_parameters(self, index: np.ndarray) -> tuple:
+        """The parameter vector on each of the pieces; where the drive has corners, arrays [n] for its segments."""
+        return parameters_at(self.system, self.drive_time(index, 0.5 * self.piece_length[index]))
 
     @functools.cached_property
     def time(self) -> np.ndarray:
@@ -269,11 +280,13 @@ class Trajectory(Result):
             pieces, local = index[block], s[block]
             t, side = self.piece_start[pieces] + local, self.piece_side[pieces]
             states = self.piece_states(pieces, local)
-            found = np.asarray(self.observe(names, t, states, side))
+            within = self.piece_middle(pieces)
+            found = np.asarray(self.observe(names, t, states, side, within))
             stiff = np.flatnonzero(self.piece_implicit[pieces])
             if forces and len(stiff):
                 states = states[:, stiff] + self.piece_correction(pieces[stiff], local[stiff])
-                values = self.observe(tuple(names[i] for i in forces), t[stiff], states, side[stiff])
+                asked = tuple(names[i] for i in forces)
+                values = self.observe(asked, t[stiff], states, side[stiff], within[stiff])
                 for i, value in zip(forces, values, strict=True):
                     found[i, stiff] = value
             result[:, block] = found
@@ -285,7 +298,8 @@ class Trajectory(Result):
 
         return correction(
             self.system,
-            self.drive_time(self.piece_start[index] + s),
+            self.drive_time(index, s),
+            self.piece_parameters(index),
             self.piece_states(index, s),
             self.piece_slopes(index, s),
             self.piece_side[index],
@@ -310,7 +324,19 @@ class Trajectory(Result):
     def piece_marks(self) -> np.ndarray:
         """Integrals at the start of every piece and at the end: array [integrals, pieces + 1]."""
         whole = self.piece_integrals(np.arange(len(self.piece_start)), self.piece_length)
-        return np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
+        marks = np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
+        if IMPACT_WORK in self.integral_names:
+            taken = np.cumsum(self.piece_jumps)
+            marks[self.integral_names.index(IMPACT_WORK), 1:] += np.append(taken, taken[-1:])
+        return marks
+
+    @functools.cached_property
+    def piece_jumps(self) -> np.ndarray:
+        """Energy that the machine gains where each piece but the first begins, in impacts: array [pieces - 1]."""
+        later = np.arange(1, len(self.piece_start))
+        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[:-1], 0.0 * later))
+        before, after = self.piece_observables(("energy",), index, s).reshape(2, -1)
+        return after - before
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of the observables named: array [integrals, n]."""

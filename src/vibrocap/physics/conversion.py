@@ -141,9 +141,16 @@ def _without_units(
             found.complaints.add(key, f"is {found.keys[known.name]} once more; give one of them")
         else:
             found.keys[known.name] = key
-            number = is_number(value) and (known.has_unit or known.key != key)
-            found.values[known.name] = value / units.per_key(known) if number else value
+            has_unit = known.has_unit or known.key != key
+            found.values[known.name] = _divided(value, units.per_key(known)) if has_unit else value
     return found
+
+
+def _divided(value: Any, scale: float) -> Any:
+    """A number, or each number of a list, over a scale; what is neither as it is."""
+    if isinstance(value, (list, tuple)):
+        return [_divided(each, scale) for each in value]
+    return value / scale if is_number(value) else value
 
 
 def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], bare: bool) -> Key | str:

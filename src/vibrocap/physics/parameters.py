@@ -102,8 +102,13 @@ def given_parameters(record: Any) -> dict[str, Any]:
 def described(record: Any, digits: int = 6) -> str:
     """A record in a line: its name, and the values of its parameters to so many digits."""
     values = given_parameters(record).items()
-    words = (f"{name} {value if isinstance(value, str) else f'{value:.{digits}g}'}" for name, value in values)
-    return f"{record.name}: {', '.join(words)}"
+    return f"{record.name}: {', '.join(f'{name} {_brief(value, digits)}' for name, value in values)}"
+
+
+def _brief(value: Any, digits: int) -> str:
+    if isinstance(value, tuple):
+        return f"{len(value)} numbers"
+    return value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
 @functools.cache

@@ -96,6 +96,7 @@ ROLES = {
     # of drives
     "effort": EFFORT,  # force or torque
     "effort rate": EFFORT / TIME,
+    "effort acceleration": EFFORT / TIME**2,
     "frequency": NUMBER / TIME,  # angular
     "phase": NUMBER,  # an angle in radians
     "duration": TIME,

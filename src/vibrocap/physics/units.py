@@ -236,6 +236,13 @@ def written(
         if isinstance(value, str) or not ways[0].has_unit:
             found[name if isinstance(value, str) else ways[0].key] = value
             continue
+        if isinstance(value, tuple):
+            listed = [shortest(each, units.per_key(ways[0])) for each in value]
+            if exactly and None in listed:
+                return None
+            pairs = zip(listed, value, strict=True)
+            found[ways[0].key] = [each * units.per_key(ways[0]) if one is None else one for one, each in pairs]
+            continue
         numbers = {each.key: shortest(float(value), units.per_key(each)) for each in ways}
         exact = {key: number for key, number in numbers.items() if number is not None}
         if exact:

@@ -1,4 +1,4 @@
-"""Motion pictures: the capsule with its pendulum on a ground with ticks, the contact coloured by stick and slip.
+"""Motion pictures: a machine on a ground with ticks, its contact coloured by stick and slip.
 
 An arrow from below is what the ground gives, the true normal load; downwards where it would have to pull.
 """
@@ -19,6 +19,7 @@ from matplotlib.patches import BoxStyle, Circle, FancyArrowPatch, FancyBboxPatch
 from matplotlib.patheffects import Normal, Stroke
 
 from vibrocap.files import replacing
+from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
 from vibrocap.plotting.style import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, blank_figure
 from vibrocap.plotting.units import scale
@@ -30,8 +31,10 @@ MOST_FRAMES = 750  # a longer film runs faster instead
 
 # side of the contact: (colour, words); the words too, so that nothing rests on colour alone
 CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
-HALF_WIDTH, HEIGHT, BOB = 0.42, 0.34, 0.12  # of the drawing; the pendulum's length is 1
-HIGH, WIDTH_OVER_HEIGHT = 1.65, 16 / 9
+WIDTH_OVER_HEIGHT = 16 / 9
+BELOW, ABOVE, BESIDE = 0.4, 0.35, 0.5  # room around the shapes: for the ground and its numbers, for words
+OUTLINE = "#303030"
+COILS, WINDING = 8, 0.09  # of a drawn spring, and half of its width
 ARROW, SHORT, HEAD = 0.62, 0.15, 14.0  # length of the largest load; below SHORT the head of the arrow shrinks, too
 LOADED = -0.95  # how deep the picture reaches below the ground, where it shows the load
 HELD_SECONDS = 1.5  # for which the end of a run that did not go to its end is held
@@ -42,10 +45,10 @@ def animate_motion(
 ) -> Path:
     """Film the last periods of a motion to an .mp4 (by ffmpeg) or .gif file.
 
-    The pendulum's bob is at X - sin(theta), cos(theta), as in the paper's section 2.2. The camera follows the mean
-    travel, which the ticks of the ground and a triangle where the film starts show. The arrow at the contact is the
-    true normal load. The last frame of a run that did not go to its end is held, with its status. Raises ValueError for
-    .mp4 without ffmpeg, and for another ending; WriteError where the film cannot be written.
+    Drawn is the scene of the machine, `Machine.scene`. The camera follows the mean travel, which the ticks of the
+    ground and a triangle where the film starts show. The arrow at the contact is the true normal load. The last frame
+    of a run that did not go to its end is held, with its status. Raises ValueError for .mp4 without ffmpeg, and for
+    another ending; WriteError where the film cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() not in (".mp4", ".gif"):
@@ -98,17 +101,16 @@ class Scene:
     def __init__(self, motion: Trajectory, times: np.ndarray):
         self.motion = motion
         self.times = times
-        self.angle, self.position = motion.at(times, "angle"), motion.at(times, "position")
+        machine = motion.system.machine
+        self.place = machine.place or machine.cyclic
+        self.position = motion.at(times, self.place)
         self.side = _shown_side(motion, times)
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
         self.load = motion.at(times, "reaction") if "reaction" in motion.observable_names else None
-        self.low = -0.4 if np.cos(self.angle).min() > -0.1 else -1.0
         if self.load is not None:
-            self.low = min(self.low, LOADED)
             self.load_size = ARROW / max(float(np.abs(self.load).max()), 1e-300)
-        reach = float(np.abs(self.position - self.camera).max()) + 1.0 + 2 * BOB
-        self.half = max(reach, (HIGH - self.low) * WIDTH_OVER_HEIGHT / 2)
-        self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
+        self.shapes = moving_shapes(motion, times)
+        self._frame()
         self.figure = blank_figure((8.0, 8.0 / WIDTH_OVER_HEIGHT))
         self.figure.set_layout_engine("none")
         self.axes: Axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -120,6 +122,20 @@ class Scene:
             self._arrow()
         self._words()
 
+    def _frame(self) -> None:
+        """How far is to be seen: all shapes in all frames."""
+        low, high, half = 0.0, 0.0, 0.0
+        for each in self.shapes:
+            wide, tall = each.shape.size[0] / 2, each.shape.size[1] / 2
+            half = max(half, float(np.abs(each.points[:, 0] - self.camera).max()) + wide)
+            low, high = (
+                min(low, float(each.points[:, 1].min()) - tall),
+                max(high, float(each.points[:, 1].max()) + tall),
+            )
+        self.low = low - BELOW if self.load is None else min(low - BELOW, LOADED)
+        self.half = max(half + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
+        self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
+
     def _ground(self) -> None:
         """A line with a long tick every length l, short ones between, and a flag where the film starts."""
         grey = "#404040"
@@ -129,7 +145,7 @@ class Scene:
         self.marks = np.arange(first, last + 0.25, 0.25)
         lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
         self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0)[0] for size in lengths]
-        unit = scale("position", self.motion.system)
+        unit = scale(self.place, self.motion.system)
         self.numbers = {
             mark: self.axes.text(
                 0,
@@ -146,17 +162,7 @@ class Scene:
         self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none")[0]
 
     def _machine(self) -> None:
-        outline = "#303030"
-        shape = BoxStyle("round", pad=0, rounding_size=0.12)
-        body = FancyBboxPatch((0, 0), 2 * HALF_WIDTH, HEIGHT, boxstyle=shape, facecolor="#DCE6EF", edgecolor=outline)
-        self.body, self.bob = body, Circle((0, 0), BOB, facecolor=BLUE, edgecolor=outline, zorder=5)
-        self.contact = self.axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3)[0]
-        self.rod = self.axes.plot([], [], color=outline, linewidth=2.2, zorder=4)[0]
-        self.pivot = self.axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=outline, zorder=6)[
-            0
-        ]
-        self.axes.add_patch(body)
-        self.axes.add_patch(self.bob)
+        self.movers = [_drawn(each, self.axes) for each in self.shapes]
 
     def _arrow(self) -> None:
         """The arrow of the load, on the ground, and what is said of it, below."""
@@ -181,25 +187,20 @@ class Scene:
     def show(self, number: int) -> None:
         """Draw a frame."""
         camera, time, position = self.camera[number], self.times[number], self.position[number]
-        x = position - camera
-        bob = x - math.sin(self.angle[number]), HEIGHT + math.cos(self.angle[number])
         colour, words = CONTACT[int(self.side[number])]
-        self.body.set_x(x - HALF_WIDTH)
-        self.contact.set_data([x - HALF_WIDTH + 0.05, x + HALF_WIDTH - 0.05], [0, 0])
-        self.contact.set_color(colour)
-        self.rod.set_data([x, bob[0]], [HEIGHT, bob[1]])
-        self.bob.set_center(bob)
-        self.pivot.set_data([x], [HEIGHT])
+        for each, move in zip(self.shapes, self.movers, strict=True):
+            x, y = each.points[:, 0, number] - camera, each.points[:, 1, number]
+            move(x, y, colour)
         for mark, tick in zip(self.marks, self.ticks, strict=True):
             tick.set_xdata([mark - camera, mark - camera])
         for mark, label in self.numbers.items():
             label.set_x(mark - camera)
         self.flag.set_xdata([self.position[0] - camera])
         earlier = time - self.motion.period
-        size, unit = scale("position", self.motion.system), "" if self.motion.system.units is None else " m"
+        size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
         lines = [rf"time $\tau/T$ = {time / self.motion.period:.2f}", f"position $X$ = {position * size:+.3f}{unit}"]
-        if earlier >= 0.0:
-            drift = position - self.motion.at(earlier, "position")[0]
+        if earlier >= 0.0 and self.motion.system.machine.cyclic is not None:
+            drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
         if self.load is not None:
             self._show_load(float(self.load[number]), x)
@@ -222,6 +223,46 @@ class Scene:
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if load < 0.0 else ""))
+
+
+Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
+
+
+def _drawn(moving: MovingShape, axes: Axes) -> Mover:
+    """Draw a shape on axes; returns what moves it to its place in a frame."""
+    shape = moving.shape
+    wide, tall = shape.size
+    if shape.kind == "box":
+        style = BoxStyle("round", pad=0, rounding_size=0.25 * min(wide, tall))
+        box = FancyBboxPatch((0, 0), wide, tall, boxstyle=style, facecolor="#DCE6EF", edgecolor=OUTLINE, zorder=2)
+        axes.add_patch(box)
+        return lambda x, y, colour: (box.set_x(x[0] - wide / 2), box.set_y(y[0] - tall / 2))
+    if shape.kind == "disc":
+        disc = Circle((0, 0), wide / 2, facecolor=BLUE, edgecolor=OUTLINE, zorder=5)
+        axes.add_patch(disc)
+        return lambda x, y, colour: disc.set_center((x[0], y[0]))
+    if shape.kind == "contact":
+        line = axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3)[0]
+        return lambda x, y, colour: (
+            line.set_data([x[0] - wide / 2, x[0] + wide / 2], [y[0]] * 2),
+            line.set_color(colour),
+        )
+    if shape.kind == "hinge":
+        hinge = axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=OUTLINE, zorder=6)[0]
+        return lambda x, y, colour: hinge.set_data(x, y)
+    width = 2.2 if shape.kind == "rod" else 1.2
+    path = axes.plot([], [], color=OUTLINE, linewidth=width, zorder=4)[0]
+    shown = _coils if shape.kind == "spring" else lambda x, y: (x, y)
+    return lambda x, y, colour: path.set_data(*shown(x, y))
+
+
+def _coils(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A zigzag from one point to the other."""
+    along = np.array([x[1] - x[0], y[1] - y[0]])
+    normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-12)
+    share = np.concatenate(([0.0, 0.1], 0.1 + 0.8 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.9, 1.0]))
+    aside = np.concatenate(([0.0, 0.0], WINDING * (-1.0) ** np.arange(2 * COILS), [0.0, 0.0]))
+    return x[0] + share * along[0] + aside * normal[0], y[0] + share * along[1] + aside * normal[1]
 
 
 def _shown_side(motion: Trajectory, times: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
-from vibrocap.numerics.expressions.graph import Expression, derivative
+from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -31,12 +31,16 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "CYCLIC": equations.cyclic_state,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
+        "IMPACT": equations.impact,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
         constants[name] = series + i * row_size
     if velocity_is_state(equations):
         constants["VELOCITY"] = series + equations.contact_state * row_size
+    if not layout.coefficients:
+        constants["UNTIL"] = constants["PERIOD"]
+    constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
     constants["SPARSE"] = sparse(equations)
@@ -58,6 +62,14 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
 def velocity_is_state(equations: Any) -> bool:
     """Whether the contact velocity is one of the states, whose series is then its own."""
     return equations.contact_velocity.index == equations.graph.node("state", equations.contact_state).index
+
+
+def jumps(equations: Any, layout: Layout) -> bool:
+    """Whether the contact velocity depends on what changes at the corners of the drive."""
+    graph = equations.graph
+    needed = (graph.nodes[i] for i in reachable(graph, [equations.contact_velocity.index]))
+    numbers = [operands[0] for op, *operands in needed if op == "parameter"]
+    return bool(layout.coefficients) and any(number >= layout.present for number in numbers)
 
 
 def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
@@ -197,6 +209,9 @@ def branches_source(equations: Any) -> str:
         function("guard_tangents(real, t, point, side, lane, out)", [equations.guard_tangents])
     if not equations.guards:
         return "\n".join(found)
+    writer = ScalarWriter(equations.graph)
+    energy = writer.name(equations.observables["energy"])
+    found += ["def machine_energy(real, t, point, lane):", *_indented([*writer.lines, f"return {energy}"], 4), ""]
     function("switches(real, t, point, side, lane, out)", [equations.guards])
     function("after_switch(real, t, point, side, lane, which, out)", equations.after_switch, "which")
     function("after_reversal(real, t, point, side, lane, out)", [equations.after_reversal])

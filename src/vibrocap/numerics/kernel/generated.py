@@ -10,6 +10,8 @@ KINKED = False  # whether the law has a kink at rest
 LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
 SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
 MIRRORED = True  # whether these are the same for either direction of sliding
+VELOCITY_JUMPS = False  # whether the contact velocity jumps where the drive has a corner
+FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
 SPARSE = False  # whether the law hides near rest: three terms in four of a series may vanish, or it has a logarithm
 SHARP_INTERNAL = False  # whether any of them depends on an internal state
 CYCLIC = 2  # the state on which nothing depends
@@ -24,6 +26,8 @@ PIECE_SIZE = _EXAMPLE["PIECE_SIZE"]
 EVENT_SIZE = _EXAMPLE["EVENT_SIZE"]
 EVENT_WORK = _EXAMPLE["EVENT_WORK"]
 PARAMETERS = _EXAMPLE["PARAMETERS"]
+PRESENT = _EXAMPLE["PRESENT"]
+COEFFICIENTS = _EXAMPLE["COEFFICIENTS"]
 MARK_COUNT = 1
 MEASURED_COUNT = _EXAMPLE["MEASURED_COUNT"]
 RUN_SIZE = _EXAMPLE["RUN_SIZE"]
@@ -34,6 +38,7 @@ PIECE_START = RECORDED_EVENT_START = 0
 PERIOD_BUDGET = RUN = STEP_LIMIT = WINDOW = WINDOW_START = RESPONSE = SINCE = ASKED = RESULT_START = NEXT_RUN = (
     LAST_RUN
 ) = MORE = 0
+SEGMENT = CYCLE = TABLE = SEGMENT_COUNT = TABLE_START = TABLE_STRIDE = UNTIL = 0
 STEP = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
@@ -44,6 +49,7 @@ STATE = PARAMETER = SCALE = SERIES = WORK = 0
 # What is gathered by an ensemble: functions of the instant, of which the first SUMMED are integrated; FRICTION: the
 # place of R among them; MIRROR: sign of each state under the half-period symmetry.
 INTEGRANDS = SUMMED = FRICTION = 0
+IMPACT = -1  # place among them of the channel that takes the energy lost in impacts; -1: there is none
 MIRROR = (-1,)
 OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
 
@@ -119,6 +125,11 @@ def holding_limit(real, t, point, lane):
 
 def contact_velocity(real, t, point, lane):
     """Contact velocity of one lane at the state real[point:point + STATES]."""
+    raise NotImplementedError
+
+
+def machine_energy(real, t, point, lane):
+    """Kinetic and potential energy of the machine at the state real[point:point + STATES]; of laws with branches."""
     raise NotImplementedError
 
 

@@ -55,6 +55,24 @@ def interpolated_guards(real, lane, h) -> None:
     raise NotImplementedError
 
 
+# The corners of the drive.
+
+
+def begin_drive(real, whole, tape, lane, run) -> None:
+    """A run begins on a lane, which stands at its time."""
+    raise NotImplementedError
+
+
+def at_corner(real, whole, tape, lane) -> bool:
+    """Whether the lane, at the end of a step to UNTIL, stands at a corner within the period; then it is turned."""
+    raise NotImplementedError
+
+
+def begin_drive_period(real, whole, tape, lane) -> None:
+    """A period begins, at time 0."""
+    raise NotImplementedError
+
+
 # The tangent of the motion.
 
 
@@ -93,6 +111,11 @@ def on_piece(real, whole, tape, lane, h) -> None:
 
 def on_event(real, whole, tape, lane, kind, s) -> None:
     """At an event of this kind, s after the start of the present step."""
+    raise NotImplementedError
+
+
+def on_jump(real, whole, lane, gained) -> None:
+    """At an impact, which changes the energy of the machine at one instant."""
     raise NotImplementedError
 
 

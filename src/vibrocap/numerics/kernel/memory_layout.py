@@ -76,6 +76,13 @@ WHOLE = (
     "NEXT_RUN",  # first run of the tape that no lane has begun
     "LAST_RUN",  # end of the runs to begin
     "MORE",  # 1: come back for more runs as soon as a lane is free
+    # of drives with corners only
+    "SEGMENT",  # present one of the drive
+    "CYCLE",  # whole periods of the drive since the period of the run began
+    "TABLE",  # place of the run's table of segments on the tape
+    "SEGMENT_COUNT",  # of a table (of lane 0, for all lanes, like all below)
+    "TABLE_START",  # place of the first table on the tape
+    "TABLE_STRIDE",  # from the table of a run to that of the next; 0: one serves all runs
 )
 # Entries of `real`, one number per lane each unless sized in `Layout`.
 REAL = (
@@ -106,6 +113,7 @@ REAL = (
     "REMAINING",  # bound of the distance still to go, when the motion was found settled
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
+    "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
     "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
     "SERIES",  # [(rows + 4 + switches) * (order + 1)] coefficients of the present step
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
@@ -163,6 +171,7 @@ class Layout:
     marks: int = 0
     gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries`
     switches: int = 0  # guards of the branches of law and machine, and bounds
+    coefficients: int = 0  # per segment of a drive with corners; 0: it has none
 
     @property
     def measured(self) -> int:
@@ -188,9 +197,18 @@ class Layout:
             "INVERSE_SCALE": self.states,
             "START_STATE": self.states,
             "MEASURED": self.measured,
+            "UNTIL": 1 if self.coefficients else 0,
             "MARKS": self.marks * self.states,
             "SERIES": (self.rows + 4 + self.switches) * (self.order + 1),
         }
+
+    @property
+    def present(self) -> int:
+        """Number of the first parameter that belongs to the present segment of the drive: the drive's period.
+
+        After it follow the start of the segment and its coefficients, see `kernel/events/corners.py`.
+        """
+        return self.parameters - self.coefficients - 2
 
     @property
     def event_work_size(self) -> int:
@@ -217,8 +235,8 @@ class Layout:
 
     @property
     def run_size(self) -> int:
-        """Numbers per run of an ensemble on the tape: state, parameters, scales, period, side."""
-        return 2 * self.states + self.parameters + 2
+        """Numbers per run of an ensemble on the tape: state, parameters, scales, time, period, side."""
+        return 2 * self.states + self.parameters + 3
 
     @property
     def result_size(self) -> int:
@@ -256,6 +274,8 @@ class Layout:
             "EVENT_WORK": self.event_work_size,
             "SWITCHES": self.switches,
             "PARAMETERS": self.parameters,
+            "PRESENT": self.present,
+            "COEFFICIENTS": self.coefficients,
             "MARK_COUNT": self.marks,
             "MEASURED_COUNT": self.measured,
             "RUN_SIZE": self.run_size,

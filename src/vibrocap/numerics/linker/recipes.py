@@ -21,15 +21,22 @@ BRANCHES = Slot(
     ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),
     ("events.one_branch", "events.law_branches"),
 )
+CORNERS = Slot(
+    "corners of the drive",
+    ("begin_drive", "at_corner", "begin_drive_period"),
+    ("events.no_corners", "events.corners"),
+)
 TANGENT = Slot(
     "tangent",
     ("tangent_waits", "leave_piece", "enter_piece", "tangents_wait"),
     ("events.no_tangents", "events.tangents"),
 )
-OBSERVER = Slot("observer", ("has_room", "on_piece", "on_event", "on_period"), ("observe.record", "observe.window"))
+OBSERVER = Slot(
+    "observer", ("has_room", "on_piece", "on_event", "on_jump", "on_period"), ("observe.record", "observe.window")
+)
 POINT_OF_LAW = Slot("point of the law", ("fitting_point",), ("observe.taylor_point", "observe.stiff_point"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
-MOVED = (STEP, BRANCHES, TANGENT, OBSERVER, LOOP)
+MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOOP)
 MEASURED = (*MOVED, POINT_OF_LAW)
 
 
@@ -60,26 +67,32 @@ LANE_PRIMITIVES = (
 DRIVEN = Recipe("follow", ("driven",), slots=())  # of a law under an imposed motion
 
 
-def motion_recipe(maybe_stiff: bool, branches: bool) -> Recipe:
-    """One motion, of which everything is recorded. branches: whether the law has several on each side of rest."""
-    return Recipe("advance", (*_before(RECORDING, maybe_stiff, branches, False), *ALONE, *MOVING, "loop.one_by_one"))
+def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> Recipe:
+    """One motion, of which everything is recorded.
+
+    branches: whether the law has several on each side of rest; corners: whether the drive has any
+    """
+    before = _before(RECORDING, maybe_stiff, branches, corners, False)
+    return Recipe("advance", (*before, *ALONE, *MOVING, "loop.one_by_one"))
 
 
-def shown_motion_recipe(maybe_stiff: bool, branches: bool) -> Recipe:
+def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
-    own = motion_recipe(maybe_stiff, branches)
+    own = motion_recipe(maybe_stiff, branches, corners)
     point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
     return Recipe(own.entry, (*own.modules, *point, "observe.instants"), MEASURED)
 
 
-def ensemble_recipe(loop: str, maybe_stiff: bool, branches: bool, tangent: bool = False) -> Recipe:
+def ensemble_recipe(
+    loop: str, maybe_stiff: bool, branches: bool, corners: bool = False, tangent: bool = False
+) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along.
 
     loop: "ensemble", one by one; "abreast", all lanes at once; "card", one by one on a thread of a graphics card;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
-    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, tangent), point)
+    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, corners, tangent), point)
     if loop == "abreast":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)
@@ -90,12 +103,15 @@ def ensemble_recipe(loop: str, maybe_stiff: bool, branches: bool, tangent: bool 
     return Recipe("advance_ensemble", (*before, *own, *MOVING, "loop.one_by_one", "loop.run_queue"), MEASURED)
 
 
-def _before(observer: tuple[str, ...], maybe_stiff: bool, branches: bool, tangent: bool) -> tuple[str, ...]:
+def _before(
+    observer: tuple[str, ...], maybe_stiff: bool, branches: bool, corners: bool, tangent: bool
+) -> tuple[str, ...]:
     """The modules before those of the loop."""
     return (
         *COMMON,
         *(("step.implicit", "step.method_choice") if maybe_stiff else ("step.explicit",)),
         *observer,
         "events.law_branches" if branches else "events.one_branch",
+        "events.corners" if corners else "events.no_corners",
         "events.tangents" if tangent else "events.no_tangents",
     )

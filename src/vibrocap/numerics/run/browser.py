@@ -53,5 +53,6 @@ def browser_kernels(
     ensemble = BrowserKernel(layout, javascript_statements(text, ENSEMBLE_ENTRIES), text)
     layout = dataclasses.replace(layout, order=series_order(tolerance))
     generated = [generated_source(equations, layout), instants_source(equations, observed)]
-    text = linked_source("\n\n".join(generated), shown_motion_recipe(equations.hold is None, bool(equations.guards)))
+    recipe = shown_motion_recipe(equations.hold is None, bool(equations.guards), equations.corners is not None)
+    text = linked_source("\n\n".join(generated), recipe)
     return BrowserKernel(layout, javascript_statements(text, MOTION_ENTRIES), text), ensemble

@@ -34,7 +34,14 @@ from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.loop.card_thread import BUSY, NEXT
 from vibrocap.numerics.kernel.memory_layout import Layout
-from vibrocap.numerics.run.ensemble import Budget, ensemble_order, ensemble_source, prepared_lanes, write_runs
+from vibrocap.numerics.run.ensemble import (
+    Budget,
+    drive_tables,
+    ensemble_order,
+    ensemble_source,
+    prepared_lanes,
+    write_runs,
+)
 
 BLOCK = 32  # threads per block: one warp, since blocks share nothing and few runs then spread over the whole card
 RESIDENT = 256  # threads per multiprocessor: ptxas gives each all 255 registers that it may have, of 65,536
@@ -182,7 +189,8 @@ def cuda_ensemble_run(
                 report = None if progress is None else functools.partial(_report, progress, first)
                 runs = np.empty((part.stop - first, layout.run_size))
                 write_runs(runs, equations, parameters[part], initial[part])
-                results[part] = _chunk_run(card, function, threads, layout, runs, budget, report)
+                tables = drive_tables(equations, parameters[part])
+                results[part] = _chunk_run(card, function, threads, layout, runs, tables, budget, report)
     finally:
         card.close()
     return layout, results
@@ -214,24 +222,28 @@ def _chunk_run(
     threads: int,
     layout: Layout,
     runs: np.ndarray,
+    tables: np.ndarray,
     budget: Budget,
     progress: Callable[[int], None] | None,
 ) -> np.ndarray:
     """Results of runs that fit on the card, launch after launch."""
     count = len(runs)
-    real, whole = prepared_lanes(layout, budget, count)
+    real, whole = prepared_lanes(layout, budget, count, tables)
     blocks = -(-min(threads, count) // BLOCK)
     kept = 8 * blocks * BLOCK
     queue = np.array([0, count, 0], dtype=np.int64)
     results = np.empty((count, layout.result_size))
     sizes = (
-        runs.nbytes + results.nbytes,
+        runs.nbytes + results.nbytes + tables.nbytes,
         *(queue.nbytes, real.nbytes, whole.nbytes, kept * layout.places["WORK"], kept * len(whole)),
     )
     with card.arrays(*sizes) as addresses:
         tape, on_card, start_real, start_whole, *_ = addresses
-        for address, values in ((tape, runs), (start_real, real), (start_whole, whole)):
-            card.send(address, values)
+        table = tape + runs.nbytes + results.nbytes
+        sent = (tape, runs), (table, tables.ravel()), (start_real, real), (start_whole, whole)
+        for address, values in sent:
+            if values.size:
+                card.send(address, values)
         fresh, rounds = 1, FIRST_ROUNDS
         while True:
             began = time.perf_counter()

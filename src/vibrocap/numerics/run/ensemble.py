@@ -19,6 +19,7 @@ from vibrocap.numerics.run.threads import available_threads, share
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
 BLOCK = 128  # most runs that a thread takes at a time
+NO_TABLES = np.empty((0, 0, 0))  # of a drive without corners
 TURNS = 500  # of up to `run_queue.ROUNDS` steps of all lanes, between two looks at the keyboard
 
 
@@ -69,11 +70,13 @@ def ensemble_source(
     states = len(equations.rates)
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
     parameters, switches = len(equations.parameter_paths), len(equations.guards)
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches)
+    corners = equations.corners
+    coefficients = 0 if corners is None else corners.coefficients
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients)
     generated = [generated_source(equations, layout, loop), integrands.text]
     tangent = layout.states > equations.base
     stiff = equations.hold is None and not tangent
-    recipe = ensemble_recipe(loop, stiff, layout.switches > 0, tangent)
+    recipe = ensemble_recipe(loop, stiff, layout.switches > 0, corners is not None, tangent)
     return layout, linked_source("\n\n".join(generated), recipe)
 
 
@@ -89,21 +92,26 @@ def ensemble_run(
     plain: bool = False,
     integrands: Integrands | None = None,
     mark_distance: np.ndarray | None = None,
+    start: np.ndarray | None = None,
 ) -> tuple[Layout, np.ndarray]:
     """Run an ensemble to its end.
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called now and then with the runs begun
     integrands: with functions of one's own, see `ensemble_source`
     mark_distance: [runs] time between two marks, at each of which the drive begins anew, if not the period of the drive
+    start: [runs] time since the drive began its period at which a run begins, if not 0
     Returns the layout and the results [runs, layout.result_size], see `memory_layout.RESULT_HEAD`.
     """
     order = ensemble_order(budget.tolerance) if order is None else order
     lanes = lane_count() if lanes is None else lanes
     layout, advance = ensemble_kernel(equations, order, lanes, plain, integrands)
     count = len(initial)
-    tape = np.empty(count * (layout.run_size + layout.result_size))
+    tables = drive_tables(equations, parameters)
+    results_end = count * (layout.run_size + layout.result_size)
+    tape = np.empty(results_end + tables.size)
     runs = tape[: count * layout.run_size].reshape(count, -1)
-    write_runs(runs, equations, parameters, initial)
+    write_runs(runs, equations, parameters, initial, start)
+    tape[results_end:] = tables.ravel()
     if mark_distance is not None:
         runs[:, -2] = mark_distance
     workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
@@ -122,7 +130,7 @@ def ensemble_run(
         return start, end
 
     def work(stop: threading.Event) -> None:
-        real, whole = prepared_lanes(layout, budget, count)
+        real, whole = prepared_lanes(layout, budget, count, tables)
         place = layout.places
         whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]] = next_block()
         while not stop.is_set():
@@ -134,11 +142,13 @@ def ensemble_run(
                 whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]], whole[place["MORE"]] = start, end, start < end
 
     share(work, workers)
-    return layout, tape[count * layout.run_size :].reshape(count, -1)
+    return layout, tape[count * layout.run_size : results_end].reshape(count, -1)
 
 
-def prepared_lanes(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The memory of the lanes of one thread, all of them free."""
+def prepared_lanes(
+    layout: Layout, budget: Budget, count: int, tables: np.ndarray = NO_TABLES
+) -> tuple[np.ndarray, np.ndarray]:
+    """The memory of the lanes of one thread, all of them free; tables: as of `drive_tables`, behind the results."""
     real, whole = layout.allocated()
     for name, value in (
         ("STATUS", memory.DONE),
@@ -152,6 +162,9 @@ def prepared_lanes(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarr
         ("PERIOD_BUDGET", budget.periods),
         ("ASKED", budget.asked),
         ("RESULT_START", count * layout.run_size),
+        ("TABLE_START", count * (layout.run_size + layout.result_size)),
+        ("TABLE_STRIDE", tables[0].size if len(tables) > 1 else 0),
+        ("SEGMENT_COUNT", tables.shape[1]),
         ("MORE", 1),
     ):
         whole[layout.places[name]] = value
@@ -165,15 +178,24 @@ def prepared_lanes(layout: Layout, budget: Budget, count: int) -> tuple[np.ndarr
     return real, whole
 
 
-def write_runs(runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray) -> None:
-    """Fill the rows of runs that `run_queue.begin_run` reads."""
+def drive_tables(equations: Any, parameters: np.ndarray) -> np.ndarray:
+    """[tables, segments, numbers] of the drive, one for each run or one for all; none where it has no corners."""
+    return NO_TABLES if equations.corners is None else equations.corners.tables(parameters)
+
+
+def write_runs(
+    runs: np.ndarray, equations: Any, parameters: np.ndarray, initial: np.ndarray, start: np.ndarray | None = None
+) -> None:
+    """Fill the rows of runs that `run_queue.begin_run` reads; start: see `ensemble_run`."""
+    time = np.zeros(len(runs)) if start is None else start
+    parameters = equations.filled(parameters, time)
     states, count = initial.shape[1], parameters.shape[1]
     columns = parameters.T
     scales = evaluate(equations.scales, 0.0, initial.T, 1.0, columns)
     (period,) = evaluate([equations.period], 0.0, initial.T, 1.0, columns)
-    velocity = evaluate([equations.contact_velocity], 0.0, initial.T, 1.0, columns)[0]
+    velocity = evaluate([equations.contact_velocity], time, initial.T, 1.0, columns)[0]
     runs[:, :states] = initial
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):
         runs[:, states + count + i] = scale
-    runs[:, -2], runs[:, -1] = period, np.sign(velocity)
+    runs[:, -3], runs[:, -2], runs[:, -1] = time, period, np.sign(velocity)

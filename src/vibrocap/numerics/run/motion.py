@@ -50,13 +50,17 @@ def series_order(tolerance: float) -> int:
 
 
 @functools.lru_cache(maxsize=64)
-def kernel(equations: Any, order: int, plain: bool = False, fused: bool = True) -> tuple[Layout, Callable]:
+def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
     states = len(equations.rates)
     switches = len(equations.guards)
-    layout = Layout(1, states, states, order, len(equations.parameter_paths), switches=switches)
-    text = linked_source(generated_source(equations, layout), motion_recipe(equations.hold is None, switches > 0))
-    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, fused)
+    corners = equations.corners
+    coefficients = 0 if corners is None else corners.coefficients
+    parameters = len(equations.parameter_paths)
+    layout = Layout(1, states, states, order, parameters, switches=switches, coefficients=coefficients)
+    recipe = motion_recipe(equations.hold is None, switches > 0, corners is not None)
+    text = linked_source(generated_source(equations, layout), recipe)
+    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
 
 
 def recorded_run(
@@ -73,15 +77,15 @@ def recorded_run(
     keep_pieces: bool = True,
     order: int | None = None,
     phase: float = 0.0,
-    fused: bool = True,
+    literal: bool = False,
 ) -> Recorded:
     """Run one motion to its end, or to where it could not go on.
 
     phase: of the drive at the start, a share of its period from 0 to 1; times count from where that period began
-    fused: whether a product and a sum may be rounded once; if not, the bits are those of plain Python and of a browser
+    literal: to the last bit what a browser computes, and plain Python with the package's polynomials
     """
     order = series_order(tolerance) if order is None else order
-    layout, advance = kernel(equations, order, plain, fused)
+    layout, advance = kernel(equations, order, plain, literal)
     place, rows = layout.places, layout.rows
     real, whole = layout.allocated()
     marks = phase + periods  # of the drive, at the end
@@ -99,13 +103,20 @@ def recorded_run(
     whole[place["WHOLE_PERIODS"]] = whole_periods
     whole[place["EVENT_LIMIT"]] = max_events_per_period
     whole[place["STEP_LIMIT"]] = max_steps
+    table = np.empty((0, 0))
+    if equations.corners is not None:
+        table = _start_drive(equations.corners, real, whole, place, parameters)
+        parameters = real[place["PARAMETER"] : place["PARAMETER"] + len(parameters)].tolist()
     _start_contact(equations, real, whole, place, initial, parameters)
     whole_tape = 8.0 * whole_periods * rows
     check_memory(whole_tape + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
     event_start = (whole_periods + 1) * rows
     piece_start = event_start + EVENT_ROOM * layout.event_size
-    tape = np.empty(piece_start + piece_room * layout.piece_size)
+    table_start = piece_start + piece_room * layout.piece_size
+    tape = np.empty(table_start + table.size)
+    tape[table_start:] = table.ravel()
+    whole[place["TABLE"]] = table_start
     tape[:rows] = real[place["STATE"] : place["STATE"] + rows]
     whole[place["RECORDED_EVENT_START"]], whole[place["RECORDED_EVENT_LIMIT"]] = event_start, EVENT_ROOM
     whole[place["PIECE_START"]], whole[place["PIECE_LIMIT"]] = piece_start, piece_room
@@ -157,9 +168,23 @@ def _joined(parts: list[np.ndarray], size: int) -> np.ndarray:
     return np.concatenate(parts) if parts else np.empty((0, size))
 
 
+def _start_drive(
+    corners: Any, real: np.ndarray, whole: np.ndarray, place: dict, parameters: Sequence[float]
+) -> np.ndarray:
+    """Put the segment of the drive that holds at the start in place; the table of all."""
+    start, period = real[place["TIME"]], real[place["PERIOD"]]
+    tables, periods = corners.of_one(tuple(parameters))
+    (number,), present = corners.present(tables, periods, np.array([start]))
+    _fill(real, place["PARAMETER"] + corners.place, present[:, 0])
+    whole[place["SEGMENT"]], whole[place["SEGMENT_COUNT"]] = number, tables.shape[1]
+    last = number == tables.shape[1] - 1
+    real[place["UNTIL"]] = period if last else min(tables[0, number, 0] * periods[0], period)
+    return tables[0]
+
+
 def _start_contact(equations: Any, real: Any, whole: Any, place: dict, initial: Any, parameters: Any) -> None:
     """Side at the start: that of the velocity; at rest, the kernel decides."""
-    velocity = evaluate([equations.contact_velocity], 0.0, initial, 1.0, parameters)[0]
+    velocity = evaluate([equations.contact_velocity], real[place["TIME"]], initial, 1.0, parameters)[0]
     if velocity != 0.0:
         real[place["SIDE"]] = 1.0 if velocity > 0.0 else -1.0
     elif equations.hold is not None:

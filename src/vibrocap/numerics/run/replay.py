@@ -12,7 +12,7 @@ from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import plain_kernel
-from vibrocap.numerics.run.ensemble import ensemble_source
+from vibrocap.numerics.run.ensemble import drive_tables, ensemble_source
 
 
 def replayed(
@@ -30,7 +30,8 @@ def replayed(
     """
     layout, kernel = _hooks(equations, motion.coefficients.shape[2] - 1, integrands)
     real, whole = layout.allocated()
-    tape = np.zeros(layout.result_size)
+    tables = drive_tables(equations, np.array([parameters]))
+    tape = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
     place = layout.places
     states, length = layout.states, layout.order + 1
 
@@ -49,31 +50,42 @@ def replayed(
         ("WINDOW_START", -1),
         ("ASKED", asked),
         ("STATUS", memory.DONE),
+        ("TABLE_START", layout.result_size),
+        ("SEGMENT_COUNT", tables.shape[1]),
     ):
         whole[place[entry]] = number
+    kernel["begin_drive"](real, whole, tape, 0, 0)
     kernel["on_period"](real, whole, tape, 0)
     methods = motion.piece_implicit.astype(int).tolist()
-    pieces = zip(motion.piece_length.tolist(), motion.piece_side.tolist(), methods, motion.coefficients, strict=True)
-    count, budget, time = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"]
+    jumps = [*motion.piece_jumps, 0.0] if equations.impact >= 0 else [0.0] * len(methods)  # at the end of each piece
+    lengths, sides = motion.piece_length.tolist(), motion.piece_side.tolist()
+    pieces = zip(lengths, sides, methods, jumps, motion.coefficients, strict=True)
+    count, budget, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
     while whole[count] < whole[budget]:
-        h, side, method, coefficients = next(pieces)
+        h, side, method, jump, coefficients = next(pieces)
         fill("SIDE", side)
         whole[place["STIFF"]] = method
         if whole[place["WINDOW_START"]] >= 0:
             fill("SERIES", coefficients[:states, :length].ravel())
             kernel["on_piece"](real, whole, tape, 0, h)
-        remaining = motion.period - real[time]
+        if jump != 0.0:
+            kernel["on_jump"](real, whole, 0, jump)
+        remaining = real[until] - real[time]
         real[time] += h
-        if remaining - h <= 2.0 * EPSILON * motion.period:  # as in `one_step.step`
+        near = remaining - h <= 2.0 * EPSILON * motion.period  # as in `one_step.step`
+        if near and not kernel["at_corner"](real, whole, tape, 0):
             whole[count] += 1
             real[time] = 0.0
             fill("STATE", motion.sections[whole[count]])
+            kernel["begin_drive_period"](real, whole, tape, 0)
             kernel["on_period"](real, whole, tape, 0)
     kernel["end_run"](real, whole, tape, 0)
-    return layout, tape
+    return layout, tape[: layout.result_size]
 
 
 @functools.lru_cache(maxsize=16)
 def _hooks(equations: Any, order: int, integrands: Integrands | None) -> tuple[Layout, dict[str, Any]]:
     layout, text = ensemble_source(equations, order, 1, integrands)
-    return layout, plain_kernel(text)
+    names = plain_kernel(text)
+    names["VELOCITY_JUMPS"] = False  # the side of the contact is that of the stored pieces
+    return layout, names

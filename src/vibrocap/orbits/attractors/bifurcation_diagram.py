@@ -165,7 +165,7 @@ def _nudged(map_: StroboscopicMap, states: np.ndarray, step: int) -> np.ndarray:
     parameters = map_.parameters()
     push = np.random.default_rng(step).uniform(-1.0, 1.0, states.shape)
     push[1::2] = push[: len(push) // 2 * 2 : 2]  # a run and one that is recorded by its mirror image go the same way
-    moved = states + push * map_.scales(parameters) * PUSH * map_.free(states)
+    moved = states + push * map_.scales(parameters) * PUSH * map_.free(states, parameters[None])
     return moved if step else states
 
 

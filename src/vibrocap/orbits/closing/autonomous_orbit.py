@@ -48,7 +48,7 @@ def near_cycle(system: System, state: np.ndarray, period: float, tolerance: floa
 def _closed(map_: StroboscopicMap, state: np.ndarray, side: float, period: float) -> PeriodicSolution:
     """Newton's method from a guess."""
     parameters, scales = map_.parameters(), map_.scales(map_.parameters())
-    free = map_.section_states[map_.free(state[None])[0][map_.section_states]]
+    free = map_.section_states[map_.free(state[None], parameters[None])[0][map_.section_states]]
     flow = map_.rates(state, side, parameters)[free] / scales[free]
     best, steps = _image(map_, state, period, parameters, scales), 0
     while best[0] > 1e-3 * CLOSED and steps < MOST_STEPS:

@@ -122,7 +122,7 @@ def _newton_step(closure: _Closure, best: _Try) -> _Try | None:
         stuck = best.state.copy()
         stuck[contact] = 0.0
         return closure.attempt(stuck)  # the contact sticks at the section: its velocity is no unknown any more
-    unknown = np.flatnonzero(closure.kept & map_.free(best.state[None])[0])
+    unknown = np.flatnonzero(closure.kept & map_.free(best.state[None], map_.parameters()[None])[0])
     size = scales[unknown]
     slope = best.jacobian[np.ix_(unknown, unknown)] * size / size[:, None] - np.eye(len(unknown))
     step = np.linalg.lstsq(slope, -best.mismatch[unknown], rcond=1e-13)[0]

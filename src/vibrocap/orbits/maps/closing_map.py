@@ -167,7 +167,7 @@ class ClosingMap:
         rows[m:, self.index] += (nudge, -nudge)
         start = np.zeros((m + 2, 2 * n))
         start[:, :n] = state
-        free = self.map.free(state[None])[0]
+        free = self.map.free(state[None], rows[:1])[0]
         start[np.arange(m), n + self.unknowns] = (self.sizes * free)[self.unknowns]
         return rows, start
 

@@ -1,55 +1,11 @@
 """Starts at any phase of the drive: the first part of a period, up to the next section."""
 
-import dataclasses
-import functools
-from typing import Any
-
 import numpy as np
 
-from vibrocap.motion.equations import Equations
 from vibrocap.numerics.api import Budget, memory
-from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 
-PHASE_TIME = "start.time"  # path of the parameter that the shifted equations have more than the others
 TOLERANCE = 1e-9
-
-
-@functools.lru_cache(maxsize=32)
-def shifted_equations(equations: Equations) -> Equations:
-    """The same equations with t + t0 for the time t, where t0 is one parameter more, the last.
-
-    A run of them that begins at t = 0 begins at the time t0 of the drive. No drive needs a phase of its own for that,
-    and no other run pays for it.
-    """
-    graph = Graph()
-    graph.nodes.extend(equations.graph.nodes)
-    graph._known.update(equations.graph._known)
-    late = graph.node("time") + graph.node("parameter", len(equations.parameter_paths))
-    moved: dict[int, int] = {}
-
-    def index_of(index: int) -> int:
-        """The node that takes the place of one."""
-        if index not in moved:
-            op, *operands = equations.graph.nodes[index]
-            if op == "time":
-                moved[index] = late.index
-            elif op in ("constant", "side", "state", "parameter"):
-                moved[index] = index
-            else:
-                moved[index] = graph.node(op, *map(index_of, operands)).index
-        return moved[index]
-
-    def shifted(value: Any) -> Any:
-        if isinstance(value, Expression):
-            return Expression(graph, index_of(value.index))
-        if isinstance(value, tuple):
-            return tuple(map(shifted, value))
-        return {name: shifted(each) for name, each in value.items()} if isinstance(value, dict) else value
-
-    fields = {field.name: shifted(getattr(equations, field.name)) for field in dataclasses.fields(equations)}
-    fields |= {"graph": graph, "parameter_paths": (*equations.parameter_paths, PHASE_TIME)}
-    return Equations(**fields)
 
 
 def at_next_section(
@@ -70,9 +26,8 @@ def at_next_section(
     found = map_.run(
         Budget(1, 1, 0.0, TOLERANCE, MOST_EVENTS, MOST_STEPS),
         states[waiting],
-        np.column_stack((parameters[waiting], share[waiting] * length)),
-        recording=shifted_equations(map_.equations),
-        mark_distance=(1.0 - share[waiting]) * length,
+        parameters[waiting],
+        start=share[waiting] * length,
     )
     ends[waiting], ended[waiting] = found.state, found.status
     return ends, ended

@@ -113,6 +113,7 @@ class StroboscopicMap:
 
     def rates(self, state: np.ndarray, side: float, parameters: np.ndarray, time: float = 0.0) -> np.ndarray:
         """y' at a state and a time since the start of the drive's period."""
+        parameters = self.equations.filled(parameters, time)
         values = evaluate(self.equations.rates, time, state, side, parameters)
         return np.array([float(value) for value in values])
 
@@ -122,23 +123,30 @@ class StroboscopicMap:
 
     def contact_side(self, state: np.ndarray, parameters: np.ndarray) -> float:
         """To which side the contact slides: +1, -1, or 0 where it sticks."""
+        parameters = self.equations.filled(parameters)
         velocity = float(evaluate([self.equations.contact_velocity], 0.0, list(state), 1.0, parameters)[0])
         if velocity == 0.0 and self.equations.hold is not None:
             return 0.0
         return -1.0 if velocity < 0.0 else 1.0
 
-    def free(self, states: np.ndarray) -> np.ndarray:
-        """Which states [runs, states] may be varied: not the velocity of a contact at rest, nor what is switched.
+    def free(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """Which states [runs, states] may be varied: not the velocity of a contact at rest, nor what a switch decides.
 
+        parameters: [runs or 1, parameters]
         A contact that is pushed a little while it sticks stops at once: the map does not depend on that push.
         """
         free = np.ones(states.shape, dtype=bool)
         if self.equations.hold is not None:
-            contact = self.equations.contact_state
-            free[:, contact] = states[:, contact] != 0.0
+            values = self.equations.filled(parameters).T
+            (velocity,) = evaluate([self.equations.contact_velocity], 0.0, states.T, 1.0, values)
+            free[:, self.equations.contact_state] = velocity != 0.0
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
                 free[:, i] = False
+        for switch, names in self.system.machine.locked.items():
+            closed = states[:, self.system.state_names.index(switch)] != 0.0
+            for name in names:
+                free[closed, self.system.state_names.index(name)] = False
         return free
 
     def run(
@@ -150,6 +158,7 @@ class StroboscopicMap:
         recording: Equations | None = None,
         order: int | None = None,
         mark_distance: np.ndarray | None = None,
+        start: np.ndarray | None = None,
         progress: Callable[[int], None] | None = None,
     ) -> Ends:
         """Run states [runs, states] with parameters [runs, parameters] as far as a budget allows.
@@ -158,7 +167,8 @@ class StroboscopicMap:
         """
         options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
         recording = self.equations if recording is None else recording
-        return Ends(*ensemble_run(recording, parameters, states, budget, mark_distance=mark_distance, **options))
+        times = {"mark_distance": mark_distance, "start": start}
+        return Ends(*ensemble_run(recording, parameters, states, budget, **times, **options))
 
     def images(
         self,
@@ -181,7 +191,7 @@ class StroboscopicMap:
             scales = np.stack([self.scales(row) for row in parameters])
             start = np.zeros((runs, n, 2 * n))
             start[:, :, :n] = states[:, None, :]
-            start[:, np.arange(n), n + np.arange(n)] = scales * self.free(states)
+            start[:, np.arange(n), n + np.arange(n)] = scales * self.free(states, parameters)
             start = start.reshape(runs * n, 2 * n)
         distance = None if mark_distance is None else np.repeat(mark_distance, each)
         rows = np.repeat(parameters, each, axis=0)
@@ -201,7 +211,8 @@ class StroboscopicMap:
 
 def is_driven(system: System) -> bool:
     """Whether the equations contain the time; otherwise motions have periods of their own."""
-    return depends_on_time(equations(system).rates)
+    recording = equations(system)
+    return recording.corners is not None or depends_on_time(recording.rates)
 
 
 def driven_map(system: System, tolerance: float, threads: int | None = None) -> StroboscopicMap:

@@ -34,11 +34,14 @@ from vibrocap.numerics.kernel.generated import (
     TAIL,
     TAYLOR_STEPS,
     TIME,
+    UNTIL,
     VELOCITY,
     WHOLE_PERIODS,
     ZEROS,
 )
 from vibrocap.numerics.kernel.interface import (
+    at_corner,
+    begin_drive_period,
     branch_holds,
     chosen_step,
     enter_piece,
@@ -83,9 +86,9 @@ def step(real, whole, tape, lane):
     if tangent_waits(whole, lane):
         enter_piece(real, whole, lane)
         return
-    remaining = real[PERIOD + lane] - real[TIME + lane]
+    remaining = real[UNTIL + lane] - real[TIME + lane]
     if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
-        remaining = real[TAIL + lane] - real[TIME + lane]
+        remaining = min(remaining, real[TAIL + lane] - real[TIME + lane])
     h = chosen_step(real, whole, lane, remaining)
     if not (h > 0.0):
         whole[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
@@ -123,6 +126,12 @@ def step(real, whole, tape, lane):
         if whole[STATUS + lane] != RUNNING:
             return
     if remaining - h <= 2.0 * EPSILON * real[PERIOD + lane]:
+        turn(real, whole, tape, lane)
+
+
+def turn(real, whole, tape, lane):
+    """What lies beyond a step that went as far as it could: a corner of the drive, or the next period."""
+    if not at_corner(real, whole, tape, lane):
         turn_period(real, whole, tape, lane)
 
 
@@ -134,6 +143,7 @@ def turn_period(real, whole, tape, lane):
     whole[PERIOD_COUNT + lane] += 1
     real[TIME + lane] = 0.0
     whole[EVENTS + lane] = 0
+    begin_drive_period(real, whole, tape, lane)
     on_period(real, whole, tape, lane)
     if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane] and real[TAIL + lane] <= 0.0:
         whole[STATUS + lane] = DONE

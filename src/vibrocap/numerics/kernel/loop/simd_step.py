@@ -50,6 +50,7 @@ from vibrocap.numerics.kernel.generated import (
     TAYLOR_STEPS,
     TIME,
     TOLERANCE,
+    UNTIL,
     VELOCITY,
     WINDOW_START,
     WORK,
@@ -59,7 +60,7 @@ from vibrocap.numerics.kernel.generated import (
     jet,
 )
 from vibrocap.numerics.kernel.interface import on_piece, tangents_wait
-from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn_period
+from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.memory_layout import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_abreast, resolved_abreast
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
@@ -92,7 +93,7 @@ def step_abreast(real, whole, tape, running):
     align_stack()
     side = load(real, SIDE)
     period = load(real, PERIOD)
-    remaining = period - load(real, TIME)
+    remaining = load(real, UNTIL) - load(real, TIME)
     longest, last, before = taylor_steps(real, side)
     start = load(real, VELOCITY)
     moving = running
@@ -258,7 +259,7 @@ def move_abreast(real, whole, tape, plain, h, end):
 
 
 def finish_abreast(real, whole, tape, events, turns):
-    """What follows a step: the contact comes to rest or slips, the period is over."""
+    """What follows a step: the contact comes to rest or slips, a segment of the drive or the period is over."""
     both = events | turns
     if both == 0:
         return
@@ -270,4 +271,4 @@ def finish_abreast(real, whole, tape, events, turns):
                     event = 2 if series_value(real, HOLD + lane, real[STEP + lane]) > 0.0 else -2
                 cross(real, whole, tape, lane, event, real[STEP + lane])
             if (turns >> lane) & 1:
-                turn_period(real, whole, tape, lane)
+                turn(real, whole, tape, lane)

@@ -1,0 +1,33 @@
+"""The square wave: one level, then the other, switched at once."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Number, Piecewise, Positive, Segment, WithinOne, parameter, parameters
+
+
+@parameters
+class Square(Piecewise):
+    """Square wave: h over the share d of the period, then -h. What a relay or a current in an H bridge exerts.
+
+    Odd under half a period where d = 1/2.
+    """
+
+    amplitude: Number = parameter(1.0, "h", "level of the first part; that of the second is -h", "effort")
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency", "frequency")
+    duty: WithinOne = parameter(0.5, "d", "share of the period at the first level", "share")
+
+    name: ClassVar[str] = "square"
+
+    def segments(self) -> tuple[Segment, ...]:
+        """1, then -1."""
+        return Segment(self.duty, (1.0,)), Segment(1.0 - self.duty, (-1.0,))
+
+    def size(self):
+        """h."""
+        return self.amplitude
+
+    @property
+    def period(self) -> float:
+        """2 pi / omega."""
+        return 2.0 * math.pi / self.frequency

@@ -1,0 +1,65 @@
+"""The trapezoid wave: up, hold, down, hold."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import (
+    Number,
+    Piecewise,
+    Positive,
+    Segment,
+    Share,
+    WithinOne,
+    model_validator,
+    parameter,
+    parameters,
+)
+
+
+@parameters
+class Trapezoid(Piecewise):
+    """Trapezoid wave: from -h up to h, there for a while, down to -h, and there for the rest of the period.
+
+    A square wave whose actuator has a finite rate. Odd under half a period where it rises and falls equally fast and
+    holds both levels equally long.
+    """
+
+    amplitude: Number = parameter(1.0, "h", "upper level; the lower one is -h", "effort")
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency", "frequency")
+    rise: WithinOne = parameter(0.125, "r", "share of the period in which it rises", "share")
+    hold: Share = parameter(0.375, "d", "share of the period at the upper level", "share")
+    fall: WithinOne = parameter(0.125, "f", "share of the period in which it falls", "share")
+
+    name: ClassVar[str] = "trapezoid"
+
+    @model_validator(mode="after")
+    def _within_a_period(self):
+        if self.rise + self.hold + self.fall > 1.0:
+            raise ValueError(
+                f"hold should leave rise + hold + fall at most 1, got {self.rise:g} + {self.hold:g} + {self.fall:g}"
+            )
+        return self
+
+    @property
+    def degree(self) -> int:
+        """1."""
+        return 1
+
+    def segments(self) -> tuple[Segment, ...]:
+        """-1 + 2 x/r, 1, 1 - 2 x/f, -1."""
+        rest = 1.0 - self.rise - self.hold - self.fall
+        return (
+            Segment(self.rise, (-1.0, 2.0 / self.rise)),
+            Segment(self.hold, (1.0, 0.0)),
+            Segment(self.fall, (1.0, -2.0 / self.fall)),
+            Segment(rest, (-1.0, 0.0)),
+        )
+
+    def size(self):
+        """h."""
+        return self.amplitude
+
+    @property
+    def period(self) -> float:
+        """2 pi / omega."""
+        return 2.0 * math.pi / self.frequency

@@ -1,0 +1,40 @@
+"""The triangle wave: up at one rate, down at another."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.drives.drive import Number, Piecewise, Positive, Segment, WithinOne, parameter, parameters
+
+
+@parameters
+class Triangle(Piecewise):
+    """Triangle wave: from -h up to h over the share r of the period, and down again.
+
+    Imposed as a displacement it is the two-phase motion of Chernousko (2002): one speed forward, another one back. Odd
+    under half a period where r = 1/2.
+    """
+
+    amplitude: Number = parameter(1.0, "h", "peak of the wave, half of its stroke", "effort")
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency", "frequency")
+    rise: WithinOne = parameter(0.5, "r", "share of the period in which it rises", "share")
+
+    name: ClassVar[str] = "triangle"
+
+    @property
+    def degree(self) -> int:
+        """1."""
+        return 1
+
+    def segments(self) -> tuple[Segment, ...]:
+        """-1 + 2 x/r, then 1 - 2 x/(1 - r)."""
+        fall = 1.0 - self.rise
+        return Segment(self.rise, (-1.0, 2.0 / self.rise)), Segment(fall, (1.0, -2.0 / fall))
+
+    def size(self):
+        """h."""
+        return self.amplitude
+
+    @property
+    def period(self) -> float:
+        """2 pi / omega."""
+        return 2.0 * math.pi / self.frequency
