@@ -219,10 +219,11 @@ class Scene:
         self.arrow.set_visible(length > 1e-3)
         system = self.motion.system
         size, unit = scale("reaction", system), "" if system.units is None else " N"
-        words = rf"normal load $N$ = {round(load * size, 3) + 0.0:.3f}{unit}"  # no minus before a zero
+        shown = round(load * size, 3) + 0.0  # no minus before a zero
+        words = rf"normal load $N$ = {shown:.3f}{unit}"
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
-        self.load_words.set_text(words + ("\nthe ground would have to pull" if load < 0.0 else ""))
+        self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
