@@ -1,7 +1,7 @@
 // The worker: it keeps the kernels and the motions on show, and answers the page. One message in, one out.
 
 const show = { forms: [], motions: {}, limits: {} };
-const MOST_ROWS = 4000, MOST_OVERVIEW = 3000;
+const MOST_ROWS = 2400, MOST_OVERVIEW = 2000;
 
 async function inflated(base64) {
   const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
