@@ -19,7 +19,7 @@ import vibrocap as vc
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
 from vibrocap.contracts.samples import draws, instances, random_internal, random_state, settled_branch, varied
-from vibrocap.contracts.system_clauses import recorded
+from vibrocap.contracts.system_clauses import recorded, surrounded
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.catalogue import law as law_of
@@ -37,6 +37,7 @@ MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
 FURTHER = [
     dataclasses.replace(varied(vc.PendulumCapsule, 1), normal_load="weight"),
     dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal"),
+    dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external"),
 ]
 MACHINES += FURTHER
 each_machine = pytest.mark.parametrize("machine", MACHINES, ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)])
@@ -89,7 +90,7 @@ def test_documented(part):
 # --- machines and drives, clause by clause ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("clause", [*MACHINE_CLAUSES, recorded], ids=lambda clause: clause.__name__)
+@pytest.mark.parametrize("clause", [*MACHINE_CLAUSES, recorded, surrounded], ids=lambda clause: clause.__name__)
 @each_machine
 def test_machine_keeps_its_contract(machine, clause):
     assert clause(machine) is None
@@ -141,12 +142,10 @@ def test_half_period_symmetry(system):
         return
     names = {info.name for info in parameter_table(system.drive)}
     drive = dataclasses.replace(system.drive, **{**dict.fromkeys(names & UNEVEN, 0.0), **even})
-    others = {
-        "oscillator": {"belt_speed": 0.0},
-        "vibro-impact-capsule": {"back_gap": getattr(system.machine, "gap", 0.0)},
-    }
     machine = system.machine
-    machine = machine if machine.symmetric else dataclasses.replace(machine, **others[machine.name])
+    if not machine.symmetric:
+        others = {"back_gap": machine.gap} if hasattr(machine, "back_gap") else {"belt_speed": 0.0}
+        machine = dataclasses.replace(machine, **others)
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)

@@ -458,6 +458,31 @@ def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
         assert motion.phases[0].side == (0 if kind == "stuck" else -1)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [vc.Exponential, vc.LuGre])
+def test_multipliers_of_an_orbit_are_those_of_differences(law):
+    """Of motions that start a little beside the orbit: drag, slope and load are in the tangents too."""
+    drive = vc.Biharmonic(amplitude=1.8, second_amplitude=0.8, second_phase=math.pi)
+    law = law(coulomb_coefficient=0.05, static_coefficient=0.1)
+    outside = {"inclination": 0.02, "quadratic_drag": 0.2, "linear_drag": 0.1, "force": 0.01}
+    system = capsule("dynamic", law, mass_ratio=4.0, drive=drive, **outside)
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.status.value == "converged"
+    assert orbit.drift > 0.03
+    names, step = system.state_names, 1e-5
+    columns = []
+    for name in names:
+        ends = [
+            vc.simulate(system, periods=1, initial=orbit.state | {name: orbit.state[name] + change}, tolerance=1e-13)
+            for change in (step, -step)
+        ]
+        columns.append([(ends[0].state[each] - ends[1].state[each]) / (2 * step) for each in names])
+    kept = [i for i, name in enumerate(names) if name != "position"]
+    expected = np.linalg.eigvals(np.array(columns).T[np.ix_(kept, kept)])
+    # Differences of second order leave step^2, and 1e-13/step of the tolerance.
+    assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(expected), abs=1e-7)
+
+
 # --- runs of many, cases, SI ------------------------------------------------------------------------------------------
 
 

@@ -222,6 +222,17 @@ def test_motions_of_all_laws_are_those_of_plain_python(law, machine, tmp_path, m
     assert_the_same(plain, found)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["exponential", "lugre", "smoothed-tanh"])
+def test_motions_on_a_slope_are_those_of_plain_python(law, tmp_path, monkeypatch):
+    outside = vc.Environment(inclination=0.1, linear_drag=0.2, quadratic_drag=0.3, force=0.05)
+    capsule = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=4.0)
+    system = vc.System(capsule, laws()[law](), vc.Harmonic(amplitude=1.8), environment=outside)
+    plain, found = motions(system, (plain_meaning, lambda text: InNode(text, tmp_path)), monkeypatch, 1.6)
+    assert len(plain.events) > 0
+    assert_the_same(plain, found)
+
+
 def test_a_swapped_subtraction_is_noticed(tmp_path, monkeypatch):
     """A planted fault: one difference of the series the other way round."""
     system = system_of("pendulum", vc.Exponential())

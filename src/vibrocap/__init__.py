@@ -100,6 +100,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
@@ -111,7 +112,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.maps import draw_study
-    from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_phase_plane
+    from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
     from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
@@ -294,6 +295,7 @@ __all__ = [
     "Oscillator",
     "TwoMassCapsule",
     "VibroImpactCapsule",
+    "RigidStopCapsule",
     "InnerMassScales",
     "Constant",
     "Ramp",
@@ -347,6 +349,7 @@ __all__ = [
     "draw_history",
     "draw_phase_plane",
     "draw_friction_loop",
+    "draw_load",
     "draw_study",
     "draw_branch",
     "draw_floquet_multipliers",

@@ -24,24 +24,25 @@ from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
 
-# kind of event: what the contact does
+# kind of event: what happens
 EVENTS = {
-    "stick": "comes to rest and sticks",
-    "slip_forward": "leaves stick forward",
-    "slip_back": "leaves stick backward",
-    "reversal": "reverses without sticking",
-    "graze": "touches its limit and stays",
-    "switch": "goes over to another piece of its law",
-    "impact": "feels its inner mass strike a stop",
-    "stop_opened": "sees its inner mass leave the stop",
-    "lift_off": "loses its load, which ends the run",
-    "paradox": "has no load that follows from the forces",
+    "stick": "the contact comes to rest and sticks",
+    "slip_forward": "the contact leaves stick forward",
+    "slip_back": "the contact leaves stick backward",
+    "reversal": "the contact reverses without sticking",
+    "graze": "the contact touches its limit and stays",
+    "switch": "the contact goes over to another piece of its law",
+    "impact": "the inner mass strikes a stop",
+    "stop_opened": "the inner mass leaves a stop",
+    "lift_off": "the contact loses its load, which ends the run",
+    "paradox": "the contact has no load that follows from the forces",
 }
 # channel of energy: what it is
 CHANNELS = {
     "drive": "work of the drive",
     "damper": "work of the damper",
     "belt": "work of the belt under the block",
+    "impact": "loss in impacts",
     "drag": "work of the drag of the surroundings",
     "outer_force": "work of the force from outside",
     "gravity": "work of gravity along the slope",
@@ -104,9 +105,6 @@ def simulate(
     except CaseError as error:
         named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
         raise CaseError([*named, *refused], error.source) from None
-    if animate is not None and "angle" not in setup.system.state_names:
-        machine = setup.system.machine.name
-        refused.append(f"--animate: draws the pendulum capsule only, not the machine {machine!r}")
     if refused:
         raise Refusal(*refused)
     with progress("Simulating") as report:
@@ -176,7 +174,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
-            "events": {kind: counts[kind] for kind in EVENTS},
+            "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": energy,
             "certificate": certificate,
@@ -232,10 +230,15 @@ def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
     elif motion.system.friction.kind != "set-valued":
         made.add_row("stick fraction", "none", f"the {motion.system.friction.name} law creeps instead of sticking")
     made.add_section()
-    for kind, words in EVENTS.items():
-        if record["events"][kind]:
-            made.add_row(kind.replace("_", " "), str(record["events"][kind]), f"times the contact {words}")
+    for kind, count in record["events"].items():
+        if count:
+            made.add_row(kind.replace("_", " "), str(count), f"times {EVENTS.get(kind, 'this happens')}")
     return made
+
+
+def own_events(motion: Trajectory) -> list[str]:
+    """Kinds of event that only the machine of a motion knows."""
+    return [kind for kind in dict.fromkeys(motion.system.machine.switch_events) if kind not in EVENTS]
 
 
 def _response(motion: Trajectory) -> tuple[str, str]:
@@ -253,7 +256,7 @@ def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     for name, text in CHANNELS.items():
-        if name not in energy or (name in ("belt", "contact_storage") and energy[name] == 0.0):
+        if name not in energy or (name in ("belt", "impact", "contact_storage") and energy[name] == 0.0):
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
 from vibrocap.motion.equations import equations, recorded_scene
@@ -43,8 +44,13 @@ class Form:
 
 
 def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
-    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order."""
+    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order.
+
+    ArgumentError for a drive with corners.
+    """
     recording = equations(system)
+    if recording.corners is not None:
+        raise ArgumentError("drive", f"has corners ({system.drive.name}), which the engine of a page does not know")
     shapes, load = recorded_scene(system)
     observed = {name: recording.observables[name] for name in OBSERVED}
     follows = "reaction" in recording.observables and system.machine.follows_load

@@ -72,4 +72,14 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
             start[name] = float(value)
         else:
             start[keys[name].name] = float(value) / system.si.per_key(keys[name])
+    check_room(system, start)
     return start
+
+
+def check_room(system: System, start: Mapping[str, float]) -> None:
+    """ArgumentError for a start beyond a rigid stop of the machine."""
+    for name, (low, high) in system.machine.room().items():
+        rounding = WHOLE * (1.0 + abs(start[name]))
+        if not low - rounding <= start[name] <= high + rounding:
+            wanted = f"at most {high:g}" if start[name] > high else f"at least {low:g}"
+            raise ArgumentError(f"initial.{name}", f"should be {wanted}, where a stop stands, got {start[name]:g}")

@@ -99,6 +99,7 @@ QUANTITIES = {
     },
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
+    "impact_work": ("W_impact", "work lost in impacts since the start (capsules with rigid stops)"),
     "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
     "drag_work": ("W_drag", "work of the drag since the start (environment)"),
     "outer_force_work": ("W_outer", "work of its constant force since the start (environment)"),

@@ -6,7 +6,7 @@ Mechanical states come first in the state vector, the internal states of the fri
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
-from vibrocap.physics.elementary import cos, sin
+from vibrocap.physics.elementary import cos, sin, sqrt
 from vibrocap.physics.parameters import NonNegative, Number, Positive, parameter, parameters
 from vibrocap.physics.part import Part
 from vibrocap.physics.scales import FreeScales, Scales, SIScales
@@ -24,7 +24,10 @@ __all__ = [
     "parameter",
     "parameters",
     "sin",
+    "sqrt",
 ]
+
+IMPACT = "impact"  # channel of the energy that impacts take, of which the powers know nothing
 
 
 class Machine(Part):
@@ -36,7 +39,8 @@ class Machine(Part):
     half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
     holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
     starts with all of them at 0, and with the branch that its other states ask for.
-    switch_events: the name of what happens at each guard, "impact" for instance.
+    switch_events: the name of what happens at each guard, "impact" for instance. locked: states that stay as they are
+    while a switched state is not 0, by the name of that state.
     place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     effort: what the drive exerts, a force along the line of sliding or a torque.
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
@@ -53,6 +57,7 @@ class Machine(Part):
     symmetry: ClassVar[tuple[int, ...]]
     switched: ClassVar[tuple[str, ...]] = ()
     switch_events: ClassVar[tuple[str, ...]] = ()
+    locked: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque"]] = "force"
     place: ClassVar[str | None] = None
@@ -147,6 +152,10 @@ class Machine(Part):
         It may change velocities, too, if it keeps `momentum`. Energy that is lost then is work of the channel `impact`.
         """
         raise NotImplementedError
+
+    def room(self) -> Mapping[str, tuple[float, float]]:
+        """Between which values of a state a motion may start, by name, of those that rigid stops bound."""
+        return {}
 
     def energy(self, t, y):
         """Kinetic and potential energy."""
