@@ -96,6 +96,35 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
 
 
 @needs_node
+def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
+    """No step crosses a corner; its segments follow from the parameters as they are set in the page."""
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Trapezoid(amplitude=1.7))
+    preset = Preset("corners", "corners", "", vc.Case(system, {"angle": 0.5}, periods=2.5))
+    made = bundle(Contents((system,), (preset,)))
+    found = node(f"""
+    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
+    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0"));
+    const model = new Model(made), {{ parameters, initial }} = model.request();
+    const motion = recordedRun(form, parameters, initial, 2.5, 1e-9, limits), dense = new Dense(motion);
+    const rows = dense.rows(0, dense.end, 1e5), at = 2 + form.states.length + form.observed.indexOf("drive");
+    const drive = [], all = [], budget = model.budget(200);
+    for (let i = 0; i < rows.rows; i++) drive.push([rows.data[i * rows.width], rows.data[i * rows.width + at]]);
+    const keep = (_, result, begun) => all.push(measured(form, result, begun, 1e-6));
+    ensembleRun(form, [{{ parameters, initial }}], budget, keep);
+    print({{ final: [...motion.final], drive, measured: all[0] }});
+    """)
+    assert found["final"] == made["presets"][0]["check"]["state"]
+    motion = preset.case.simulate()
+    times, drive = np.array(found["drive"]).T
+    inside = np.min(np.abs(times[:, None] - np.append(motion.piece_start, motion.end)), axis=1) > 1e-6
+    assert np.max(np.abs(drive - motion.at(times, "drive"))[inside]) < 1e-12
+    given = {"initial": {"angle": 0.5}, "periods": 200, "settle": 1e-6, "tolerance": made["forms"][0]["tolerance"]}
+    wanted = vc.ensemble(system, {"drive.amplitude": [1.7]}, **given)
+    assert found["measured"]["response"] == wanted["response_period"][0] > 0
+    assert found["measured"]["values"]["mean_velocity"] == pytest.approx(wanted["mean_velocity"][0], rel=1e-7, abs=1e-9)
+
+
+@needs_node
 def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     """Every measure of a settled run, its word and its response, beside `ensemble`; the same tolerance and order."""
     found = node("""

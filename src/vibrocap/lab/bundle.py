@@ -16,7 +16,6 @@ from vibrocap.case.case import CHOICES, PARTS, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
-from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import series_order
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.system import System
@@ -73,12 +72,6 @@ def contents(
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
             environment = None if own is None else own.environment
             systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
-    for system in systems:
-        if equations(system).corners is not None:
-            name = system.drive.name
-            raise ArgumentError(
-                "drive.waveform", f"should be a drive without corners: a page does not hold {name!r} yet"
-            )
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),

@@ -19,7 +19,11 @@ class Dense {
     this.seen = this.states + form.observed.length + this.coordinates;
     this.real = new Float64Array(sizes.real);
     this.whole = new Float64Array(sizes.whole);
-    this.tape = new Float64Array(sizes.piece + this.seen);
+    const table = motion.drive ? motion.drive.table : [];
+    this.tape = new Float64Array(sizes.piece + this.seen + table.length);
+    this.tape.set(table, sizes.piece + this.seen);
+    this.whole[at.TABLE_START] = sizes.piece + this.seen;
+    this.whole[at.SEGMENT_COUNT] = form.corners ? form.corners.segments : 0;
     this.real.set(motion.parameters, at.PARAMETER);
     this.real.set(motion.scales, at.SCALE);
     this.real[at.PERIOD] = motion.period;
@@ -53,7 +57,7 @@ class Dense {
   // States, observables and coordinates of the scene at a share of the way through the piece that was taken.
   look(share) {
     this.form.kernel.look_at(this.real, this.whole, this.tape, share, this.size);
-    return this.tape.subarray(this.size);
+    return this.tape.subarray(this.size, this.size + this.seen);
   }
 
   // Rows (time, side, states, observables, coordinates) over a stretch of time; both ends of every piece, so that what
