@@ -59,6 +59,7 @@ TABLE_NUMBERS = 0  # of the segments of a drive with corners: length and coeffic
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 SWITCHES = 1  # how many guards there are
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
+BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
 BASE = 2  # states of the motion itself, where tangents follow them
 
