@@ -146,9 +146,9 @@ function ensembleRun(form, runs, budget, each) {
     whole[at.TABLE_START] = tableStart;
     whole[at.TABLE_STRIDE] = 0;
     whole[at.SEGMENT_COUNT] = corners ? corners.segments : 0;
-    tape[sizes.run - 3] = begun.period;
-    tape[sizes.run - 2] = Math.sign(begun.velocity);
-    tape[sizes.run - 1] = 0; // begins with the drive
+    tape[sizes.run - 3] = 0; // time: it begins with the drive
+    tape[sizes.run - 2] = begun.period;
+    tape[sizes.run - 1] = Math.sign(begun.velocity);
     whole[at.STATUS] = DONE;
     whole[at.RUN] = -1;
     whole[at.EVENT_LIMIT] = budget.events;
