@@ -12,7 +12,7 @@ import vibrocap as vc
 from vibrocap.case.case import case_from_text
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
-from vibrocap.lab.page import SCRIPTS, page, source
+from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset
 from vibrocap.paper.presets import figures_5_to_8, start
 
@@ -29,7 +29,7 @@ const forms = () => data.forms.map((record) => new Form(record, pool));
 const limits = { events: 1e4, steps: 1e6, pieces: 1e5 };
 const runOf = (model) => model.request();
 """
-ALONE = ("engine.js", "dense.js", "charts.js", "model.js", "share.js", "maps.js")
+ALONE = (*WORKER[:2], "charts.js", "model.js", "share.js", "maps.js")
 
 
 def paper(law, **given):
@@ -254,7 +254,7 @@ def test_a_page_asks_for_nothing_and_holds_every_script(data):
     assert "<title>a &lt;b&gt; &amp; c</title>" in text
     for word in ("http://", "https://", "import(", "fetch(", "XMLHttpRequest", " src="):
         assert word not in text.replace("http://www.w3.org/2000/svg", ""), word
-    for name in SCRIPTS:
+    for name in (*WORKER, *SCRIPTS):
         assert source(name).startswith("// ")
 
 

@@ -124,7 +124,7 @@ class Lab {
     const camera = state ? position - (position - this.straight(time)) * 0.9 : 0;
     drawScene(new CanvasPen($$("scene")), theme, shown.form, {
       side: row[1], friction: shown.of(row, "friction"), perForce: ARROW / (this.largest || 1), shapes: shown.shapes(row),
-      camera, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
+      camera, reach: this.reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
     });
     const words = contactWords(shown.form, row[1]);
     if ($$("contact").textContent !== words) $$("contact").textContent = words;
@@ -140,6 +140,22 @@ class Lab {
   straight(time) {
     const { shown } = this, name = shown.form.states[shown.form.cyclic], xs = shown.column(name), span = shown.end - shown.from;
     return xs[0] + ((xs[xs.length - 1] - xs[0]) * (time - shown.from)) / (span || 1);
+  }
+
+  // How far the contact gets from the camera, at least one length.
+  get reach() {
+    const { shown } = this;
+    if (shown._reach === undefined) {
+      const place = shown.form.scene.findIndex(({ kind }) => kind === "contact"), { data, width, rows } = shown.rows;
+      const first = shown.form.scene.slice(0, Math.max(0, place)).reduce((sum, { points }) => sum + 2 * points, shown.names.length);
+      let far = 1;
+      for (let i = 0; place >= 0 && i < rows; i++) {
+        const x = data[i * width + first], middle = shown.form.cyclic >= 0 ? x - 0.9 * (x - this.straight(data[i * width])) : 0;
+        far = Math.max(far, Math.abs(x - middle));
+      }
+      shown._reach = far;
+    }
+    return shown._reach;
   }
 
   get largest() {

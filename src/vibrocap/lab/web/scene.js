@@ -2,15 +2,16 @@
 
 const ARROW = 1.1; // height of the friction arrow's longest, in lengths of the equations
 
-// now: { position, side, friction, shapes: coordinates by shape, camera, start }
+// now: { side, friction, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit }
 function drawScene(pen, theme, form, now) {
   const low = -0.42, high = 1.95, scale = pen.height / (high - low), middle = pen.width / 2;
-  const px = (x) => middle + (x - now.camera) * scale, py = (y) => pen.height - (y - low) * scale;
-  const half = pen.width / 2 / scale;
+  const along = Math.min(scale, (pen.width / 2 - scale) / now.reach); // a machine that goes far is seen from afar
+  const px = (x) => middle + (x - now.camera) * along, py = (y) => pen.height - (y - low) * scale;
+  const half = pen.width / 2 / along;
   pen.path([0, py(0), pen.width, py(0)], theme.axis, 1.5);
-  const step = half > 6 ? 1 : 0.25, unit = now.unit;
+  const unit = now.unit, each = ticks(0, 2 * half, 11)[1], step = each / (each >= 5 ? 5 : 4);
   for (let k = Math.floor((now.camera - half) / step); k <= (now.camera + half) / step + 1; k++) {
-    const x = k * step, whole = Math.abs(x - Math.round(x)) < 1e-9;
+    const x = k * step, whole = Math.abs(x / each - Math.round(x / each)) < 1e-9;
     pen.path([px(x), py(0), px(x), py(whole ? -0.1 : -0.05)], theme.axis, 1);
     if (whole) pen.text(px(x), py(-0.13), said(x * unit, 4), { fill: theme.soft, size: 11, align: "center", base: "top" });
   }
