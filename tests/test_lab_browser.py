@@ -93,7 +93,7 @@ def test_every_law_and_machine_of_the_catalogue_runs_and_is_the_plain_kernel(chr
     presets = []
     for machine, law in [*pairs, *((machine, vc.Exponential) for machine in others), (vc.Oscillator, vc.LuGre)]:
         system = vc.System(machine(), law(), vc.Harmonic(amplitude=1.8))
-        case = vc.Case(system, {system.state_names[0]: 0.5}, periods=2)
+        case = vc.Case(system, periods=2)
         presets.append(Preset(f"{machine.name}-{law.name}", law.name, "", case))
     out = tmp_path / "all.html"
     out.write_text(page(bundle(Contents(tuple(each.case.system for each in presets), tuple(presets)))))

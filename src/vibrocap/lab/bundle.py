@@ -18,6 +18,7 @@ from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
 from vibrocap.numerics.api import series_order
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.states import FURTHER
 from vibrocap.physics.system import System
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
@@ -116,7 +117,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         if tell is not None:
             tell((len(chosen.forms) + i + 1) / work)
     efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
-    parts: dict[str, dict[str, Any]] = {name: {} for name in (*CHOICES, "environment")}
+    parts: dict[str, dict[str, Any]] = {}
     for system in chosen.forms:
         for name, record in system.parts.items():
             part = type(record)
@@ -126,7 +127,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "layout": LAYOUT,
         "version": version("vibrocap"),
         "parts": parts,
-        "keys": {name: key for name, (key, _) in CHOICES.items()},
+        "keys": {name: key for name, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, CHOICES["friction"][0]),
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
         "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
         "forms": [form.record | each for form, each in zip(forms, kernels, strict=True)],

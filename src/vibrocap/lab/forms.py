@@ -64,11 +64,8 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         if f"{part}.{info.name}" not in recording.parameter_paths
     }
     record = {
-        "machine": system.machine.name,
-        "friction": system.friction.name,
-        "drive": system.drive.name,
         "sections": list(system.parts),
-        "environment": "" if system.environment is None else system.environment.name,
+        **{part: record.name for part, record in system.parts.items()},
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),

@@ -123,7 +123,8 @@ class Lab {
     const position = state ? shown.of(row, state) : 0;
     const camera = state ? position - (position - this.straight(time)) * 0.9 : 0;
     drawScene(new CanvasPen($$("scene")), theme, shown.form, {
-      side: row[1], friction: shown.of(row, "friction"), perForce: ARROW / (this.largest || 1), shapes: shown.shapes(row),
+      side: row[1], friction: shown.of(row, "friction"), load: shown.of(row, "load"),
+      perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
       camera, reach: this.reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
     });
     const words = contactWords(shown.form, row[1]);
@@ -158,9 +159,10 @@ class Lab {
     return shown._reach;
   }
 
-  get largest() {
-    if (this.shown._largest === undefined) this.shown._largest = Math.max(...this.shown.column("friction").map(Math.abs));
-    return this.shown._largest;
+  // The largest value of a force over the stretch on show.
+  largest(name) {
+    const known = (this.shown._largest ??= {});
+    return (known[name] ??= this.shown.column(name).reduce((most, value) => Math.max(most, Math.abs(value)), 0));
   }
 
   tick(now) {

@@ -167,7 +167,11 @@ function readToml(model, text) {
   try { sections = parsedToml(text); } catch (error) { return [error.message]; }
   const wrong = [], trial = new Model(model.data), { data } = model;
   for (const name of Object.keys(sections)) {
-    if (name === "environment" && model.form.environment) continue;
+    if (model.form.sections.includes(name) && !PARTS.includes(name)) {
+      const key = data.keys[name];
+      if (key && sections[name][key] !== model.form[name]) wrong.push(`${name}.${key}: is ${model.form[name]} in this page`);
+      continue;
+    }
     if (name === "") wrong.push(...Object.keys(sections[""]).map((key) => `${key}: stands in no section; this page reads cases without units`));
     else if (![...PARTS, "initial", "run"].includes(name)) wrong.push(`${name}: no such section in this page`);
   }
