@@ -125,6 +125,25 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
 
 
 @needs_node
+def test_a_start_beyond_a_stop_is_refused_by_name(node):
+    """By the bound that the parameters of the page make, not those of the case."""
+    system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
+    made = bundle(Contents((system,), (Preset("stop", "stop", "", vc.Case(system, periods=1)),)))
+    found = node(f"""
+    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
+    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const tried = (gap, displacement) => {{
+      model.set("machine.gap", gap);
+      model.set("initial.displacement", displacement);
+      const {{ parameters, initial }} = model.request();
+      try {{ form.beginning(parameters, initial); return ""; }} catch (error) {{ return error.message; }}
+    }};
+    print([tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
+    """)
+    assert found == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
+
+
+@needs_node
 def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     """Every measure of a settled run, its word and its response, beside `ensemble`; the same tolerance and order."""
     found = node("""

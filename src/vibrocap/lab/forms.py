@@ -7,7 +7,7 @@ from typing import Any
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
 from vibrocap.motion.corners import Corners
-from vibrocap.motion.equations import equations, recorded_scene
+from vibrocap.motion.equations import equations, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, memory, series_order
@@ -56,7 +56,9 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
     functions = [*(_on(load.graph, each) for each in observed.values()), *drawn]
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
-    motion, ensemble = browser_kernels(recording, functions, tolerance, looser)
+    room = recorded_room(system)
+    bounds = [bound for each in room.values() for bound in each]
+    motion, ensemble = browser_kernels(recording, functions, tolerance, looser, bounds)
     fixed = {
         f"{part}.{info.name}": getattr(record, info.name)
         for part, record in system.parts.items()
@@ -77,6 +79,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "channels": list(system.channels),
         "observed": list(observed),
         "parameters": [path for path in recording.parameter_paths if path.split(".")[0] in system.parts],
+        "room": list(room),
         "corners": None if recording.corners is None else _corners(recording.corners),
         "fixed": fixed,
         "scene": [

@@ -118,4 +118,9 @@ def _check(case: Case) -> dict[str, Any]:
         case.max_steps,
         literal=True,
     )
-    return {"state": found.final.tolist(), "events": len(found.events), "pieces": len(found.pieces)}
+    return {
+        "state": found.final.tolist(),
+        "events": len(found.events),
+        "pieces": len(found.pieces),
+        "status": found.status,
+    }

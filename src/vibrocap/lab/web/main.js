@@ -64,6 +64,7 @@ class Lab {
       }
     } catch (error) {
       this.notice(`The motion could not be computed: ${error.message}. The last one stays.`, true);
+      this.controls.complain([error.message]);
     } finally { this.busy = false; }
   }
 

@@ -270,14 +270,15 @@ def integrands_source(
     return Integrands(text, summed, len(own_extremes))
 
 
-def instants_source(equations: Any, observed: Sequence[Expression]) -> str:
+def instants_source(equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = ()) -> str:
     """`observables`, `beginning` and `drive_table` of one lane, for a page.
 
     observed: may be recorded on a graph that begins with the nodes of the equations
+    room: between which values some states may begin, on such a graph too
     """
     table = () if equations.corners is None else equations.corners.numbers  # recorded on a graph of their own
-    begun = (*equations.scales, equations.period, equations.contact_velocity)
-    found = [f"OBSERVABLES = {len(observed)}", f"TABLE_NUMBERS = {len(table)}", ""]
+    begun = (*room, *equations.scales, equations.period, equations.contact_velocity)
+    found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
     for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):
         writer = ScalarWriter(values[0].graph if values else equations.graph)
         body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]

@@ -30,13 +30,19 @@ class Form {
   // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
-    const { at, sizes } = this.motion, n = this.states.length, { corners } = this;
-    const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0, tape = new Float64Array(n + 3 + numbers);
+    const { at, sizes } = this.motion, n = this.states.length, { corners } = this, first = 2 * this.room.length;
+    const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0;
+    const whole = new Float64Array(first + n + 3 + numbers), tape = whole.subarray(first); // behind the bounds of `room`
     this._real ??= new Float64Array(sizes.real);
     this._real.set(initial, at.STATE);
     this._real.set(parameters, at.PARAMETER);
-    const begin = () => this.kernel.begin(this._real, new Float64Array(sizes.whole), tape, 0);
+    const begin = () => this.kernel.begin(this._real, new Float64Array(sizes.whole), whole, 0);
     begin();
+    this.room.forEach((name, i) => {
+      const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
+      const wanted = value < whole[2 * i] - near ? `at least ${whole[2 * i]}` : value > whole[2 * i + 1] + near ? `at most ${whole[2 * i + 1]}` : "";
+      if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where a stop stands, got ${value}`);
+    });
     const drive = corners && firstSegment(corners, tape.slice(n + 3), tape[n]);
     if (drive) { this._real.set(drive.present, at.PARAMETER + corners.place); begin(); }
     return {
@@ -130,7 +136,8 @@ function joined(parts) {
 
 // Many motions of one form, one by one, of which only measures are kept: what `ensemble_run` does.
 // runs: [{ parameters, initial }]; budget: { periods, window, threshold, tolerance, events, steps, asked }
-// each: called with the result of every run (a view that changes) and its stroboscopic states
+// each: called with the number of every run, its result (a view that changes; null for a start that is none), what it
+// began with, and the kernel's memory
 function ensembleRun(form, runs, budget, each) {
   const { at, sizes } = form.ensemble, n = form.states.length;
   const real = new Float64Array(sizes.real), whole = new Float64Array(sizes.whole);
@@ -138,7 +145,8 @@ function ensembleRun(form, runs, budget, each) {
   const tape = new Float64Array(tableStart + (corners ? corners.segments * (corners.coefficients + 1) : 0));
   const entry = form.ensembleKernel.advance_ensemble;
   runs.forEach((run, number) => {
-    const begun = form.beginning(run.parameters, run.initial);
+    let begun;
+    try { begun = form.beginning(run.parameters, run.initial); } catch { each(number, null); return; }
     tape.set(run.initial, 0);
     tape.set(begun.parameters, n);
     tape.set(begun.scales, n + begun.parameters.length);

@@ -45,13 +45,15 @@ const answers = {
 
   cells({ form, runs, budget }) {
     const record = show.forms[form], found = [];
-    ensembleRun(record, runs, budget, (_, result, begun) => found.push(measured(record, result, begun, budget.threshold)));
+    const keep = (_, result, begun) => found.push(result && measured(record, result, begun, budget.threshold));
+    ensembleRun(record, runs, budget, keep);
     return { found };
   },
 
   strip({ form, runs, budget, state, marks }) {
     const record = show.forms[form], found = [];
     ensembleRun(record, runs, { ...budget, asked: 0 }, (_, result, begun, real) => {
+      if (!result) { found.push(null); return; }
       const response = result[record.ensemble.head.response_period];
       found.push({
         status: result[record.ensemble.head.status], response,

@@ -4,6 +4,7 @@ from vibrocap.numerics.kernel.generated import (
     LANES,
     OBSERVABLES,
     ORDER,
+    ROOM,
     ROWS,
     SCALE,
     SERIES,
@@ -28,21 +29,21 @@ SEEN = INSTANT + STATES
 
 
 def begin(real, whole, tape, out):
-    """Write natural sizes of the states, period, contact velocity, holding rate and segments of the drive to the tape.
+    """Write to the tape: room and natural sizes of the states, period, contact velocity, holding rate, segments.
 
     From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
     for i in range(STATES):
         real[INSTANT + i] = real[STATE + i * LANES]
     beginning(real, 0.0, INSTANT, 1.0, 0, SEEN)
-    for i in range(STATES + 2):
+    for i in range(ROOM + STATES + 2):
         tape[out + i] = real[SEEN + i]
-    tape[out + STATES + 2] = hold_rate(real[SEEN + STATES], ORDER)
+    tape[out + ROOM + STATES + 2] = hold_rate(real[SEEN + ROOM + STATES], ORDER)
     for i in range(STATES):
-        real[SCALE + i * LANES] = real[SEEN + i]
+        real[SCALE + i * LANES] = real[SEEN + ROOM + i]
     drive_table(real, 0.0, INSTANT, 1.0, 0, SEEN)
     for i in range(TABLE_NUMBERS):
-        tape[out + STATES + 3 + i] = real[SEEN + i]
+        tape[out + ROOM + STATES + 3 + i] = real[SEEN + i]
 
 
 def take_piece(real, whole, tape, place):
