@@ -1,5 +1,6 @@
 """The page of `vibrocap lab` in a browser: all laws and machines, sliders, files, addresses, maps, and readers."""
 
+import gzip
 import json
 import subprocess
 import sys
@@ -41,6 +42,7 @@ def usual(tmp_path_factory):
     out = tmp_path_factory.mktemp("page") / "lab.html"
     assert main(["lab", "--out", str(out)]) == 0
     assert out.stat().st_size < 300_000
+    assert len(gzip.compress(out.read_bytes(), 9)) < 100 * 1024
     return out.as_uri()
 
 

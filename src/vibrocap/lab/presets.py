@@ -99,6 +99,7 @@ def preset_record(preset: Preset) -> dict[str, Any]:
         "initial": {name: float(case.initial.get(name, 0.0)) for name in case.system.state_names},
         "periods": case.periods,
         "tolerance": case.tolerance,
+        "units": "none" if case.system.units is None else "SI",
         "scales": None if scales is None else [scales.mass_kg, scales.length_m, scales.time_s],
         "check": _check(case),
     }

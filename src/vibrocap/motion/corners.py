@@ -82,17 +82,20 @@ class Corners:
         rows[:, self.place :] = present.T
         return rows.reshape(np.shape(parameters))
 
-    def present(self, tables: np.ndarray, periods: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def present(
+        self, tables: np.ndarray, periods: np.ndarray, time: np.ndarray, near: float = NEAR
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(number of the segment [n], its numbers in the parameter vector [2 + coefficients, n]) at times [n].
 
         tables: [n or 1, segments, row_size]; periods: [n or 1]; time: since the start of the period
+        near: share of the period from which on a segment that is left counts as over
         """
         time = np.asarray(time, dtype=float)
         if len(tables) == 1:
-            share = time / periods + NEAR
+            share = time / periods + near
             number = np.searchsorted(tables[0, :, 0], share, side="right")
         else:
-            number = np.sum(tables[:, :, 0] <= (time / periods + NEAR)[:, None], axis=1)
+            number = np.sum(tables[:, :, 0] <= (time / periods + near)[:, None], axis=1)
         number = np.minimum(number, tables.shape[1] - 1)
         which = np.arange(len(time)) if len(tables) > 1 else np.zeros(len(time), dtype=int)
         start = np.where(number > 0, tables[which, number - 1, 0], 0.0) * periods

@@ -9,7 +9,7 @@ function drawScene(pen, theme, form, now) {
   const px = (x) => middle + (x - now.camera) * along, py = (y) => pen.height - (y - low) * scale;
   const half = pen.width / 2 / along;
   pen.path([0, py(0), pen.width, py(0)], theme.axis, 1.5);
-  const unit = now.unit, each = ticks(0, 2 * half, 11)[1], step = each / (each >= 5 ? 5 : 4);
+  const unit = now.unit, each = ticks(0, 2 * half * unit, 11)[1] / unit, step = each / 5;
   for (let k = Math.floor((now.camera - half) / step); k <= (now.camera + half) / step + 1; k++) {
     const x = k * step, whole = Math.abs(x / each - Math.round(x / each)) < 1e-9;
     pen.path([px(x), py(0), px(x), py(whole ? -0.1 : -0.05)], theme.axis, 1);

@@ -14,7 +14,7 @@ function fragmentOf(model) {
   if (state.beside) put("beside", state.beside);
   for (const [path, value] of Object.entries(state.besideValues)) put(`beside.${path}`, value);
   if (state.units !== fresh.units) put("units", state.units);
-  if (state.units !== "none") put("scales", state.scales.join(","));
+  if (state.units === "SI" && state.scales.join() !== fresh.scales.join()) put("scales", state.scales.join(","));
   return `#${parts.join("&")}`;
 }
 
@@ -46,16 +46,15 @@ function readFragment(model, fragment) {
   for (const [key, value] of left) {
     wrong.push(model.paths.includes(key) ? `${key}: ${model.complaint(key, typed(value))}, got ${value}` : `${key}: there is no such number in this system`);
   }
+  const scales = (given.get("scales") ?? "").split(",").map(typed);
+  if (scales.length === 3 && scales.every((each) => each > 0)) model.state.scales = scales;
   for (const [key, value] of given) {
     if (["v", "preset", "scales", ...PARTS].includes(key) || (key.includes(".") && !key.startsWith("beside."))) continue;
     if (key === "shown" && typed(value) > 0) model.state.shown = typed(value);
     else if (key === "beside" && model.formOf({ ...partsOf(model.form), friction: value }) >= 0) model.state.beside = value;
     else if (key.startsWith("beside.") && Number.isFinite(typed(value))) model.state.besideValues[key.slice(7)] = typed(value);
-    else if (key === "units" && value === "SI") {
-      const scales = (given.get("scales") ?? "").split(",").map(typed);
-      model.state.units = "SI";
-      if (scales.length === 3 && scales.every((each) => each > 0)) model.state.scales = scales;
-    } else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
+    else if (key === "units" && ["SI", "none"].includes(value)) model.state.units = value;
+    else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
   }
   return wrong;
 }
