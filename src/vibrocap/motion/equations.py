@@ -15,6 +15,8 @@ from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import LOCATED, Flow, System
 
+FAR = 1e300  # a bound that is none
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Equations:
@@ -261,6 +263,9 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
 
 def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
     """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own."""
+<<<<<<< HEAD
+    graph, machine = _recorded_machine(system)
+=======
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
@@ -270,12 +275,33 @@ def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
     if recording.corners is not None:
         _put_on_segment(recorded, graph, recording.corners.place)
     machine = recorded.placed
+>>>>>>> main
     y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
     shapes = tuple(
         dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
         for shape in machine.scene(graph.node("time"), y)
     )
     return shapes, graph.expression(machine.load())
+
+
+def recorded_room(system: System) -> dict[str, tuple[Expression, Expression]]:
+    """Between which values states may begin, by name (`Machine.room`), recorded on such a graph too."""
+    graph, machine = _recorded_machine(system)
+    return {
+        name: (graph.expression(max(low, -FAR) if isinstance(low, float) else low), graph.expression(high))
+        for name, (low, high) in machine.room().items()
+    }
+
+
+def _recorded_machine(system: System) -> tuple[Graph, Any]:
+    """The machine in its environment with symbols for its numbers, on a graph that begins with the equations' own."""
+    recording = equations(system)
+    graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
+    recorded = object.__new__(System)
+    for part, record in system.parts.items():
+        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    return graph, recorded.placed
 
 
 def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:
