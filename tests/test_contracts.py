@@ -37,6 +37,7 @@ MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
 FURTHER = [
     dataclasses.replace(varied(vc.PendulumCapsule, 1), normal_load="weight"),
     dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal"),
+    dataclasses.replace(varied(vc.PendulumCapsuleWithStops, 1), restitution=0.4),
     dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external"),
 ]
 MACHINES += FURTHER
@@ -116,8 +117,8 @@ def system_draw(system, draw):
     mechanical = list(random_state(machine.states, draw))
     contact = machine.states.index(machine.contact_state)
     side = draw.choice((1, -1))
+    mechanical = list(settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0))
     mechanical[contact] = side * abs(mechanical[contact])
-    mechanical = settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0)
     internal = random_internal(system.friction, mechanical[contact], side, system.machine.load(), draw)
     return draw.uniform(0, 9), (*mechanical, *internal), side
 

@@ -36,6 +36,7 @@ EVENTS = {
     "impact": "the inner mass strikes a stop",
     "stop_opened": "the inner mass leaves a stop",
     "lift_off": "the contact loses its load, which ends the run",
+    "stop_reached": "the pendulum reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
 }
 # channel of energy: what it is

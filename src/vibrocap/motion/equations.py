@@ -46,6 +46,7 @@ class Equations:
     impact: int  # place among the integrals of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
+    bound_kinds: tuple[int, ...]  # number of each bound among those that there are
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
     after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
     after_reversal: tuple[Expression, ...]  # states
@@ -211,7 +212,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
         loads=tuple(expression(load) for load in flow.loads),
         bounds=tuple(expression(bound) for bound in flow.bounds),
-        located=LOCATED[: len(flow.bounds)],
+        bound_kinds=flow.bound_kinds,
+        located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
         after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked"

@@ -52,7 +52,7 @@ STATES = {
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
     **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers)") for i in (2, 3)},
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
-    "touching": ("s", "stop that the inner mass touches: 1 in front, -1 behind, 0 none"),
+    "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
