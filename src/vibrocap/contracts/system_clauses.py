@@ -80,8 +80,8 @@ def surrounded(machine: Any) -> str | None:
         "momentum": (known["momentum"], [known["outer_force"], -known["friction"]]),
     }
     for draw in draws(SAMPLES):
-        t, y, _, _ = machine_draw(machine, draw)
-        side = 1.0 if machine.contact_velocity(t, y) > 0.0 else -1.0
+        t, y, _, _ = machine_draw(system.placed, draw)
+        side = 1.0 if system.placed.contact_velocity(t, y) > 0.0 else -1.0
         for what, (stored, inflows) in pairs.items():
             grown = [derivative(stored, -1)]
             grown += [derivative(stored, i) * rate for i, rate in enumerate(formulas.rates)]
@@ -92,7 +92,7 @@ def surrounded(machine: Any) -> str | None:
                     f"masses: on a slope the {what} grows by {found:g}, while {expected:g} flows in; see "
                     "`Machine.masses` and `Machine.gravity`"
                 )
-        rest = tuple(v - machine.contact_velocity(t, y) if i == contact else v for i, v in enumerate(y))
+        rest = tuple(v - system.placed.contact_velocity(t, y) if i == contact else v for i, v in enumerate(y))
         if (rate := system.rates(t, rest, 0)[contact]) != 0.0:
             return f"rates: on a slope a contact at rest should be held exactly, got a rate of {rate:g}"
     return None
