@@ -151,8 +151,9 @@ def test_half_period_symmetry(system):
     drive = dataclasses.replace(system.drive, **{**dict.fromkeys(names & UNEVEN, 0.0), **even})
     machine = system.machine
     if not machine.symmetric:
-        others = {"back_gap": machine.gap} if hasattr(machine, "back_gap") else {"belt_speed": 0.0}
-        machine = dataclasses.replace(machine, **others)
+        names = {info.name for info in parameter_table(machine)}
+        others = {"back_gap": machine.gap} if "back_gap" in names else {}
+        machine = dataclasses.replace(machine, **others, **dict.fromkeys(names & {"belt_speed", "track_angle"}, 0.0))
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)
@@ -196,7 +197,7 @@ def test_energy_of_a_system(system):
             growth = along(system.placed.energy, t, y[:count], flow.rates[:count])
             graph = Graph()
             z = tuple(graph.node("state", i) for i in range(len(y) - count))
-            stored = graph.expression(system.friction.stored_energy(z))
+            stored = graph.expression(0.0 if system.stores_under_load else system.friction.stored_energy(z))
             slopes = evaluate([derivative(stored, i) for i in range(len(z))], t, y[count:], 1.0, ())
             growth += sum(slope * rate for slope, rate in zip(slopes, flow.rates[count:], strict=True))
             size = max(map(abs, (*flow.rates, *flow.powers, 1.0))) ** 2
