@@ -263,19 +263,7 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
 
 def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
     """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own."""
-<<<<<<< HEAD
     graph, machine = _recorded_machine(system)
-=======
-    recording = equations(system)
-    graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
-    symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
-    if recording.corners is not None:
-        _put_on_segment(recorded, graph, recording.corners.place)
-    machine = recorded.placed
->>>>>>> main
     y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
     shapes = tuple(
         dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
@@ -301,6 +289,8 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     recorded = object.__new__(System)
     for part, record in system.parts.items():
         object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    if recording.corners is not None:
+        _put_on_segment(recorded, graph, recording.corners.place)
     return graph, recorded.placed
 
 
