@@ -98,6 +98,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
@@ -297,6 +298,9 @@ __all__ = [
     "TwoMassCapsule",
     "VibroImpactCapsule",
     "RigidStopCapsule",
+    "TwoBodyCrawler",
+    "ThreeBodyCrawler",
+    "crawler",
     "PendulumCapsuleWithStops",
     "InnerMassScales",
     "Constant",

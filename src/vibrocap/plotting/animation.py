@@ -203,7 +203,7 @@ class Scene:
             drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
         if self.load is not None:
-            self._show_load(float(self.load[number]), x)
+            self._show_load(float(self.load[number]), position - camera)
         self.clock.set_text("\n".join(lines))
         stopped = not self.motion.run_status.ok and time == self.motion.end
         self.state.set_text(f"ends: {self.motion.run_status.value}" if stopped else words)
