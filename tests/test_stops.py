@@ -128,6 +128,27 @@ def test_starts_of_basins_lie_between_the_stops():
     assert np.allclose(found.drift, -0.46153865, atol=1e-7)
 
 
+def test_a_case_that_starts_beyond_a_stop_is_refused_in_its_own_units(tmp_path, capsys):
+    from vibrocap.cli import main as cli
+
+    case = tmp_path / "case.toml"
+    parts = '[friction]\nlaw = "coulomb"\n[drive]\nwaveform = "harmonic"\n'
+    case.write_text(
+        '[machine]\nkind = "rigid-stop-capsule"\ngap = 0.1\n[initial]\ndisplacement = 0.5\n' + parts, "utf-8"
+    )
+    assert cli.main(["simulate", str(case)]) == 2
+    assert "initial.displacement: should be at most 0.1, where a stop stands, got 0.5" in capsys.readouterr().err
+    scales = "inner_mass_kg = 0.1\nlength_unit_m = 0.01\ntime_unit_s = 0.02\n"
+    machine = "capsule_mass_kg = 0.3\nstiffness_N_per_m = 250.0\ndamping_N_s_per_m = 0.5\nnormal_load_N = 1.0\n"
+    start = '[machine]\nkind = "rigid-stop-capsule"\ngap_m = 0.002\n[initial]\ndisplacement_m = 0.003\n'
+    drive = '[drive]\nwaveform = "harmonic"\namplitude_N = 1.0\nfrequency_Hz = 8.0\n'
+    text = 'units = "SI"\n' + start.replace("[initial]", scales + machine + "restitution = 0.5\n[initial]")
+    case.write_text(text + '[friction]\nlaw = "coulomb"\n' + drive, "utf-8")
+    assert cli.main(["simulate", str(case)]) == 2
+    said = "initial.displacement_m: should be at most 0.002 m, where a stop stands, got 0.003 m"
+    assert said in capsys.readouterr().err
+
+
 def bouncing(restitution):
     """A mass that a constant force drives against the wall of a free capsule: a ball that falls to the ground."""
     machine = vc.RigidStopCapsule(
