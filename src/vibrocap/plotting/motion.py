@@ -79,7 +79,8 @@ def motion_figure(motion: Trajectory) -> Figure:
             legend.remove()  # as above
         right.align_ylabels()
         fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
-        footnote(fig, IN_SI if system.units is not None else DIMENSIONLESS if system.machine.cyclic else ANY_UNITS)
+        own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
+        footnote(fig, own if system.units is None else IN_SI)
     return fig
 
 
