@@ -401,6 +401,12 @@ def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
                          initial={"angle": math.pi / 3}, tolerance=1e-12)  # fmt: skip
     assert single.end == pytest.approx(lightest.end, abs=1e-8)
     assert f"{lightest.end / single.period:.2f}" in loaded_figure(runs, "load09").sentence
+    # Bristle damping takes LM beyond its static level, and light capsules into Painleve's paradox.
+    stopped = [run for run in runs.loaded_sweep("lugre", light=True) if not run.status.ok]
+    assert all(run.last_load > 1e3 for run in stopped)
+    for run in stopped:
+        assert run.last_coefficient > max(2.0 * math.sqrt(run.mass_ratio * (run.mass_ratio + 1.0)), 0.45)
+    assert "Painlevé's paradox" in loaded_figure(runs, "load09").sentence
     rows = list(FIGURES["load09"](runs).rows)
     assert any(row[1] == "EM: lift off" and row[3] == "end_time" for row in rows)
 

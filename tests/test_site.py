@@ -12,6 +12,7 @@ import pytest
 import vibrocap as vc
 from vibrocap.cli.command_examples import EXAMPLES
 from website.docstrings import as_rst, members
+from website.embeds import stage_report, with_lab
 from website.gallery import description, title_of
 from website.links import dead_links
 from website.reference import rooms, stage_commands, stage_names
@@ -134,11 +135,32 @@ def test_an_example_is_introduced_by_its_own_words():
     assert title_of("bristles-lugre") == "Bristles LuGre"
 
 
+def test_the_lab_stands_where_a_page_has_a_mark_for_it():
+    marked = "before\n\n<!-- lab: mirror-twin -->\n\nafter\n"
+    found = with_lab(marked, "gallery/a.md", {"mirror-twin": "lab.html#v=1&preset=mirror-twin"})
+    assert 'src="../lab.html#v=1&amp;preset=mirror-twin"' in found
+    assert with_lab(marked, "gallery/a.md", {}) == "before\n\n\n\nafter\n"
+
+
+def test_the_report_comes_with_the_files_that_it_links_to(tmp_path):
+    out, extra = tmp_path / "out", tmp_path / "extra"
+    (out / "figures").mkdir(parents=True)
+    assert stage_report(extra, out / "report.html") == ""
+    (out / "report.html").write_text('<a href="figures/fig05.csv">data</a><a href="#top"></a><img src="data:,">')
+    (out / "figures" / "fig05.csv").write_text("1")
+    (out / "motion.nc").write_text("of the user")
+    assert "report/report.html" in stage_report(extra, out / "report.html")
+    copied = {path.relative_to(extra).as_posix() for path in extra.rglob("*.*")}
+    assert copied == {"report/report.html", "report/figures/fig05.csv"}
+
+
 # --- what Sphinx makes of it -----------------------------------------------------------------------------------------
 
 
 def test_dead_links_are_found(tmp_path):
-    (tmp_path / "a.html").write_text('<p id="top"><a href="b.html#here">b</a> <a href="#top">a</a> <a href="x:y">c</a>')
+    (tmp_path / "a.html").write_text(
+        '<p id="top"><a href="b.html#here"></a><a href="#top"></a><a href="b.html#v=1"></a>'
+    )
     (tmp_path / "b.html").write_text('<a name="here"></a><img src="c.png"><a href="a.html?q=1#top">a</a>')
     (tmp_path / "c.png").touch()
     assert dead_links(tmp_path) == []
@@ -167,5 +189,7 @@ def test_the_site_is_built_without_a_warning_or_a_dead_link(tmp_path):
         assert (html / place).with_suffix(".html").exists(), place
     page = (html / "gallery" / "travels-by-stick-slip.html").read_text(encoding="utf-8")
     assert "0.16434775" in page
+    assert 'href="../lab.html#v=' in page
+    assert 'src="lab.html#v=' in (html / "index.html").read_text(encoding="utf-8")
     assert 'id="vibrocap.Exponential.steady_force"' in (html / "api" / "physics.friction.html").read_text("utf-8")
     assert Path(html / "objects.inv").stat().st_size > 0

@@ -7,7 +7,16 @@ import sys
 import time
 from pathlib import Path
 
-from website.embeds import HEAD, stage_lab, stage_report, stage_wheel
+from website.embeds import (
+    FIRST,
+    HEAD,
+    PICTURE,
+    lab_addresses,
+    lab_frame,
+    stage_lab_frames,
+    stage_report,
+    stage_wheel,
+)
 from website.gallery import stage_gallery
 from website.links import dead_links
 from website.reference import stage_commands, stage_names
@@ -34,11 +43,13 @@ def main(words: list[str] | None = None) -> int:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
 
+    lab = lab_addresses(extra)
     stage(sources)
-    stage_gallery(sources)
+    stage_gallery(sources, lab)
     stage_commands(sources)
     stage_names(sources)
-    head = "\n".join((HEAD, stage_lab(extra), stage_report(extra)))
+    stage_lab_frames(sources, lab)
+    head = "\n".join((HEAD, lab_frame(lab[FIRST]) if FIRST in lab else PICTURE, stage_report(extra)))
     stage_first_page(sources, head, stage_sections(sources, MADE))
     with (sources / "tutorials" / "README.md").open("a", encoding="utf-8") as page:
         page.write(stage_wheel(extra))

@@ -26,6 +26,7 @@ nb_merge_streams = True
 autodoc_typehints = "none"  # docstrings tell what arguments are
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
+toc_object_entries_show_parents = "hide"
 python_maximum_signature_line_length = 70
 
 html_theme = "pydata_sphinx_theme"

@@ -1,6 +1,7 @@
 """The gallery: every example, run anew, with its picture, its numbers and its file."""
 
 import re
+from html import escape
 from pathlib import Path
 
 import vibrocap as vc
@@ -26,12 +27,13 @@ def description(text: str) -> str:
 
 
 def numbers(motion: vc.Trajectory) -> list[tuple[str, str]]:
-    """What a motion amounts to."""
+    """What a motion amounts to; travel in SI where its case is."""
     rows = [("status", motion.status.value)]
     if motion.system.machine.cyclic is not None:
-        travel = vc.mean_velocity(motion)
-        rows.append(("drift in the last period", f"{vc.drift(motion):.8f}"))
-        rows.append(("mean velocity", f"{travel.value:.8f}, {'settled' if travel.settled else 'not settled'}"))
+        velocity = vc.mean_velocity(motion)
+        settled = "settled" if velocity.settled else "not settled"
+        rows.append(("drift in the last period", with_unit(motion, vc.drift(motion), "m")))
+        rows.append(("mean velocity", f"{with_unit(motion, velocity.value, 'm/s')}, {settled}"))
     if motion.system.friction.kind == "set-valued":
         rows.append(("share of the time at rest", f"{vc.stick_fraction(motion):.2%}"))
     rows.append(("events", f"{len(motion.events)}"))
@@ -40,8 +42,14 @@ def numbers(motion: vc.Trajectory) -> list[tuple[str, str]]:
     return rows
 
 
-def stage_example(path: Path, folder: Path) -> None:
-    """Run an example; write its page, its picture and a small one of its travel."""
+def with_unit(motion: vc.Trajectory, value: float, unit: str) -> str:
+    """A number of a motion as a page shows it, in this unit where its system has units."""
+    system = motion.system
+    return f"{value:.8f}" if system.units is None else f"{value * system.si.factor_of(unit):.8f} {unit}"
+
+
+def stage_example(path: Path, folder: Path, lab: str | None) -> None:
+    """Run an example; write its page, its picture and a small one of its travel. lab: its address in the lab"""
     text = path.read_text(encoding="utf-8")
     motion = read_case(path).simulate()
     sheet = vc.figure(motion)
@@ -51,9 +59,10 @@ def stage_example(path: Path, folder: Path) -> None:
     small.figure.savefig(folder / f"{path.stem}-small.png", dpi=DPI)
     (folder / path.name).write_text(text, encoding="utf-8")
     title = title_of(path.stem)
+    live = f'```{{raw}} html\n<p><a href="../{escape(lab)}">Open it in the lab</a></p>\n```\n\n' if lab else ""
     rows = "\n".join(f"| {name} | {value} |" for name, value in numbers(motion))
     page = (
-        f"# {title}\n\n{description(text)}\n\n![{title}]({path.stem}.png)\n\n"
+        f"# {title}\n\n{description(text)}\n\n![{title}]({path.stem}.png)\n\n{live}"
         f"| measure | value |\n| --- | --- |\n{rows}\n\n"
         f"## The case\n\nThe file: {{download}}`{path.name}`. Run it with\n\n"
         f"```sh\nvibrocap simulate examples/{path.name} --plot run.png\n```\n\n"
@@ -62,13 +71,16 @@ def stage_example(path: Path, folder: Path) -> None:
     (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
 
 
-def stage_gallery(folder: Path) -> None:
-    """Write gallery/: a page for every example, and cards that lead to them above the table of `examples/README.md`."""
+def stage_gallery(folder: Path, addresses: dict[str, str]) -> None:
+    """Write gallery/: a page for every example, and cards that lead to them above the table of `examples/README.md`.
+
+    addresses: of examples in the lab, by name
+    """
     gallery = folder / "gallery"
     index = gallery / "index.md"
     table = re.findall(r"^\| \[([\w-]+)\]\([^)]+\) \| (.+) \| [^|]+ \|$", index.read_text(encoding="utf-8"), re.M)
     for name, _ in table:
-        stage_example(EXAMPLES / f"{name}.toml", gallery)
+        stage_example(EXAMPLES / f"{name}.toml", gallery, addresses.get(name))
     rows = [(title_of(name), name, shows) for name, shows in table]
     grid = cards(rows, {name: f"{name}-small.png" for name, _ in table})
     text = index.read_text(encoding="utf-8")

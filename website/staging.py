@@ -15,6 +15,7 @@ INDEX = ROOT / "docs" / "index.md"
 LINK = re.compile(r"(?<=\]\()(?!\w+:)([^)#\s]*)(#[^)\s]*)?(?=\))")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
 GALLERY = "gallery/index"
+WIDE = "---\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"  # a page without the list of its headings
 ROW = re.compile(r"^\| \[([^\]]+)\]\(([^)]+)\) \| (.+) \|$", re.MULTILINE)
 
 Card = tuple[str, str, str]  # the title of a page, the page, what it answers
@@ -118,4 +119,4 @@ def stage_first_page(folder: Path, head: str, below: list[Card]) -> None:
     page = folder / "index.md"
     text = page.read_text(encoding="utf-8")
     text = text[text.index("## The idea") :]
-    page.write_text(f"{head}\n{cards(below)}\n{text}{toctree([page for _, page, _ in below])}", encoding="utf-8")
+    page.write_text(f"{WIDE}{head}\n{cards(below)}\n{text}{toctree([page for _, page, _ in below])}", encoding="utf-8")

@@ -16,7 +16,7 @@ from vibrocap.case.case import CHOICES, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
-from vibrocap.motion.simulate import EVENT_KINDS
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import series_order
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.system import System
@@ -51,7 +51,10 @@ def contents(
     """The forms and presets of a page; by default the pendulum capsule, both laws of the paper and two drives.
 
     opened: a case to begin with, whose parts are there in any case; examples: folder of the gallery
+    Raises ArgumentError for a case that is too long for a page.
     """
+    if opened is not None and opened.case.periods > LONGEST:
+        raise ArgumentError("run.periods", f"should be at most {LONGEST} for a page, got {opened.case.periods:g}")
     own = None if opened is None else opened.case.system
     kinds = [
         _names(machine_names, own and own.machine.name, MACHINES),
@@ -70,6 +73,12 @@ def contents(
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
             environment = None if own is None else own.environment
             systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
+    for system in systems:
+        if equations(system).corners is not None:
+            name = system.drive.name
+            raise ArgumentError(
+                "drive.waveform", f"should be a drive without corners: a page does not hold {name!r} yet"
+            )
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
@@ -100,10 +109,7 @@ def _key(system: System) -> tuple:
 
 
 def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """The data of a page, for JSON. tell: is called with the share done.
-
-    Raises ArgumentError for a preset that is no motion of a page.
-    """
+    """The data of a page, for JSON. tell: is called with the share done."""
     forms: list[Form] = []
     work = len(chosen.forms) + len(chosen.presets)
     for i, system in enumerate(chosen.forms):
@@ -113,8 +119,6 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
     keys = [_key(system) for system in chosen.forms]
     presets = []
     for i, preset in enumerate(chosen.presets):
-        if preset.case.periods > LONGEST:
-            raise ArgumentError("run.periods", f"should be at most {LONGEST} for a page, got {preset.case.periods:g}")
         presets.append(preset_record(preset) | {"form": keys.index(_key(preset.case.system))})
         if tell is not None:
             tell((len(chosen.forms) + i + 1) / work)
@@ -131,11 +135,10 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "parts": parts,
         "keys": {name: key for name, (key, _) in CHOICES.items()},
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
-        "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": 2_000_000},
+        "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
         "forms": [form.record | each for form, each in zip(forms, kernels, strict=True)],
         "presets": presets,
         "statuses": statuses(),
-        "events": [str(kind) for kind in EVENT_KINDS],
         "smoothed": SMOOTHED,
         "code": code,
     }

@@ -71,7 +71,7 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
     least, open_end = _bound(part, info.name)
     low, high, log = slider_range(info, least)
     keys = parameter_keys(part, effort)
-    si = [[each.key, each.unit, each.factor] for each in keys.values() if each.name == info.name]
+    si = [[each.stem, each.unit, each.factor] for each in keys.values() if each.name == info.name]
     return {
         "name": info.name,
         "symbol": info.symbol,

@@ -4,11 +4,13 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
+from vibrocap.arguments import ArgumentError
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
 from vibrocap.motion.equations import equations, recorded_scene
+from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, series_order
+from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, memory, series_order
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
@@ -42,8 +44,13 @@ class Form:
 
 
 def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
-    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order."""
+    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order.
+
+    ArgumentError for a drive with corners.
+    """
     recording = equations(system)
+    if recording.corners is not None:
+        raise ArgumentError("drive", f"has corners ({system.drive.name}), which the engine of a page does not know")
     shapes, load = recorded_scene(system)
     observed = {name: recording.observables[name] for name in OBSERVED}
     follows = "reaction" in recording.observables and system.machine.follows_load
@@ -69,6 +76,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
+        "events": event_kinds(system).tolist(),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,
@@ -116,6 +124,7 @@ def _places(layout: Layout) -> dict[str, Any]:
         "run": layout.run_size,
         "result": layout.result_size,
         "marks": layout.marks,
+        "whole": len(memory.WHOLE),
         "real": layout.places["WORK"] + layout.work_size,
     }
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
@@ -123,8 +132,6 @@ def _places(layout: Layout) -> dict[str, Any]:
 
 def statuses() -> list[dict[str, Any]]:
     """How a run may end, by the number that a kernel gives: name and what to do."""
-    from vibrocap.motion.simulate import STATUSES
-
     known: list[dict[str, Any]] = [{"name": "", "text": ""} for _ in range(max(STATUSES) + 1)]
     for number, status in STATUSES.items():
         known[number] = {"name": status.value, "text": status.text, "ok": status is Status.FINISHED}

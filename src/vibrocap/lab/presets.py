@@ -115,6 +115,6 @@ def _check(case: Case) -> dict[str, Any]:
         case.tolerance,
         case.max_events_per_period,
         case.max_steps,
-        fused=False,
+        literal=True,
     )
     return {"state": found.final.tolist(), "events": len(found.events), "pieces": len(found.pieces)}

@@ -10,7 +10,7 @@ from vibrocap.motion.trajectory import Trajectory
 class EnergyBalance:
     """Work over a window, positive into the system, and the change of the stored energy.
 
-    drive, damper, belt: work of the machine's channels (0 for a channel that it does not have)
+    drive, damper, belt, impact: work of the machine's channels (0 for a channel that it does not have)
     drag, outer_force, gravity: work of the environment's, gravity's along a slope (0 without an environment)
     contact_sliding, bristle_loss: work of friction at all contacts, split at the bristles
     contact_storage: what bristles gave back less what they took, under a load that follows the motion (otherwise 0: it
@@ -29,6 +29,7 @@ class EnergyBalance:
     window: tuple[float, float]
     periods: float
     belt: float = 0.0
+    impact: float = 0.0
     contact_storage: float = 0.0
     drag: float = 0.0
     outer_force: float = 0.0

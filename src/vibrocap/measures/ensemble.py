@@ -15,6 +15,7 @@ from vibrocap.measures.windows import usual_window
 from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
+from vibrocap.motion.start import check_room
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
@@ -102,6 +103,7 @@ def ensemble(
         run_all = functools.partial(numerics.ensemble_run, threads=threads)
     check_threshold("settle", settle)
     _check_values(system, columns)
+    _check_room(system, columns, start)
     budget = numerics.Budget(
         periods=int(periods),
         window=int(window),
@@ -252,6 +254,21 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
         except ParameterError as error:
             raise ValueError(f"{error.complaints[0]} for run {run}") from None
         except ValueError as error:
+            raise ValueError(f"{error} for run {run}") from None
+
+
+def _check_room(system: System, columns: Mapping[str, np.ndarray], start: Mapping[str, float]) -> None:
+    """ValueError for a run that would start beyond a rigid stop."""
+    bounded = system.machine.room()
+    varied = [path for path in columns if path.startswith("machine.") or path.removeprefix(INITIAL) in bounded]
+    numbers = [columns[path].astype(float) for path in varied if columns[path].dtype != object]
+    if not bounded or not numbers:
+        return
+    for run in map(int, np.unique(np.array(numbers), axis=1, return_index=True)[1]):
+        given = {name: float(columns[INITIAL + name][run]) for name in bounded if INITIAL + name in columns}
+        try:
+            check_room(_system_of_run(system, columns, run), {**start, **given})
+        except ArgumentError as error:
             raise ValueError(f"{error} for run {run}") from None
 
 

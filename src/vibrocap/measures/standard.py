@@ -27,12 +27,14 @@ from vibrocap.physics.units import state_units
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     """The standard measures by name: those of a system's states and energy channels, or (None) of all that there are.
 
-    The switched states of a law say which of its pieces holds; their largest and least values mean nothing.
+    The switched states of machines and laws say which of their branches holds; their largest and least values
+    mean nothing.
     """
     kinds = [*machines().values()] if system is None else [type(system.machine)]
     contacts = [*laws().values()] if system is None else [type(system.friction)]
     lawful = [tuple(name for name in law.internal if name not in law.switched) for law in contacts]
-    states = dict.fromkeys(state for names in (*(kind.states for kind in kinds), *lawful) for state in names)
+    moving = (tuple(name for name in kind.states if name not in kind.switched) for kind in kinds)
+    states = dict.fromkeys(state for names in (*moving, *lawful) for state in names)
     systems = [{"machine": kind, "friction": law} for kind in kinds for law in contacts]
     known = [state_units(parts) for parts in (systems if system is None else [system.parts])]
     units = {name: unit for each in known for name, unit in each.items()}

@@ -11,7 +11,7 @@ from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance
 from vibrocap.numerics.expressions.graph import Expression, Graph
 from vibrocap.physics.drives.drive import Piecewise
-from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import LOCATED, Flow, System
@@ -43,8 +43,10 @@ class Equations:
     limit: Expression | None
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
     law_switches: int  # how many of them are the law's
+    impact: int  # place among the integrals of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
+    bound_kinds: tuple[int, ...]  # number of each bound among those that there are
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
     after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
     after_reversal: tuple[Expression, ...]  # states
@@ -207,9 +209,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
         law_switches=flow.law_switches,
+        impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
         loads=tuple(expression(load) for load in flow.loads),
         bounds=tuple(expression(bound) for bound in flow.bounds),
-        located=LOCATED[: len(flow.bounds)],
+        bound_kinds=flow.bound_kinds,
+        located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
         after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked"

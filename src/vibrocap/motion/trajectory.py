@@ -15,6 +15,7 @@ from vibrocap.motion.in_si import MotionInSI
 from vibrocap.motion.observer import drive_time
 from vibrocap.results import Result, Rows
 
+IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 20_000  # points at a time, when many are asked for
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
@@ -33,6 +34,7 @@ class Status(enum.Enum):
     NOT_CERTIFIED = "not certified"
     LIFT_OFF = "lift off"
     PARADOX = "paradox"
+    STOP_REACHED = "stop reached"
 
     @property
     def ok(self) -> bool:
@@ -77,6 +79,10 @@ _STATUS_TEXT = {
         "two (Painleve's paradox). A pendulum capsule is safe from it while the largest friction coefficient is below "
         "2 sqrt(lambda (lambda + 1)), lambda its mass ratio."
     ),
+    Status.STOP_REACHED: (
+        "The pendulum has reached its stop, where the case lets a run end. Drive it less, or give the stop a "
+        "coefficient of restitution."
+    ),
 }
 
 
@@ -87,8 +93,8 @@ class Event:
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
     sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
     another of its pieces), "stick_2", "slip_forward_2", ... (of a further contact), "impact" and "stop_opened" (an
-    inner mass strikes a stop, and leaves it), "lift_off" and "paradox" (the run ends: no load is left, or it no longer
-    follows from the forces).
+    inner mass strikes a stop, and leaves it), "lift_off", "paradox" and "stop_reached" (the run ends: no load is left,
+    it no longer follows from the forces, or a stop is reached that ends it).
     """
 
     time: float
@@ -324,7 +330,19 @@ class Trajectory(Result):
     def piece_marks(self) -> np.ndarray:
         """Integrals at the start of every piece and at the end: array [integrals, pieces + 1]."""
         whole = self.piece_integrals(np.arange(len(self.piece_start)), self.piece_length)
-        return np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
+        marks = np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
+        if IMPACT_WORK in self.integral_names:
+            taken = np.cumsum(self.piece_jumps)
+            marks[self.integral_names.index(IMPACT_WORK), 1:] += np.append(taken, taken[-1:])
+        return marks
+
+    @functools.cached_property
+    def piece_jumps(self) -> np.ndarray:
+        """Energy that the machine gains where each piece but the first begins, in impacts: array [pieces - 1]."""
+        later = np.arange(1, len(self.piece_start))
+        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[:-1], 0.0 * later))
+        before, after = self.piece_observables(("energy",), index, s).reshape(2, -1)
+        return after - before
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of the observables named: array [integrals, n]."""

@@ -4,6 +4,7 @@ No claim of the paper is judged by it: the paper's model has a constant load.
 """
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -18,6 +19,7 @@ from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Period, Runs
 PRINTED, DYNAMIC = 1.0, "dynamic"
 LOADS: tuple[float | str, ...] = (PRINTED, "weight", DYNAMIC)
 WANDERED = 20  # periods of Fig. 11
+LARGE = 100.0  # a load at the end of a run that has grown without end
 SPEED = 0.05  # at which the forces of Fig. 8 are compared
 
 
@@ -187,16 +189,28 @@ def _ends(short: str, runs_of: Sequence[LoadedRun]) -> str:
         ended = [run for run in runs_of if run.status is status]
         ratios, times = [run.mass_ratio for run in ended], [run.end / period_length() for run in ended]
         what = f"{_END_WORDS.get(status, 'they end')} (“{status.value}”)"
-        load = max(run.last_load for run in ended)
-        growing = f", the load grown to {load:.0e}" if load > 1.0 else ""
+        growing = _growing(ended)
         span = f"λ = {ratios[0]:.3g}" if len(ratios) == 1 else f"λ = {ratios[0]:.3g} to {ratios[-1]:.3g}"
         parts.append(f"at {span} {what} after {min(times):.2f} to {max(times):.2f} periods{growing}")
     return f"with {short} " + (" and ".join(parts) if parts else "every run does")
 
 
+def _growing(ended: Sequence[LoadedRun]) -> str:
+    """Of runs that end in Painleve's paradox, how large load and coefficient have become; empty for others."""
+    bounds = [2.0 * math.sqrt(run.mass_ratio * (run.mass_ratio + 1.0)) for run in ended]
+    if any(run.last_load < LARGE or run.last_coefficient < bound for run, bound in zip(ended, bounds, strict=True)):
+        return ""
+    least, load = min(run.last_coefficient for run in ended), min(run.last_load for run in ended)
+    return (
+        f", as friction and load raise one another (Painlevé's paradox: the load has grown to {load:.0e} at least, and "
+        f"|R|/N to {least:.2g} at least, beyond 2√(λ(λ + 1)))"
+    )
+
+
 _END_WORDS = {
     Status.LIFT_OFF: "the capsule lifts off",
-    Status.PARADOX: "friction and load raise one another without end",
+    Status.STEP_UNDERFLOW: "the equations become singular",
+    Status.PARADOX: "the load no longer follows from the forces",
 }
 
 

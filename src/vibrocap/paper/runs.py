@@ -75,6 +75,7 @@ class LoadedRun:
     sections: np.ndarray  # position at the period marks that were reached
     at_rest: bool  # whether the capsule never left its place
     last_load: float
+    last_coefficient: float  # |R|/N at the end
 
     def mean_velocity(self, period: float, window: int, last: bool = False) -> float:
         """Average velocity over the first (or the last) `window` periods, of a run that went to its end."""
@@ -134,8 +135,9 @@ class Runs:
         system = with_load(figures_9_to_11(friction, ratio), "dynamic")
         motion = run(system, SWEEP_PERIODS, complete=False)
         at_rest = system.friction.kind == "set-valued" and bool(np.all(motion.piece_side == STUCK))
-        load = float(motion.at(motion.end, "reaction")[0])
-        return LoadedRun(ratio, motion.run_status, motion.end, motion.sections[:, 2], at_rest, load)
+        load, force = (float(motion.at(motion.end, name)[0]) for name in ("reaction", "friction"))
+        coefficient = abs(force / load) if load > 0.0 else 0.0
+        return LoadedRun(ratio, motion.run_status, motion.end, motion.sections[:, 2], at_rest, load, coefficient)
 
     @functools.cache  # noqa: B019
     def crossings(self, friction: str, stiffness: float = 4.0, against: str | None = None) -> Crossings:

@@ -30,8 +30,8 @@ CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of 
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off")
-LOCATED = (False, True, False)  # whether it is a located event, or is looked at where a step starts
+BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached")
+LOCATED = (False, True, False, True)  # whether it is a located event, or is looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,7 +55,8 @@ class Flow:
     powers: tuple  # one per channel, positive into the system
     energy: Any  # of the machine
     contact_energy: Any  # stored in the contact
-    bounds: tuple  # by BOUNDS, positive while the equations hold; none with a constant load
+    bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
+    bound_kinds: tuple  # place in BOUNDS of each of them
     loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
     further: tuple  # `FurtherContact`s
 
@@ -275,7 +276,8 @@ class System:
             ),
             energy=machine.energy(t, mechanical),
             contact_energy=stored,
-            bounds=bounds,
+            bounds=(*bounds, *(ends := machine.bounds(t, mechanical))),
+            bound_kinds=(*range(len(bounds)), *(BOUNDS.index(kind) for kind in machine.bound_kinds[: len(ends)])),
             loads=loads,
             further=machine.further(t, mechanical, drive) if self.machine.contacts else (),
         )

@@ -20,7 +20,6 @@ LABELS = {
     "mean_velocity": "average velocity",
     "excess": r"friction $-$ steady friction",
     "phase": r"time in the period $\tau/T$",
-    "reaction": r"normal load $N$",
 }
 
 

@@ -163,5 +163,5 @@ def _presets() -> str:
         '<p class="before">The paper prints neither h nor ω for Figs 5-8; the values printed for Figs 9-11 are used, '
         "which reproduce the motion that section 3.1 describes. All quantities are dimensionless: lengths in l, time "
         "in √(l/g), forces in m g.</p>"
-        f"{table(('symbol', 'name', 'meaning', 'Figs 5-8', 'Figs 9-11'), rows)}<p>{start}</p>"
+        f"{table(('symbol', 'name', 'meaning', 'Figs 5-8', 'Figs 9-11'), rows, names=2)}<p>{start}</p>"
     )

@@ -32,6 +32,13 @@ class Units {
     return this.si && unit && unit !== "1" ? `${words} [${unit}]` : words;
   }
 
+  // What a parameter is called: in SI a mass ratio, for instance, is a mass.
+  name(path, beside) {
+    const [section, name] = path.split(".");
+    if (!this.si || beside || section === "run" || section === "initial") return `${wordy(name)} `;
+    return `${wordy(this.model.record(path).si[0]?.[0] ?? name)} `;
+  }
+
   // Factor and unit of a parameter, an initial state or a setting of the run.
   ofPath(path) {
     if (path.startsWith("run.")) return [1, ""];
@@ -110,7 +117,7 @@ class Controls {
     const record = path.startsWith("run.") || path.startsWith("initial.") ? null : model.record(path, beside ? this.besideForm : model.form);
     const name = path.split(".")[1], row = element("div", { className: "row" });
     const words = { "run.periods": "how long the motion is", "run.tolerance": "error per step" }[path] ?? record?.meaning ?? "at the start";
-    const label = element("label", { htmlFor: id, innerHTML: `${escaped(wordy(name))}${record ? ` <i>${symbolHtml(record.symbol)}</i>` : ""} <small>${escaped(words)}</small><small class="unit"></small>` });
+    const label = element("label", { htmlFor: id, innerHTML: `${escaped(wordy(name))} ${record ? `<i>${symbolHtml(record.symbol)}</i>` : ""} <small>${escaped(words)}</small><small class="unit"></small>` });
     const slider = element("input", { type: "range", min: "0", max: String(STEPS), step: "1" });
     slider.setAttribute("aria-label", wordy(name));
     const box = element("input", { type: "text", id, inputMode: "decimal", spellcheck: false });
@@ -182,6 +189,7 @@ class Controls {
     const unit = entry.beside ? "" : this.units.ofPath(entry.path)[1];
     entry.slider.setAttribute("aria-valuetext", unit ? `${text} ${unit}` : text);
     entry.label.querySelector(".unit").textContent = unit ? ` [${unit}]` : "";
+    entry.label.firstChild.textContent = this.units.name(entry.path, entry.beside);
     entry.wrong.textContent = "";
     entry.box.setAttribute("aria-invalid", "false");
   }

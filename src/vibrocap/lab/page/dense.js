@@ -18,7 +18,7 @@ class Dense {
     this.coordinates = form.scene.reduce((sum, shape) => sum + 2 * shape.points, 0);
     this.seen = this.states + form.observed.length + this.coordinates;
     this.real = new Float64Array(sizes.real);
-    this.whole = new Float64Array(64);
+    this.whole = new Float64Array(sizes.whole);
     this.tape = new Float64Array(sizes.piece + this.seen);
     this.real.set(motion.parameters, at.PARAMETER);
     this.real.set(motion.scales, at.SCALE);

@@ -174,7 +174,7 @@ class Lab {
     clock.time = next ?? (way > 0 ? shown.end : shown.from);
     this.moment();
     const at = shown.events.indexOf(next);
-    this.notice(at >= 0 ? `Event at period ${(next / shown.period).toFixed(4)}: ${wordy(data.events[shown.events[at + 1]])}` : "No further event on show.");
+    this.notice(at >= 0 ? `Event at period ${(next / shown.period).toFixed(4)}: ${wordy(shown.form.events[shown.events[at + 1]])}` : "No further event on show.");
   }
 
   mode(name) {

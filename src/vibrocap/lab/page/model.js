@@ -33,6 +33,7 @@ class Model {
       besideValues: {},
       units: "none",
       scales: preset.scales ?? [1, 1, 1],
+      limits: { ...this.data.limits },
     };
   }
 
@@ -125,6 +126,7 @@ class Model {
       initial: record.states.map((name) => this.state.initial[name] ?? 0),
       periods: this.state.periods,
       tolerance: this.state.tolerance,
+      limits: this.state.limits,
       view: { periods: Math.min(this.state.shown, this.state.periods) },
     };
   }
@@ -148,7 +150,7 @@ class Model {
   budget(periods = 200) {
     return {
       periods: Math.max(periods, Math.ceil(this.state.periods)), window: Math.min(10, periods), threshold: 1e-6,
-      tolerance: this.form.tolerance, events: this.data.limits.events, steps: this.data.limits.steps,
+      tolerance: this.form.tolerance, events: this.data.limits.events, steps: 2000000,
     };
   }
 }

@@ -90,8 +90,8 @@ const PANELS = [
       return { map, mark: (row) => [shown.of(row, "time") / shown.period, shown.of(row, name) * factor] };
     },
   },
-  history("contact_velocity", "velocity of the contact", true),
-  history(0, "", false),
+  timeHistory("contact_velocity", "velocity of the contact", true),
+  timeHistory(0, "", false),
   {
     key: "loop", title: "Friction loop",
     draw(pen, theme, { shown, beside, units }) {
@@ -152,7 +152,7 @@ const PANELS = [
 ];
 
 // A history of a name, or of a state by number, over the stretch on show.
-function history(which, words, sided) {
+function timeHistory(which, words, sided) {
   return {
     key: sided ? "velocity" : "inner", title: sided ? "Velocity" : "Inner motion",
     draw(pen, theme, { shown, beside, units }) {

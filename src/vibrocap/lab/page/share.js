@@ -91,7 +91,11 @@ function asToml(model) {
     lines.push("");
   }
   lines.push("[initial]", ...Object.entries(started(model)).map(([name, value]) => `${name} = ${tomlValue(value)}`), "");
-  lines.push("[run]", `periods = ${model.state.periods}`, `tolerance = ${model.state.tolerance}`, "");
+  lines.push("[run]", `periods = ${model.state.periods}`, `tolerance = ${model.state.tolerance}`);
+  const { events, steps } = model.state.limits, usual = model.data.limits;
+  if (events !== usual.events) lines.push(`max_events_per_period = ${events}`);
+  if (steps !== usual.steps) lines.push(`max_steps = ${steps}`);
+  lines.push("");
   return lines.join("\n");
 }
 
@@ -186,12 +190,18 @@ function readToml(model, text) {
     for (const [key, value] of Object.entries(sections[section] ?? {})) if (key !== data.keys[section]) left.push([`${section}.${key}`, value]);
   }
   const settled = ([path, value]) => {
+    const limit = { "run.max_events_per_period": "events", "run.max_steps": "steps" }[path];
+    if (limit) {
+      if (Number.isInteger(value) && value >= 1) trial.state.limits[limit] = value;
+      return Number.isInteger(value) && value >= 1;
+    }
     if (path in trial.form.fixed) return value === trial.form.fixed[path];
     return trial.paths.includes(path) && typeof value === "number" && trial.set(path, value) === "";
   };
   for (let turn = 0; turn < 2; turn++) left = left.filter((each) => !settled(each));
   for (const [path, value] of left) {
     if (path in trial.form.fixed) wrong.push(`${path}: is ${trial.form.fixed[path]} in this page, got ${value}; write a page of this case`);
+    else if (path.startsWith("run.max_")) wrong.push(`${path}: should be a whole number from 1, got ${value}`);
     else if (!trial.paths.includes(path)) wrong.push(`${path}: no such key; a page reads cases without units`);
     else wrong.push(`${path}: ${typeof value === "number" ? trial.complaint(path, value) : "should be a number"}, got ${value}`);
   }

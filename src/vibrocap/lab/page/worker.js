@@ -17,9 +17,9 @@ const answers = {
     return {};
   },
 
-  motion({ side, form, parameters, initial, periods, tolerance, view }) {
+  motion({ side, form, parameters, initial, periods, tolerance, limits, view }) {
     const begun = performance.now();
-    const motion = recordedRun(show.forms[form], parameters, initial, periods, tolerance, show.limits);
+    const motion = recordedRun(show.forms[form], parameters, initial, periods, tolerance, { ...show.limits, ...limits });
     const took = performance.now() - begun, dense = new Dense(motion);
     show.motions[side] = dense;
     const { events, overview } = { events: dense.events(), overview: dense.overview(MOST_OVERVIEW) };

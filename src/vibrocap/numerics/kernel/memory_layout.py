@@ -235,7 +235,7 @@ class Layout:
 
     @property
     def run_size(self) -> int:
-        """Numbers per run of an ensemble on the tape: state, parameters, scales, period, side, time."""
+        """Numbers per run of an ensemble on the tape: state, parameters, scales, time, period, side."""
         return 2 * self.states + self.parameters + 3
 
     @property

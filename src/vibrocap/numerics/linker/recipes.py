@@ -31,7 +31,9 @@ TANGENT = Slot(
     ("tangent_waits", "leave_piece", "enter_piece", "tangents_wait"),
     ("events.no_tangents", "events.tangents"),
 )
-OBSERVER = Slot("observer", ("has_room", "on_piece", "on_event", "on_period"), ("observe.record", "observe.window"))
+OBSERVER = Slot(
+    "observer", ("has_room", "on_piece", "on_event", "on_jump", "on_period"), ("observe.record", "observe.window")
+)
 POINT_OF_LAW = Slot("point of the law", ("fitting_point",), ("observe.taylor_point", "observe.stiff_point"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
 MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOOP)

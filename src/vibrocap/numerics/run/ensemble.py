@@ -113,7 +113,7 @@ def ensemble_run(
     write_runs(runs, equations, parameters, initial, start)
     tape[results_end:] = tables.ravel()
     if mark_distance is not None:
-        runs[:, -3] = mark_distance
+        runs[:, -2] = mark_distance
     workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
     taken = 0
     guard = threading.Lock()
@@ -198,4 +198,4 @@ def write_runs(
     runs[:, states : states + count] = parameters
     for i, scale in enumerate(scales):
         runs[:, states + count + i] = scale
-    runs[:, -3], runs[:, -2], runs[:, -1] = period, np.sign(velocity), time
+    runs[:, -3], runs[:, -2], runs[:, -1] = time, period, np.sign(velocity)

@@ -1,18 +1,9 @@
 """The vibro-impact capsule: its inner mass strikes an elastic stop, on one side or on both."""
 
-from typing import Annotated, Any, ClassVar
-
-from pydantic import BeforeValidator
+from typing import ClassVar
 
 from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
-from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
-
-
-def _checked_gap(given: Any) -> Any:
-    """A gap, or None where there is no stop."""
-    if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given < 1e300):
-        return None if given is None else float(given)
-    raise ValueError("should be a number >= 0, or be left out where there is no stop behind")
+from vibrocap.physics.machines.two_mass_capsule import Actuation, BackGap, TwoMassCapsule, stop_shapes
 
 
 @parameters
@@ -31,7 +22,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     mass_ratio: Positive = parameter(5.0, "gamma", "capsule mass over inner mass, m_2/m_1", "mass")
     stop_stiffness: NonNegative = parameter(15.0, "beta", "spring of the stop, k_2/(m_1 omega_0^2)", "stiffness")
     gap: NonNegative = parameter(0.02, "delta", "way of the mass to the stop in front", "gap")
-    back_gap: Annotated[Any, BeforeValidator(_checked_gap)] = parameter(
+    back_gap: BackGap = parameter(
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
     )
     actuation: Actuation = parameter(
@@ -92,9 +83,4 @@ class VibroImpactCapsule(TwoMassCapsule):
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """With the stops: the nearest sides of the mass touch them where it has gone its way."""
-        behind = () if self.back_gap is None else (_stop("stop behind", y[2] - self.back_gap - 0.15),)
-        return (*super().scene(t, y), _stop("stop in front", y[2] + self.gap + 0.15), *behind)
-
-
-def _stop(name, x):
-    return Shape("rod", name, ((x, 0.2), (x, 0.6)))
+        return *super().scene(t, y), *stop_shapes(y[2], self.gap, self.back_gap)

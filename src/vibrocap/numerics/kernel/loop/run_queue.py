@@ -91,12 +91,12 @@ def begin_run(real, whole, tape, lane, run):
         real[SCALE + i * LANES + lane] = tape[place + i]
         real[INVERSE_SCALE + i * LANES + lane] = 1.0 / tape[place + i]
     place += STATES
-    real[PERIOD + lane] = tape[place]
-    real[HOLD_RATE + lane] = hold_rate(tape[place], ORDER)
-    real[SIDE + lane] = tape[place + 1]
+    real[TIME + lane] = tape[place]
+    real[PERIOD + lane] = tape[place + 1]
+    real[HOLD_RATE + lane] = hold_rate(tape[place + 1], ORDER)
+    real[SIDE + lane] = tape[place + 2]
     forget(real, lane)
     real[CAME_FROM + lane] = 0.0
-    real[TIME + lane] = tape[place + 2]
     begin_drive(real, whole, tape, lane, run)
     real[REMAINING + lane] = 0.0
     real[CONTACT_RESIDUAL + lane] = 0.0
