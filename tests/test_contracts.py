@@ -146,6 +146,7 @@ def test_half_period_symmetry(system):
     machine = system.machine
     if not machine.symmetric:
         others = {"back_gap": machine.gap} if hasattr(machine, "back_gap") else {"belt_speed": 0.0}
+        others |= {"contact_stiffness": 0.0} if hasattr(machine, "contact_stiffness") else {}
         machine = dataclasses.replace(machine, **others)
     friction = system.friction
     if not friction.symmetric:
@@ -172,7 +173,8 @@ def test_asymmetric_drive_breaks_the_symmetry(system):
         times = [share * system.drive.period for share in half_points(segment_table(system.drive))]
     mirror = tuple(sign * v for sign, v in zip(system.symmetry, y, strict=True))
     pairs = [(system.rates(t + system.drive.period / 2, mirror, -side), system.rates(t, y, side)) for t in times]
-    assert max(abs(mirrored[1] + rates[1]) for mirrored, rates in pairs) > 1e-3
+    driven = 1, system.machine.states.index(system.machine.contact_state)
+    assert max(abs(mirrored[i] + rates[i]) for mirrored, rates in pairs for i in driven) > 1e-3
 
 
 @each_system
@@ -189,7 +191,7 @@ def test_energy_of_a_system(system):
             growth = along(system.placed.energy, t, y[:count], flow.rates[:count])
             graph = Graph()
             z = tuple(graph.node("state", i) for i in range(len(y) - count))
-            stored = graph.expression(system.friction.stored_energy(z))
+            stored = graph.expression(0.0 if system.stores_under_load else system.friction.stored_energy(z))
             slopes = evaluate([derivative(stored, i) for i in range(len(z))], t, y[count:], 1.0, ())
             growth += sum(slope * rate for slope, rate in zip(slopes, flow.rates[count:], strict=True))
             size = max(map(abs, (*flow.rates, *flow.powers, 1.0))) ** 2
@@ -213,7 +215,7 @@ def test_motions_from_random_starts_are_finite(system):
     for draw in draws(3):
         _, y, _ = system_draw(system, draw)
         motion = vc.simulate(system, periods=2, initial=dict(zip(system.state_names, y, strict=True)), samples=16)
-        assert motion.status.ok
+        assert motion.status.ok or (motion.status is vc.Status.LIFT_OFF and system.machine.follows_load)
         assert all(np.all(np.isfinite(motion[name])) for name in motion.names)
 
 

@@ -80,7 +80,7 @@ def surrounded(machine: Any) -> str | None:
         "momentum": (known["momentum"], [known["outer_force"], -known["friction"]]),
     }
     for draw in draws(SAMPLES):
-        t, y, _, _ = machine_draw(machine, draw)
+        t, y, _, _ = machine_draw(system.placed, draw)
         side = 1.0 if machine.contact_velocity(t, y) > 0.0 else -1.0
         for what, (stored, inflows) in pairs.items():
             grown = [derivative(stored, -1)]

@@ -52,6 +52,8 @@ STATES = {
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
     **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers)") for i in (2, 3)},
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
+    "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
+    "approach_rate": ("y'", "its rate"),
     "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
@@ -81,6 +83,8 @@ MECHANICAL = (
     "velocity_2",
     "velocity_3",
     "sliding_velocity",
+    "approach",
+    "approach_rate",
     "touching",
 )
 QUANTITIES = {
