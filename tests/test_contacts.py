@@ -137,6 +137,7 @@ def test_orbit_of_two_contacts_and_its_multipliers():
     system = crawler()
     settled = vc.simulate(system, periods=30, initial={"velocity": 0.1})
     found = vc.orbit(system, initial=settled.state)
+    assert found.drift is not None
     assert found.drift > 0.01
     kinds = set(found.motion().event_kinds)
     assert {"stick", "stick_2", "slip_back_2", "reversal", "reversal_2"} <= kinds
