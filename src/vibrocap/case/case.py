@@ -210,8 +210,8 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             sections |= plain
             said = len(complaints)  # about what was given; the others are about fields without units
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
-    stateful = {"machine", "friction", *classes} - {"drive"}
-    states = state_names(classes) if all(classes.get(name) for name in stateful) else None
+    moving = {"machine", "friction", *classes} - {"drive", "environment"}  # the parts that have states
+    states = state_names(classes) if all(classes.get(name) for name in moving) else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None

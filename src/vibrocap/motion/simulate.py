@@ -142,7 +142,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
     states = len(recording.rates)
     period = system.drive.period
     pieces, head = recorded.pieces, memory.PIECE_HEAD
-    kinds, kept = _contact_events(event_kinds(system)[recorded.events[:, 2].astype(int)], recorded.events)
+    kinds, kept = _contact_events(system, recorded.events)
     events = recorded.events[kept]
     origin = time - phase * period  # when the drive began the period in which the motion begins
     motion = Trajectory(
@@ -163,12 +163,13 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         event_times=origin + (events[:, 0] * period + events[:, 1]),
         event_kinds=kinds,
         event_states=events[:, memory.EVENT_HEAD :],
-        observe=Observer(system, origin),
+        observe=Observer(system),
         observable_names=tuple(recording.observables),
         certify=Certifier(recorded, limits),
         samples=samples,
         start_time=time,
         start_phase=phase,
+        piece_drive_time=None if recording.corners is None else pieces[:, 1],
     )
     if phase and len(pieces):  # the run's own marks are those of the drive
         done = math.floor((motion.end - time) / period + 1e-12)
@@ -183,9 +184,15 @@ def event_kinds(system: System) -> np.ndarray:
     return np.array([*EVENT_KINDS, *unused, *system.placed.switch_events])
 
 
-def _contact_events(kinds: np.ndarray, events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(kinds, which events are kept): a further contact that stops and leaves at one instant has turned."""
-    kinds, kept = kinds.copy(), np.ones(len(kinds), dtype=bool)
+def _contact_events(system: System, events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(kinds of the events that are kept, which these are).
+
+    A further contact that stops and leaves at one instant has turned; where the run starts it is found to slide.
+    """
+    numbers = events[:, 2].astype(int)
+    kinds, kept = event_kinds(system)[numbers], np.ones(len(events), dtype=bool)
+    if system.machine.contacts and not system.friction.switched:
+        kept = numbers != memory.SWITCHED
     for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
         number = kinds[i].removeprefix("stick_")
         for k in range(i + 1, len(kinds)):

@@ -33,6 +33,8 @@ QUANTITIES = {
     "angle_rate": "rad/s",
     "displacement": "m",
     "displacement_rate": "m/s",
+    "approach": "m",
+    "approach_rate": "m/s",
     "position": "m",
     "velocity": "m/s",
     "sliding_velocity": "m/s",
@@ -49,9 +51,11 @@ QUANTITIES = {
     "contact_energy": "J",
     "momentum": "N s",
     "outer_force": "N",
+    "actuator_force": "N",
+    "actuator_torque": "N m",
     "impulse": "N s",
 }
-DRIVE_UNITS = {"force": "N", "torque": "N m"}
+DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "number": "1"}
 
 
 @dataclasses.dataclass(frozen=True)
