@@ -160,7 +160,8 @@ def bouncing(restitution):
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.95])
 def test_bouncing_mass_has_its_closed_form(restitution):
     """Impact n at t_1 (1 + 2 (e + ... + e^n)), and rest at the wall from t_1 (1 + 2 e/(1 - e)) on."""
-    motion = vc.simulate(bouncing(restitution), periods=8, tolerance=1e-12)
+    speed = 2.0 if restitution > 0.9 else 0.0  # of both: no event of the contact then stands between two impacts
+    motion = vc.simulate(bouncing(restitution), periods=8, tolerance=1e-12, initial={"velocity": speed})
     acceleration = 0.3 * (1.0 + 1.0 / 2.0)
     first = np.sqrt(2.0 * 0.2 / acceleration)
     times = motion.event_times[motion.event_kinds == "impact"]
@@ -170,8 +171,14 @@ def test_bouncing_mass_has_its_closed_form(restitution):
     assert np.abs(times - expected)[fast].max() < 1e-9
     assert abs(times[-1] - first * (1.0 + 2.0 * restitution / (1.0 - restitution))) < 1e-4
     assert motion.state == pytest.approx(
-        {"displacement": 0.2, "displacement_rate": 0.0, "velocity": 0.0, "touching": 1.0, "position": -0.2 / 3.0},
-        abs=1e-13,
+        {
+            "displacement": 0.2,
+            "displacement_rate": 0.0,
+            "velocity": speed,
+            "touching": 1.0,
+            "position": speed * motion.end - 0.2 / 3.0,
+        },
+        abs=1e-13 * (1.0 + 80.0 * speed),
     )
     # of every impact: (1 - e^2) of the energy of the relative motion, here all of it in the end
     taken = motion.at(0.5 * (times[0] + (times[1] if len(times) > 1 else motion.end)), "impact_work")[0]
