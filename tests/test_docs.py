@@ -48,6 +48,7 @@ SLOW = tuple(
         "fit",
         "stick-slip",
         "check",
+        "lab",
         "sweep own.toml",
     )
 )
