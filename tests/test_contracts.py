@@ -151,9 +151,10 @@ def test_half_period_symmetry(system):
     drive = dataclasses.replace(system.drive, **{**dict.fromkeys(names & UNEVEN, 0.0), **even})
     machine = system.machine
     if not machine.symmetric:
-        others = {"back_gap": machine.gap} if hasattr(machine, "back_gap") else {"belt_speed": 0.0}
-        others |= {"contact_stiffness": 0.0} if hasattr(machine, "contact_stiffness") else {}
-        machine = dataclasses.replace(machine, **others)
+        names = {info.name for info in parameter_table(machine)}
+        others = {"back_gap": machine.gap} if "back_gap" in names else {}
+        still = names & {"belt_speed", "track_angle", "contact_stiffness"}
+        machine = dataclasses.replace(machine, **others, **dict.fromkeys(still, 0.0))
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)

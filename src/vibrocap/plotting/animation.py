@@ -180,7 +180,7 @@ class Scene:
         self.axes.text(
             side,
             self.low + 0.02,
-            f"lengths in {'$l$' if self.motion.system.units is None else 'm'}; triangle: start of the film",
+            f"lengths in {_length_unit(self.motion.system)}; triangle: start of the film",
             ha="right",
             fontsize=7.5,
             color="#555555",
@@ -231,6 +231,12 @@ class Scene:
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
+
+
+def _length_unit(system: Any) -> str:
+    if system.units is not None:
+        return "m"
+    return "the units of the parameters" if type(system.machine).gravity is None else "$l$"
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.motion.trajectory import STUCK, Trajectory
-from vibrocap.physics.scales import SIScales
 from vibrocap.plotting.labels import parts_title
 from vibrocap.plotting.style import (
     ANY_UNITS,
@@ -80,10 +79,8 @@ def motion_figure(motion: Trajectory) -> Figure:
             legend.remove()  # as above
         right.align_ylabels()
         fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
-        footnote(
-            fig,
-            IN_SI if system.units is not None else ANY_UNITS if system.machine.si_scales is SIScales else DIMENSIONLESS,
-        )
+        own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
+        footnote(fig, own if system.units is None else IN_SI)
     return fig
 
 

@@ -62,6 +62,10 @@ class Crawler(Machine):
         """N_2, N_3, ..."""
         return self._all("normal_load", self.bodies)[1:]
 
+    def masses(self):
+        """m_1, m_2, ..."""
+        return dict(zip((self.contact_state, *self.contacts), self._all("mass", self.bodies), strict=True))
+
     def contact_velocity(self, t, y):
         """v_1."""
         return y[3]
@@ -76,11 +80,15 @@ class Crawler(Machine):
         return tuple((z, v[i + 1] - v[i]) for i, z in enumerate(openings))
 
     def _pushes(self, y, drive) -> list:
-        """All forces on each body but friction: T_i - T_(i-1)."""
+        """All forces on each body but friction: T_i - T_(i-1), and the weight along a slope of all but the first."""
         gaps = self._gaps(y)
         share = zip(gaps, *(self._all(name, len(gaps)) for name in ("stiffness", "damping", "actuation")), strict=True)
         pulls = [k * z + c * rate - a * drive for (z, rate), k, c, a in share]
-        return [pulls[0], *(ahead - behind for behind, ahead in itertools.pairwise(pulls)), -pulls[-1]]
+        found = [pulls[0], *(ahead - behind for behind, ahead in itertools.pairwise(pulls)), -pulls[-1]]
+        if self.level:
+            return found
+        weights = (mass * self.gravity[1] for mass in self._all("mass", self.bodies)[1:])
+        return [found[0], *(push - weight for push, weight in zip(found[1:], weights, strict=True))]
 
     def holding_force(self, t, y, drive):
         """R_1 that keeps v_1' = 0."""
