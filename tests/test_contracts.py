@@ -153,8 +153,8 @@ def test_half_period_symmetry(system):
     if not machine.symmetric:
         names = {info.name for info in parameter_table(machine)}
         others = {"back_gap": machine.gap} if "back_gap" in names else {}
-        still = names & {"belt_speed", "track_angle", "contact_stiffness"}
-        machine = dataclasses.replace(machine, **others, **dict.fromkeys(still, 0.0))
+        level = names & {"belt_speed", "track_angle", "contact_stiffness"}
+        machine = dataclasses.replace(machine, **others, **dict.fromkeys(level, 0.0))
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
+    from vibrocap.case.drive_file import read_drive_table
     from vibrocap.contracts.check_part import PartReport, check_part
     from vibrocap.identification.experiments.bootstrap import Bootstrap, bootstrap
     from vibrocap.identification.experiments.comparison import Comparison, compare
@@ -320,6 +321,7 @@ __all__ = [
     "ThreePhase",
     "SevenPhase",
     "DriveTable",
+    "read_drive_table",
     "BoucWen",
     "Coulomb",
     "Dahl",

@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
+from vibrocap.case.drive_file import with_columns
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
 from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.drives.table import DriveTable
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
@@ -200,6 +202,9 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
         form = form_of(sections, classes, data.get("units"), KEYS)
         if form.check(sections, complaints):
             raise CaseError(complaints, source)
+        if form.classes["drive"] is DriveTable:
+            columns = form.keys_of("drive", ("times", "values"))
+            sections["drive"] = with_columns(sections["drive"], columns, Path(source).parent, complaints)
         where, values = form.scales_of(sections)
         if form.si or values:
             scales = _scales(where, form.classes["machine"].si_scales, values, complaints)

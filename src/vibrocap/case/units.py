@@ -5,14 +5,14 @@ case without units may have a section [scales] that says what its units are.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, shown
 from vibrocap.physics.conversion import part_without_units, states_without_units
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.units import Units, parameter_keys, state_keys, state_units
+from vibrocap.physics.units import Units, one_way, parameter_keys, state_keys, state_units
 
 SI, DIMENSIONLESS = "SI", "dimensionless"
 WORDS = (SI, DIMENSIONLESS)
@@ -41,6 +41,12 @@ class Form:
     def scale_fields(self) -> list[str]:
         """The keys that say what the units of the machine are."""
         return [info.name for info in parameter_table(self.classes["machine"].si_scales)]
+
+    def keys_of(self, name: str, parameters: Iterable[str]) -> dict[str, str]:
+        """Under which keys parameters of a part stand in the case; in SI with the unit of results."""
+        known = parameter_keys(self.classes[name], self.classes["machine"].effort)
+        found = {each: one_way(known, each) for each in parameters}
+        return {each: each if key is None or not self.si else key.key for each, key in found.items()}
 
     def check(self, sections: Sections, complaints: Complaints) -> bool:
         """Complaints about what does not go together; whether there are any."""

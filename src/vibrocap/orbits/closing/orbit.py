@@ -12,6 +12,7 @@ from vibrocap.motion.simulate import check_run, initial_state, simulate
 from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
+from vibrocap.orbits.closing.continuum import in_continuum
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus, PeriodicSolution, state_vector
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
 from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
@@ -28,14 +29,22 @@ class Orbit(PeriodicSolution):
 
     passed: the unstable orbit near which the motion from the start seemed to have settled before it went on to this
         one; None as a rule
+    continuum: whether it is one of a continuum of orbits: what a start leads to depends on the start, and drift and
+        mean velocity are those of this orbit alone
     """
 
     passed: "Orbit | None" = None
+    continuum: bool = False
 
     @classmethod
-    def of(cls, solution: PeriodicSolution, passed: "Orbit | None" = None) -> "Orbit":
-        """The orbit of a periodic solution."""
-        return cls(**{**vars(solution), "passed": passed})
+    def of(cls, solution: PeriodicSolution, map_: StroboscopicMap | None = None) -> "Orbit":
+        """The orbit of a periodic solution; map_: of which it is one, to be asked whether there are others beside."""
+        return cls(**vars(solution), continuum=map_ is not None and in_continuum(map_, solution))
+
+    @property
+    def facts(self) -> dict[str, str]:
+        beside = {"beside": "one of a continuum of orbits: the drift is not determined"} if self.continuum else {}
+        return super().facts | beside
 
     def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
         """The motion along the orbit, over its own period unless told otherwise (in drive periods)."""
@@ -116,18 +125,18 @@ def orbit(
     if response_period is not None or half:
         asked = closed(map_, start, response_period or 1, half)
         if asked.status is OrbitStatus.CONVERGED:
-            return Orbit.of(asked)
+            return Orbit.of(asked, map_)
     runs = settling_runs(map_, start[None], map_.parameters()[None], settle_periods, progress=told(progress))
     state, periods = runs.state[0], int(runs.response_period[0])
     if asked is not None:
         later = closed(map_, state, response_period or 1, half) if np.all(np.isfinite(state)) else asked
-        return Orbit.of(later if later.status is OrbitStatus.CONVERGED else asked)
+        return Orbit.of(later if later.status is OrbitStatus.CONVERGED else asked, map_)
     if periods == 0:
         return Orbit.of(unclosed(map_, state, 1, OrbitStatus.NOT_SETTLED))
     found = shortest(map_, closed(map_, state, periods))
     if found.status is not OrbitStatus.CONVERGED:
         return Orbit.of(found)
-    return _kept(map_, Orbit.of(found), state, periods, settle_periods)
+    return _kept(map_, Orbit.of(found, map_), state, periods, settle_periods)
 
 
 def shoot(
@@ -154,7 +163,7 @@ def shoot(
         )
     _check_response(system, response_period, half)
     map_ = StroboscopicMap(system, tolerance) if map_ is None else map_.of(system)
-    return Orbit.of(closed(map_, state_vector(system, start), response_period, half))
+    return Orbit.of(closed(map_, state_vector(system, start), response_period, half), map_)
 
 
 def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_periods: int = 2000) -> tuple[Orbit, ...]:

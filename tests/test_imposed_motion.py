@@ -1,0 +1,176 @@
+"""Machines whose inner motion is imposed: the classical crawlers against their closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.arguments import ArgumentError
+from vibrocap.physics.catalogue import law as law_of
+
+
+def rubbing(forward, back, total):
+    """Coulomb friction that slows a body of this mass by `forward` and `back`, at rest too."""
+    if forward == back:
+        return vc.Coulomb(forward * total, forward * total)
+    return law_of("anisotropic-coulomb")(
+        coulomb_coefficient=total, static_coefficient=total, forward_ratio=forward, back_ratio=back
+    )
+
+
+def crawler(share, forward, back, drive):
+    """The crawler whose inner mass is this share of both."""
+    return vc.System(vc.TwoMassCrawler(mass_ratio=1.0 / share - 1.0), rubbing(forward, back, 1.0 / share), drive)
+
+
+def two_phases(stroke, first, second):
+    """Relative velocity stroke/first, then -stroke/second."""
+    period = first + second
+    return vc.Triangle(amplitude=0.5 * stroke, frequency=2.0 * math.pi / period, rise=first / period)
+
+
+def two_phase_velocity(share, stroke, first, second, forward, back):
+    """Mean velocity of the two-phase crawler (Chernousko 2002), in both of its cases."""
+    jump = share * stroke * (1.0 / first + 1.0 / second)
+    if forward * second <= jump:
+        assert forward * second / back <= first
+        way = jump * second - 0.5 * forward * second**2 - (forward * second) ** 2 / (2.0 * back)
+    else:
+        assert jump / back <= first
+        way = jump**2 * (1.0 / forward + -1.0 / back) / 2.0
+    return way / (first + second)
+
+
+# share, stroke, durations, friction forward and back; the last ones stop within the second phase
+TWO_PHASES = [
+    (0.5, 0.1, 0.4, 0.1, 0.5, 0.5),
+    (0.3, 0.05, 0.5, 0.05, 1.0, 1.0),
+    (0.4, 0.1, 0.5, 0.2, 0.3, 0.6),
+    (0.2, 0.1, 0.6, 0.4, 0.9, 1.4),
+]
+
+
+@pytest.mark.parametrize("given", TWO_PHASES)
+def test_two_phases(given):
+    share, stroke, first, second, forward, back = given
+    expected = two_phase_velocity(*given)
+    if given == TWO_PHASES[0]:
+        assert expected == pytest.approx(0.115, abs=1e-15)
+    if given == TWO_PHASES[1]:
+        assert expected == pytest.approx(0.0254545454545, abs=1e-13)
+    found = vc.orbit(crawler(share, forward, back, two_phases(stroke, first, second)))
+    assert found.mean_velocity == pytest.approx(expected, abs=1e-13)
+    assert found.stable
+    assert not found.continuum
+    motion = found.motion()
+    assert motion.certificate.ok, motion.certificate.failures
+    assert motion.certificate.energy_residual <= 1e-14
+
+
+def best_three_phases(share, friction, stroke, factor):
+    """The crawler at whose slowest phases the body just rests."""
+    slow = friction / share
+    drive = vc.ThreePhase(
+        stroke=stroke, first_acceleration=slow, second_acceleration=factor * slow, third_acceleration=slow
+    )
+    return crawler(share, friction, friction, drive)
+
+
+def three_phase_velocity(share, friction, stroke, factor):
+    return (factor - 1.0) / (2.0 * factor) * math.sqrt(2.0 * share * friction * stroke * factor / (factor + 1.0))
+
+
+@pytest.mark.parametrize(
+    ("share", "friction", "stroke", "factor", "expected"),
+    [
+        (0.3, 0.2, 1.0, 2.0, 0.0707106781187),
+        (0.3, 0.2, 1.0, 10.0, 0.1486301082921),
+        (1.0 / 3.5, 0.15 / 3.5 * 1.0, 2.0 * math.sin(math.pi / 3.0), 2.0, None),
+    ],
+)
+def test_three_phases(share, friction, stroke, factor, expected):
+    """V = (s - 1)/(2 s) sqrt(2 mu k L s/(s + 1)), at the border where the body just rests in two of the phases."""
+    found = vc.orbit(best_three_phases(share, friction, stroke, factor))
+    assert found.mean_velocity == pytest.approx(three_phase_velocity(share, friction, stroke, factor), abs=1e-12)
+    if expected is not None:
+        assert found.mean_velocity == pytest.approx(expected, abs=1e-12)
+
+
+def test_an_even_two_phase_motion_is_one_of_a_continuum():
+    """Isotropic and t1 = t2: one multiplier is exactly 1, and every velocity between the phases is kept."""
+    system = crawler(0.5, 0.1, 0.1, two_phases(0.4, 0.5, 0.5))
+    found = vc.orbit(system)
+    assert found.continuum
+    assert not found.stable
+    assert np.max(np.abs(found.multipliers - 1.0)) <= 1e-12
+    assert "continuum" in str(found)
+    other = vc.orbit(system, initial={"centre_velocity": 0.05})
+    assert other.continuum
+    assert other.drift != pytest.approx(found.drift, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("forward", "back", "expected"),
+    [(0.1, 0.2, 0.485158081300), (0.3, 0.6, 0.345848422333), (0.5, 1.0, 0.201452203334)],
+)
+def test_harmonic_inner_motion_on_anisotropic_ground(forward, back, expected):
+    """X'' = cos(t) - p sgn X': the independent values, and the closed form where back friction holds (p- >= 1)."""
+    found = vc.orbit(crawler(0.5, forward, back, vc.Harmonic(amplitude=2.0)))
+    assert found.mean_velocity == pytest.approx(expected, abs=2e-12)
+
+
+def test_the_work_per_distance_is_the_friction():
+    """Energy per distance and mass is k (1 + 2 D_back/D), and k exactly where the body never slides back."""
+    system = best_three_phases(0.3, 0.2, 1.0, 4.0)
+    motion = vc.orbit(system).motion()
+    distance = motion.state["position"]
+    assert motion["velocity" if "velocity" in motion.names else "contact_velocity"].min() >= -1e-12
+    assert motion["drive_work"][-1] * 0.3 / distance == pytest.approx(0.2, rel=1e-12)
+
+
+def test_the_force_of_the_actuator_is_that_of_newton():
+    """F = m (X' + z')' from the motion itself, by differences within a piece, and its power F z'."""
+    drive = vc.Trapezoid(amplitude=0.7, frequency=1.3, rise=0.3, hold=0.2, fall=0.15)
+    system = crawler(0.4, 0.2, 0.3, drive)
+    motion = vc.simulate(system, periods=2, initial={"centre_velocity": 0.1}, tolerance=1e-12)
+    index = np.flatnonzero(motion.piece_length > 1e-2)
+    middle = 0.5 * motion.piece_length[index]
+    (force, power), h = motion.piece_observables(("actuator_force", "actuator_power"), index, middle), 1e-4
+    speeds = []
+    for s in (middle - h, middle + h):
+        (own,) = motion.piece_observables(("contact_velocity",), index, s)
+        slope = np.array([drive.slope(t) for t in motion.drive_at(index, s)[0]])
+        speeds.append(own + slope)
+    assert force == pytest.approx((speeds[1] - speeds[0]) / (2 * h), abs=1e-8)
+    assert power == pytest.approx(force * slope, abs=1e-12)
+
+
+@pytest.mark.parametrize("motion", ["angle", "displacement"])
+def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
+    """The torque that the imposed motion takes, given to the free machine, makes that motion again: both equations."""
+    imposed = vc.System(vc.PendulumCrawler(motion=motion), vc.Exponential(), vc.Harmonic(amplitude=0.6, frequency=1.2))
+    free = vc.PendulumCapsule()
+    run = vc.simulate(imposed, periods=1, tolerance=1e-12)
+    for t in (0.3, 1.1, 2.9, 4.4):
+        value, slope = imposed.drive.value(t), imposed.drive.slope(t)
+        sine = math.sin(value) if motion == "angle" else value
+        angle = math.asin(sine)
+        rate = slope if motion == "angle" else slope / math.cos(angle)
+        velocity = run.at([t], "contact_velocity")[0]
+        torque, force = run.at([t], "actuator_torque")[0], run.at([t], "friction")[0]
+        rates = free.rates(t, (angle, rate, 0.0, velocity), torque, force)
+        h = 1e-4
+        around = run.at([t - h, t + h], "contact_velocity")
+        assert rates[3] == pytest.approx((around[1] - around[0]) / (2 * h), abs=1e-6)
+        curvature = imposed.drive.curvature(t)
+        if motion == "displacement":
+            curvature = (curvature + sine * rate**2) / math.cos(angle)
+        assert rates[1] == pytest.approx(curvature, abs=1e-9)
+
+
+def test_what_cannot_be_imposed_is_refused_by_name():
+    with pytest.raises(ArgumentError, match="drive: the waveform square jumps, while the crawler takes it for"):
+        vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Square())
+    with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the crawler, but does not"):
+        vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())
