@@ -2,11 +2,12 @@
 # PYTHON=python3.12 chooses the Python, JOBS=8 the number of test workers.
 BIN := .venv/bin
 READY := .venv/.ready
+SITE_READY := .venv/.site-ready
 JOBS ?= 2
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
 
-.PHONY: help reproduce test test-slow torture lint format type bench docs all lock clean
+.PHONY: help reproduce test test-slow torture lint format type bench docs site all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -42,10 +43,18 @@ bench: $(READY) ## the speed, side by side with other solvers
 docs: $(READY) ## run every snippet of the documentation
 	@$(BIN)/python -m pytest -q tests/test_docs.py
 
+site: $(SITE_READY) ## the documentation as a site, in build/site/html (its tutorials and gallery are run)
+	@$(BIN)/python -m website
+
 all: lint type test docs reproduce ## lint, type, test, docs and reproduce
 
 $(READY): requirements.lock pyproject.toml .ci/environment
 	@PYTHON='$(PYTHON)' sh .ci/environment
+	@touch $@
+
+$(SITE_READY): $(READY) .ci/site-requirements.txt
+	@echo 'Installing what makes the site into .venv ...'
+	@$(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes -r .ci/site-requirements.txt
 	@touch $@
 
 # names, versions and hashes of what is asked for, for all Pythons and systems
@@ -54,6 +63,8 @@ LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hash
 
 lock: ## resolve the dependencies anew (needs uv)
 	@$(LOCK) pyproject.toml --fork-strategy fewest --extra dev --extra ref --output-file requirements.lock
+	@$(LOCK) pyproject.toml --fork-strategy fewest --extra docs --constraint requirements.lock \
+		--output-file .ci/site-requirements.txt
 	@printf '%s\n' 'cuda-bindings>=12.9.1,<13' 'nvidia-cuda-nvcc-cu12==12.9.86' | \
 		$(LOCK) - --output-file .ci/gpu-requirements.txt
 	@for version in 0.45 0.50; do echo "llvmlite==$$version.*" | \
@@ -61,4 +72,4 @@ lock: ## resolve the dependencies anew (needs uv)
 
 clean: ## remove results and caches (.venv stays)
 	@rm -rf out dist build .pytest_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
-	@find src tests benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	@find src tests benchmarks examples website -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

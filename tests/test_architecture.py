@@ -64,15 +64,29 @@ def test_what_the_checks_install_is_checked_by_hash():
         assert all("--require-hashes -r" in line for line in installs), script
 
 
+def declared(requirements) -> set[str]:
+    """The packages that requirements name, but for this one."""
+    return {re.match(r"[A-Za-z0-9._-]+", each).group().lower() for each in requirements} - {"vibrocap"}
+
+
+def locked(text: str) -> dict[str, str]:
+    """The versions of a lock file by package."""
+    return dict(re.findall(r"^([a-z0-9.-]+)==(\S+)", text, re.MULTILINE))
+
+
 def test_lock_covers_every_declared_dependency():
-    """But for two extras that no command of the Makefile needs: graphics cards, and the peers of the benchmarks."""
-    extras = {name: each for name, each in PROJECT["optional-dependencies"].items() if name not in ("gpu", "peers")}
-    declared = {
-        re.match(r"[A-Za-z0-9._-]+", requirement).group().lower()
-        for requirement in (*PROJECT["dependencies"], *(r for extra in extras.values() for r in extra))
-    }
-    locked = set(re.findall(r"^([a-z0-9.-]+)==", LOCK, re.MULTILINE))
-    assert declared - {"vibrocap"} - locked == set()
+    """But for extras that `make` alone does not need: graphics cards, the peers of the benchmarks, the site."""
+    extras = {name: r for name, r in PROJECT["optional-dependencies"].items() if name not in ("gpu", "peers", "docs")}
+    named = declared([*PROJECT["dependencies"], *(each for extra in extras.values() for each in extra)])
+    assert named <= locked(LOCK).keys()
+
+
+def test_lock_of_the_site_covers_its_extra_and_agrees_with_the_other():
+    """They are installed into one environment."""
+    site = locked((ROOT / ".ci" / "site-requirements.txt").read_text(encoding="utf-8"))
+    assert declared(PROJECT["optional-dependencies"]["docs"]) <= site.keys()
+    both = locked(LOCK).keys() & site.keys()
+    assert {name: site[name] for name in both} == {name: locked(LOCK)[name] for name in both}
 
 
 @pytest.mark.parametrize("module", MODULES, ids=lambda path: str(path.relative_to(ROOT / "src")))

@@ -83,6 +83,12 @@ FAULTS = {
         "contact_state: should be one of position, ",
     ),
     "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should hold 'drive' and 'damper'"),
+    "no mass": (of(CAPSULE, masses=lambda self: {"angle_rate": 1.0}), "masses: should have that of the body at the"),
+    "unknown mass": (of(CAPSULE, masses=lambda self: {"speed": 1.0}), "masses: should be named by states, got speed"),
+    "mass of an angle": (
+        of(CAPSULE, masses=lambda self: {"velocity": 2.5, "angle_rate": 1.0}),
+        "masses: on a slope the energy grows by",
+    ),
     "load": (of(CAPSULE, load=lambda self: -1.0), "load: should be positive, got -1"),
     "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
     "period": (of(HARMONIC, period=1.0), "value: is "),

@@ -11,6 +11,7 @@ import contextlib
 import dataclasses
 import importlib
 import io
+import json
 import os
 import re
 import shlex
@@ -30,7 +31,8 @@ from vibrocap.physics import catalogue
 from vibrocap.physics.parameters import parameter_table
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))
 # Their snippets run studies or fits, and compile kernels that no other fast test needs.
 SLOW_PAGES = ("clusters.md", "friction.md", "identification.md", "index.md", "orbits.md", "own-parts.md", "sweeps.md")
 # Commands that begin so take more than a few seconds.
@@ -73,6 +75,12 @@ def fences(page: Path) -> list[Fence]:
         body = "".join(row.removeprefix(indent) for row in body.splitlines(keepends=True))
         found.append(Fence(page, tuple(words.split()), body, line))
     return found
+
+
+def cells(notebook: Path) -> list[tuple[str, str]]:
+    """The (kind, text) of the cells of a notebook."""
+    found = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    return [(cell["cell_type"], "".join(cell["source"])) for cell in found]
 
 
 FENCES = [fence for page in PAGES for fence in fences(page)]
@@ -122,16 +130,26 @@ def test_there_are_pages_with_blocks_of_every_kind():
 # --- links -----------------------------------------------------------------------------------------------------------
 
 
+def prose(page: Path) -> str:
+    """The text of a page or a notebook, without its blocks of code."""
+    text = page.read_text(encoding="utf-8")
+    if page.suffix == ".ipynb":
+        return "\n".join(text for kind, text in cells(page) if kind == "markdown")
+    return re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+
+
 def anchors(page: Path) -> set[str]:
     """Anchors of the headings of a page."""
     heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "CHANGELOG.md"], ids=lambda page: str(page.relative_to(ROOT)))
+LINKING = [*PAGES, *TUTORIALS, ROOT / "CHANGELOG.md", ROOT / "examples" / "README.md"]
+
+
+@pytest.mark.parametrize("page", LINKING, ids=lambda page: str(page.relative_to(ROOT)))
 def test_relative_links_lead_somewhere(page):
-    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
         path, _, anchor = target.partition("#")
         if "://" in target:
             continue
@@ -143,14 +161,15 @@ def test_relative_links_lead_somewhere(page):
 
 
 def test_index_names_every_page():
-    linked = set(re.findall(r"\]\(([^)#]+\.md)\)", (ROOT / "docs" / "index.md").read_text(encoding="utf-8")))
-    assert {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"} <= linked
+    linked = set(re.findall(r"\]\(([^)#]+)\)", (ROOT / "docs" / "index.md").read_text(encoding="utf-8")))
+    pages = (page for page in (*PAGES, *TUTORIALS) if page.is_relative_to(ROOT / "docs"))
+    assert {page.relative_to(ROOT / "docs").as_posix() for page in pages} - {"index.md"} <= linked
 
 
 def test_pages_that_the_sources_cite_are_there():
     sources = (path for folder in ("src", "tests", "benchmarks", "examples") for path in (ROOT / folder).rglob("*.py"))
     for path in sources:
-        for cited in re.findall(r"(?<![\w{}*/])((?:docs/)?[A-Za-z-]+\.md)\b", path.read_text(encoding="utf-8")):
+        for cited in re.findall(r"(?<![\w{}*/-])((?:docs/)?[A-Za-z-]+\.md)\b", path.read_text(encoding="utf-8")):
             assert any((folder / cited).exists() for folder in (ROOT, ROOT / "docs")), f"{path}: {cited}"
 
 
@@ -191,6 +210,32 @@ def test_the_readme_snippet_is_the_agreed_one_and_ends_where_it_says(workplace):
     kinds = list(motion.event_kinds)
     assert f"ends at {motion.state['position']:.7f}" in text
     assert f"after {kinds.count('stick')} rests of the contact and {kinds.count('reversal')} reversals" in text
+
+
+# --- tutorials -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("notebook", TUTORIALS, ids=lambda path: path.stem)
+def test_a_tutorial_is_kept_without_results_and_begins_by_installing(notebook):
+    found = json.loads(notebook.read_text(encoding="utf-8"))
+    code = [cell for cell in found["cells"] if cell["cell_type"] == "code"]
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code)
+    assert [cell["id"] for cell in found["cells"]] == [f"cell-{i:02}" for i in range(1, len(found["cells"]) + 1)]
+    assert found["cells"][0]["source"][0].startswith("# ")
+    assert code[0]["source"] == json.loads(TUTORIALS[0].read_text(encoding="utf-8"))["cells"][1]["source"]
+    assert 'find_spec("vibrocap") is None' in "".join(code[0]["source"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("notebook", TUTORIALS, ids=lambda path: path.stem)
+def test_a_tutorial_runs_from_top_to_bottom(notebook, workplace):
+    names: dict = {}
+    for number, (kind, text) in enumerate(cells(notebook), 1):
+        if kind == "code":
+            magics = re.compile(r"^%.*$", re.MULTILINE)  # commands of the notebook, such as %matplotlib
+            exec(compile(magics.sub("", text), f"{notebook.name}, cell {number}", "exec"), names)
+    if "plt" in names:
+        names["plt"].close("all")
 
 
 # --- commands --------------------------------------------------------------------------------------------------------
@@ -305,7 +350,14 @@ def test_wrong_cases_get_the_answer_that_is_shown(fence):
 def test_page_of_case_files_has_every_key_with_its_default():
     text = (ROOT / "docs" / "case-files.md").read_text(encoding="utf-8")
     rows = {key: cells.split("|") for key, cells in re.findall(r"^\| `(\w+)` \|(.+)\|$", text, re.MULTILINE)}
-    parts = [vc.PendulumCapsule, vc.Exponential, vc.LuGre, vc.Harmonic, vc.Biharmonic]  # the others: symbols.md
+    parts = [
+        vc.PendulumCapsule,
+        vc.Exponential,
+        vc.LuGre,
+        vc.Harmonic,
+        vc.Biharmonic,
+        vc.Environment,
+    ]  # the others: symbols.md
     for kinds in (catalogue.machines(), catalogue.laws(), catalogue.drives()):
         assert all(f'"{name}"' in text for name in kinds)
     for part in parts:
@@ -374,8 +426,6 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
     capsys.readouterr()
-    assert cli.main(["simulate", "case.toml", "--animate", "run.gif"]) == WRONG_INPUT
-    assert "--animate: draws the pendulum capsule only" in capsys.readouterr().err
     assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err
     Path("case.toml").write_text(fence.text.replace("hyperbolic", "hyperbolc"), encoding="utf-8")

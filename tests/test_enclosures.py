@@ -79,3 +79,24 @@ def test_the_enclosure_of_a_number_is_that_number():
     graph = Graph()
     a = graph.node("state", 0)
     assert enclosed(graph.constant(2.0) * (a - a + 3.0), [0.0, 0.0], [1.0, 1.0]) == (6.0, 6.0)
+
+
+def test_sums_of_literals_are_literals():
+    """Abreast a literal stands for no lane, so that a sum of two could not be compared."""
+    graph = Graph()
+    a, b = graph.node("state", 0), graph.node("state", 1)
+    text = Lines(abreast=True, polynomials=True)
+    enclosures = Enclosures(graph, text, lambda index: None)
+    assert enclosures.of((a.sin() + b.cos()).index) == ("-2.0", "2.0")
+    assert enclosures.of((a.sin() - (b.cos() + 3.0)).index) == ("-5.0", "-1.0")
+    assert text.lines == []
+
+
+def test_sine_and_cosine_of_a_parameter_are_single_values():
+    graph = Graph()
+    parameter = graph.node("parameter", 0)
+    for function, place in ((parameter.sin(), 0), (parameter.cos(), 1)):
+        text = Lines(abreast=False, polynomials=True)
+        least, most = Enclosures(graph, text, lambda index: None).of(function.index)
+        assert least == most
+        assert text.lines[-1] == f"{least} = e1[{place}]"

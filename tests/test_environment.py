@@ -2,7 +2,9 @@
 
 import dataclasses
 import itertools
+import json
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -10,11 +12,14 @@ import pytest
 import vibrocap as vc
 from independent import until_switch
 from law_instances import LAWS
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import OK
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.machines.machine import Imposed, Machine, Positive, parameter, parameters
 from vibrocap.physics.parameters import ParameterError
 
 ROUNDING = 1e-13
@@ -220,7 +225,8 @@ def surrounded(machine, law):
 
 SYSTEMS = [
     surrounded(make(**given), law)
-    for make, law in itertools.product(machines().values(), LAWS[::4])
+    for make, law in itertools.product(machines().values(), LAWS[::8])
+    if not issubclass(make, Imposed)  # which has no place for the random drives here, see the clause `surrounded`
     for given in ([{"normal_load": "weight"}, {"normal_load": "dynamic"}] if make is vc.PendulumCapsule else [{}])
 ]
 LABELS = [
@@ -230,14 +236,14 @@ LABELS = [
 
 def sample(system, draw):
     """(time, state, side) of a contact that slides."""
-    t, y, _, _ = machine_draw(system.machine, draw)
+    t, y, _, _ = machine_draw(system.placed, draw)
     velocity = system.machine.contact_velocity(t, y)
     side = 1 if velocity > 0 else -1
     return t, (*y, *random_internal(system.friction, velocity, side, 1.0, draw)), side
 
 
-@pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
-def test_energy_and_momentum_balance_with_all_channels(system):
+def balance_of_energy_and_momentum(system):
+    """Asserts that energy and momentum change by what the channels and forces say, at states drawn at random."""
     recording, values = equations(system), parameter_values(system)
     energy, momentum = (recording.observables[name] for name in ("energy", "momentum"))
     friction = recording.observables["friction"] * recording.observables["contact_velocity"]
@@ -262,6 +268,23 @@ def test_energy_and_momentum_balance_with_all_channels(system):
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
+def test_energy_and_momentum_balance_with_all_channels(system):
+    balance_of_energy_and_momentum(system)
+
+
+@pytest.mark.parametrize("load", [1.0, "weight", "dynamic"])
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
+def test_reaction_is_the_weight_towards_the_ground_and_the_lift_of_the_bob(load, law):
+    system = capsule(load, law, **EVERYTHING)
+    recording, values = equations(system), parameter_values(system)
+    for draw in draws(10):
+        t, y, side = sample(system, draw)
+        rate, reaction = evaluate([recording.rates[1], recording.observables["reaction"]], t, y, float(side), values)
+        lift = -math.sin(y[0]) * rate - math.cos(y[0]) * y[1] ** 2
+        assert reaction == pytest.approx(3.5 * math.cos(EVERYTHING["inclination"]) + lift, rel=1e-12)
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
 def test_a_contact_at_rest_is_held_exactly(system):
     contact = system.state_names.index(system.machine.contact_state)
     for draw in draws(10):
@@ -278,14 +301,17 @@ def test_a_contact_at_rest_is_held_exactly(system):
 def test_the_acceleration_comes_from_the_balance_of_momentum(system):
     """Without it the series would be long, and the motion slow."""
     recording = equations(system)
+    if system.machine.contacts:
+        assert recording.balance is None  # the acceleration of the first contact is one of several in it
+        return
     assert recording.balance is not None
     assert JetWriter(recording.graph, list(recording.rates), balance=recording.balance).balance is not None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("system", SYSTEMS[::5], ids=LABELS[::5])
+@pytest.mark.parametrize("system", SYSTEMS[::4], ids=LABELS[::4])
 def test_balances_of_motions_close(system):
-    motion = vc.simulate(system, periods=5, initial={system.state_names[0]: 0.5})
+    motion = vc.simulate(system, periods=5, initial={system.machine.contact_state: 0.3})
     assert motion.status.ok or motion.status.value in ("lift off", "paradox")
     assert motion.certificate.ok, motion.certificate.failures
     bound = 100.0 * motion.tolerance * (1.0 + max(abs(motion["energy"])))
@@ -321,6 +347,83 @@ def test_stronger_gravity_is_a_faster_clock():
     states = [vc.simulate(each, periods=3, initial=START, tolerance=1e-12).state for each in (one, four)]
     assert states[1]["position"] == pytest.approx(states[0]["position"], abs=1e-10)
     assert states[1]["angle_rate"] == pytest.approx(2.0 * states[0]["angle_rate"], abs=1e-10)
+
+
+@parameters
+class TwoMasses(Machine):
+    """A mass pushed to and fro in a capsule by the drive; its state is its velocity in the capsule."""
+
+    capsule: Positive = parameter(1.4, "M", "mass of the capsule", "mass")
+    inner: Positive = parameter(0.6, "m", "mass in it", "mass")
+    normal_load: Positive = parameter(2.0, "N", "load", "load")
+
+    name: ClassVar = "two-masses"
+    states: ClassVar = ("inner_velocity", "position", "velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "velocity"
+    symmetry: ClassVar = (-1, -1, -1)
+    channels: ClassVar = ("drive", "damper")
+    in_capsule: ClassVar = True
+
+    def masses(self):
+        return {"velocity": self.capsule, "inner_velocity": self.inner}
+
+    def load(self):
+        return self.normal_load
+
+    def contact_velocity(self, t, y):
+        return y[2]
+
+    def inner_over_ground(self, y):
+        return y[0] + y[2] if self.in_capsule else y[0]
+
+    def holding_force(self, t, y, drive):
+        return -drive
+
+    def rates(self, t, y, drive, force):
+        acceleration = (-drive - force) / self.capsule
+        inner = drive / self.inner
+        return inner - acceleration if self.in_capsule else inner, y[2], acceleration
+
+    def energy(self, t, y):
+        inner = self.inner_over_ground(y)
+        return 0.5 * self.inner * inner * inner + 0.5 * self.capsule * y[2] * y[2]
+
+    def momentum(self, t, y):
+        return self.inner * self.inner_over_ground(y) + self.capsule * y[2]
+
+    def powers(self, t, y, drive, force):
+        return drive * (self.inner_over_ground(y) - y[2]), 0.0
+
+
+@parameters
+class TwoMassesOverGround(TwoMasses):
+    """The same; its state is the velocity over the ground."""
+
+    in_capsule: ClassVar = False
+
+
+@pytest.mark.parametrize("kind", [TwoMasses, TwoMassesOverGround])
+def test_gravity_pulls_at_every_mass_on_the_line(kind):
+    machine, outside = (
+        kind(),
+        vc.Environment(inclination=0.3, gravity=2.0, linear_drag=0.1, quadratic_drag=0.2, force=0.7),
+    )
+    system = vc.System(machine, vc.Coulomb(0.1, 0.2), vc.Harmonic(), environment=outside)
+    balance_of_energy_and_momentum(system)
+    along, drive, speed, inner = 2.0 * math.sin(0.3), 1.8, 0.4, -0.3
+    y = (inner - speed if kind is TwoMasses else inner, 0.0, speed)
+    flow = system.flow(0.0, y, 1)
+    push = 0.7 - 0.1 * speed - 0.2 * speed**2
+    body = (push - drive - 0.2) / machine.capsule - along
+    mass = drive / machine.inner - along
+    expected = (mass - body if kind is TwoMasses else mass), speed, body
+    assert flow.rates == pytest.approx(expected, rel=ROUNDING)
+    assert flow.outer_force == pytest.approx(push - 2.0 * along, rel=ROUNDING)
+    at_rest = system.flow(0.0, (0.0, 0.0, 0.0), 0)
+    assert at_rest.holding_force == pytest.approx(0.7 - drive - machine.capsule * along, rel=ROUNDING)
+    assert at_rest.rates[2] == 0.0
+    assert at_rest.rates[0] == pytest.approx(drive / machine.inner - along, rel=ROUNDING)
 
 
 # --- symmetry, starts -------------------------------------------------------------------------------------------------
@@ -360,6 +463,31 @@ def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
         motion = vc.simulate(system, periods=1, initial={"angle": rest})
         assert (motion.state["position"] == 0.0) == (kind == "stuck")
         assert motion.phases[0].side == (0 if kind == "stuck" else -1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [vc.Exponential, vc.LuGre])
+def test_multipliers_of_an_orbit_are_those_of_differences(law):
+    """Of motions that start a little beside the orbit: drag, slope and load are in the tangents too."""
+    drive = vc.Biharmonic(amplitude=1.8, second_amplitude=0.8, second_phase=math.pi)
+    law = law(coulomb_coefficient=0.05, static_coefficient=0.1)
+    outside = {"inclination": 0.02, "quadratic_drag": 0.2, "linear_drag": 0.1, "force": 0.01}
+    system = capsule("dynamic", law, mass_ratio=4.0, drive=drive, **outside)
+    orbit = vc.orbit(system, initial=START)
+    assert orbit.status.value == "converged"
+    assert orbit.drift > 0.03
+    names, step = system.state_names, 1e-5
+    columns = []
+    for name in names:
+        ends = [
+            vc.simulate(system, periods=1, initial=orbit.state | {name: orbit.state[name] + change}, tolerance=1e-13)
+            for change in (step, -step)
+        ]
+        columns.append([(ends[0].state[each] - ends[1].state[each]) / (2 * step) for each in names])
+    kept = [i for i, name in enumerate(names) if name != "position"]
+    expected = np.linalg.eigvals(np.array(columns).T[np.ix_(kept, kept)])
+    # Differences of second order leave step^2, and 1e-13/step of the tolerance.
+    assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(expected), abs=1e-7)
 
 
 # --- runs of many, cases, SI ------------------------------------------------------------------------------------------
@@ -486,3 +614,24 @@ def test_machine_without_masses_cannot_stand_on_a_slope():
         *("drive", "damper", "belt", "drag", "outer_force"),
         *("contact_sliding", "bristle_loss"),
     )
+
+
+def test_limits_say_what_acts_besides_friction(tmp_path, capsys):
+    law = vc.Exponential(coulomb_coefficient=0.1, static_coefficient=0.2)
+    gentle = vc.save_case(capsule("weight", law, inclination=0.1, linear_drag=0.2), tmp_path / "gentle.toml")
+    assert main(["limits", str(gentle), "--json"]) == OK
+    record = json.loads(capsys.readouterr().out)
+    weight = 3.5 * math.cos(0.1)
+    assert record["load"] == pytest.approx(weight, rel=1e-15)
+    assert record["breakaway_force"] == pytest.approx(0.2 * weight, rel=1e-15)
+    forward, back = (0.2 * weight + sign * 3.5 * math.sin(0.1) for sign in (1.0, -1.0))
+    assert f"breaks away with {forward:.10g} forward and {back:.10g} back" in record["notes"][0]
+    assert "without drag" in record["notes"][1]
+    steep = vc.save_case(capsule("dynamic", law, inclination=-0.3), tmp_path / "steep.toml")
+    assert main(["limits", str(steep)]) == OK
+    text = " ".join(capsys.readouterr().out.split())
+    assert "the limits at its mean" in text
+    assert "slides forward by itself" in text
+    plain = vc.save_case(capsule("weight", law), tmp_path / "plain.toml")
+    assert main(["limits", str(plain), "--json"]) == OK
+    assert "notes" not in json.loads(capsys.readouterr().out)

@@ -20,7 +20,7 @@ from vibrocap.numerics.compiler import Refused, javascript_text
 from vibrocap.numerics.compiler.javascript import OWN
 from vibrocap.numerics.compiler.subset import LIBRARY
 from vibrocap.numerics.kernel.memory_layout import DONE
-from vibrocap.numerics.linker.link import plain_kernel
+from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.physics.catalogue import laws
@@ -205,12 +205,31 @@ def test_a_motion_is_that_of_plain_python(law, tmp_path, monkeypatch):
     assert_the_same(plain, found)
 
 
+@pytest.mark.parametrize(("machine", "law"), [("pendulum", "exponential"), ("oscillator", "lugre")])
+def test_literal_machine_code_is_plain_python(machine, law, monkeypatch):
+    """By it a page is checked: all sums and products rounded, the package's functions; Taylor and stiff steps."""
+    system = system_of(machine, laws()[law]())
+    plain, found = motions(system, (plain_meaning, lambda text: compiled_kernel(text, literal=True)), monkeypatch, 0.7)
+    assert_the_same(plain, found)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", MACHINES)
 @pytest.mark.parametrize("law", laws())
 def test_motions_of_all_laws_are_those_of_plain_python(law, machine, tmp_path, monkeypatch):
     system = system_of(machine, laws()[law]())
     plain, found = motions(system, (plain_meaning, lambda text: InNode(text, tmp_path)), monkeypatch, 1.6)
+    assert_the_same(plain, found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["exponential", "lugre", "smoothed-tanh"])
+def test_motions_on_a_slope_are_those_of_plain_python(law, tmp_path, monkeypatch):
+    outside = vc.Environment(inclination=0.1, linear_drag=0.2, quadratic_drag=0.3, force=0.05)
+    capsule = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=4.0)
+    system = vc.System(capsule, laws()[law](), vc.Harmonic(amplitude=1.8), environment=outside)
+    plain, found = motions(system, (plain_meaning, lambda text: InNode(text, tmp_path)), monkeypatch, 1.6)
+    assert len(plain.events) > 0
     assert_the_same(plain, found)
 
 

@@ -13,7 +13,7 @@ from matplotlib.patches import PathPatch
 from vibrocap.case.case import case_text, read_case
 from vibrocap.motion.trajectory import Status
 from vibrocap.plotting.cells import Cell, categories, cells, limits
-from vibrocap.plotting.maps import CELL_STYLES, PRINT, UNSETTLED, plot_study, study_figure
+from vibrocap.plotting.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_study, study_figure
 from vibrocap.plotting.study_view import ViewError, study_view
 from vibrocap.plotting.style import blank_figure, logarithmic
 
@@ -164,6 +164,18 @@ def test_runs_without_a_value_are_hatched_and_counted_in_the_legend():
     ]
     hatches = [handle.get_hatch() for handle in fig.legends[0].legend_handles]
     assert hatches == [None, CELL_STYLES[Cell.FAILED][1], CELL_STYLES[Cell.NOT_RUN][1], UNSETTLED]
+
+
+def test_a_constant_load_that_hides_a_lift_off_is_hatched():
+    """Where the study took the least reaction: of runs that finished, for the others have an end of their own."""
+    dataset = study()
+    least = np.full(dataset["status"].shape, 0.5)
+    least[4:7, 5] = -0.1  # two of the three failed
+    fig = figure(dataset.assign(least_reaction=(dataset["status"].dims, least)), "mean_velocity")
+    assert hatched_cells(fig.axes[0], HIDDEN) == {1}
+    assert legend_of(fig)[-1] == "the true load would be negative: 1 (<1 %)"
+    assert fig.legends[0].legend_handles[-1].get_hatch() == HIDDEN
+    assert not any("true load" in text for text in legend_of(figure(dataset, "mean_velocity")))
 
 
 def test_complete_study_has_no_words_about_what_does_not_occur():

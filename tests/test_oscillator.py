@@ -283,3 +283,34 @@ def test_a_smoothed_contact_shortens_the_cycle_by_several_percent():
         times = time[ups] - place[ups] * 1e-3 / (place[ups + 1] - place[ups])
         errors.append((times[-1] - times[-2]) / 12.0010312948306 - 1.0)
     assert errors == pytest.approx([-0.1028, -0.0599, -0.0084], abs=2e-4)
+
+
+# --- others' reference values ----------------------------------------------------------------------------------------
+
+
+def test_the_reference_of_a_time_stepping_package():
+    """x'' + x in -Sgn(x') from (12, 6): half circles about 1 and -1, until it rests (0.68204 with steps of 0.01)."""
+    system = vc.System(Oscillator(stiffness=1.0, belt_speed=0.0), Coulomb(1.0, 1.0), at_rest(1.0))
+    start = {"position": 12.0, "sliding_velocity": 6.0}
+    motion = vc.simulate(system, periods=30, initial=start, tolerance=1e-12)
+    assert motion.state["position"] == pytest.approx(0.6821789367236466, abs=1e-12)
+    assert motion.events[-1].kind == "stick"
+    assert motion.events[-1].time == pytest.approx(22.42355635069909, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("static", "frequency"), [(1.1, 0.748685731630635), (1.0, 0.722679194438216)])
+def test_where_a_driven_block_begins_to_stick(static, frequency):
+    """x'' + 0.1 x' + x = 1.5 cos(omega t) - friction: the orbit that never sticks ends at that frequency."""
+    machine = Oscillator(stiffness=1.0, damping=0.1, belt_speed=0.0)
+    system = vc.System(machine, Coulomb(1.0, static), vc.Harmonic(amplitude=1.5))
+    found = vc.branch(system, "drive.frequency", (0.7, 0.85), initial={"position": 2.0})
+    (place,) = found.special_points
+    assert place.kind.value == "change of word"
+    assert place.parameter == pytest.approx(frequency, abs=1e-9)
+    if static == 1.0:
+        free = system.with_parameters({"drive.frequency": frequency + 1e-9})
+        motion = vc.orbit(free, initial={"position": 2.0}).motion()
+        assert [event.kind for event in motion.events] == ["reversal"] * 2
+        turns = [abs(event.state["position"]) for event in motion.events]
+        assert turns == pytest.approx([2.012072952806] * 2, abs=1e-8)  # 1e-9 away, with a slope of about 1

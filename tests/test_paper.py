@@ -1,6 +1,7 @@
 """The paper: every claim has its verdict with a number and a tolerance, and the verdicts stay what they are."""
 
 import csv
+import html
 import json
 import math
 import re
@@ -9,15 +10,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import vibrocap as vc
+from vibrocap.motion.trajectory import Status
 from vibrocap.paper.averages import averages, crossings, meeting_points, zeros
 from vibrocap.paper.claims.chapters import CHAPTERS, chapters
 from vibrocap.paper.claims.claim import CLAIMS, Outcome, judged, printed
 from vibrocap.paper.errata import ERRATA, errata_page
-from vibrocap.paper.figures.catalogue import FIGURES, chosen_figures
+from vibrocap.paper.figures.catalogue import FIGURES, LOADED, chosen_figures
+from vibrocap.paper.load_finding import loaded_figure, loaded_motions
 from vibrocap.paper.main_finding import PRINTED, asymmetry
-from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, law, start
-from vibrocap.paper.runs import Runs
+from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11, law, start, with_load
+from vibrocap.paper.runs import LIGHT_POINTS, SWEEP_POINTS, Runs
 from vibrocap.paper.steady_points import RANGE_OF_SOFT, SOFT, steady_points
+from vibrocap.paper.steady_travel import STILL, steady_panel
+from vibrocap.report.pieces import number
 from vibrocap.report.reproduce import KEYS, reproduce
 
 HOLDS, ONLY_FOR, FAILS, UNDECIDED = Outcome.HOLDS, Outcome.ONLY_FOR, Outcome.FAILS, Outcome.UNDECIDED
@@ -342,7 +348,112 @@ def test_figure_data_is_complete(runs, key):
 def test_an_unknown_figure_is_refused():
     with pytest.raises(ValueError, match=r"only should be one of fig03, .*, got 'fig04'"):
         chosen_figures("fig04")
-    assert chosen_figures("fig09") == ("fig09", "symmetry")
+    assert chosen_figures("fig09") == ("fig09", "symmetry", "load09")
+    assert chosen_figures("fig03") == ("fig03",)
+
+
+# --- the load that the pendulum makes, and steady travel --------------------------------------------------------------
+def test_figures_5_to_11_stand_under_the_load_that_the_pendulum_makes(runs):
+    assert tuple(f"load{number:02d}" for number in range(5, 12)) == LOADED
+    for key in LOADED:
+        found = loaded_figure(runs, key)
+        assert found.sentence.endswith(".")
+        assert all(math.isfinite(value) for value in found.numbers.values())
+        for panel in FIGURES[key](runs).panels:
+            roles = {(curve.role, curve.weight < 1.0) for curve in panel.curves if curve.role in SHORT.values()}
+            assert (not any(pale for _, pale in roles)) or {pale for _, pale in roles} == {True, False}
+
+
+def test_motion_of_figure_5_under_the_dynamic_load_is_that_of_its_own_simulation(runs):
+    """Recomputed from the equations' words alone: no preset, no kept run."""
+    numbers = loaded_figure(runs, "load05").numbers
+    rows = {(row.friction, row.load): row for row in loaded_motions(runs)}
+    for short, friction, bristle in (("LM", vc.LuGre(), {"bristle": 0.0026}), ("EM", vc.Exponential(), {})):
+        machine = vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0, normal_load="dynamic")
+        system = vc.System(machine, friction, vc.Harmonic(amplitude=1.8, frequency=1.0))
+        motion = vc.simulate(system, periods=40, initial={"angle": math.pi / 3} | bristle, tolerance=1e-12)
+        assert motion.certificate.ok
+        assert numbers[f"{short}: X after forty periods"] == pytest.approx(motion.state["position"], abs=1e-7)
+        assert rows[short, "dynamic"].travel == numbers[f"{short}: X after forty periods"]
+        load = motion.at(np.linspace(39 * motion.period, motion.end, 20_001), "reaction")
+        # Samples T/8192 apart miss turning points by N'' h^2/8, and the last period shown is a later one.
+        assert rows[short, "dynamic"].least_load == pytest.approx(load.min(), abs=1e-5)
+        assert rows[short, "dynamic"].largest_load == pytest.approx(load.max(), abs=1e-5)
+    # As printed it travels; with the load that the motion makes it has its symmetry again.
+    assert rows["LM", 1.0].drift > 0.1 > 1e-9 > abs(rows["LM", "dynamic"].drift)
+    assert rows["EM", 1.0].drift > 0.1 > 1e-9 > abs(rows["EM", "dynamic"].drift)
+
+
+def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
+    names = {"LM": "lugre", "EM": "exponential"}
+    panels = FIGURES["load09"](runs).panels
+    for panel, count, light in ((panels[0], SWEEP_POINTS, False), (panels[3], LIGHT_POINTS, True)):
+        for short, name in names.items():
+            (shown,) = [each for each in panel.curves if each.role == short and each.weight == 1.0]
+            ended = np.concatenate([each.x for each in panel.endings if each.role == short])
+            assert sorted([*shown.x, *ended]) == [run.mass_ratio for run in runs.loaded_sweep(name, light)]
+            assert len(shown.x) + len(ended) == count
+            assert ended.size
+    lightest = runs.loaded_sweep("exponential", light=True)[0]
+    assert lightest.status is Status.LIFT_OFF
+    assert lightest.last_load == pytest.approx(0.0, abs=1e-8)
+    single = vc.simulate(with_load(figures_9_to_11("exponential", lightest.mass_ratio), "dynamic"), periods=2,
+                         initial={"angle": math.pi / 3}, tolerance=1e-12)  # fmt: skip
+    assert single.end == pytest.approx(lightest.end, abs=1e-8)
+    assert f"{lightest.end / single.period:.2f}" in loaded_figure(runs, "load09").sentence
+    # Bristle damping takes LM beyond its static level, and light capsules into Painleve's paradox.
+    stopped = [run for run in runs.loaded_sweep("lugre", light=True) if not run.status.ok]
+    assert all(run.last_load > 1e3 for run in stopped)
+    for run in stopped:
+        assert run.last_coefficient > max(2.0 * math.sqrt(run.mass_ratio * (run.mass_ratio + 1.0)), 0.45)
+    assert "Painlevé's paradox" in loaded_figure(runs, "load09").sentence
+    rows = list(FIGURES["load09"](runs).rows)
+    assert any(row[1] == "EM: lift off" and row[3] == "end_time" for row in rows)
+
+
+def test_map_of_steady_travel_is_that_of_single_runs():
+    ratios, springs = np.array([0.2, 2.5]), np.array([2.0, 4.0])
+    for load in (1.0, "dynamic"):
+        panel = steady_panel("exponential", load, ratios, springs)
+        for i, j in np.ndindex(2, 2):
+            system = with_load(figures_9_to_11("exponential", ratios[i], springs[j]), load)
+            motion = vc.simulate(system, periods=120, initial=start(system), tolerance=1e-10)
+            assert list(Status)[panel.status[i, j]] is motion.run_status
+            if motion.run_status.ok and panel.settled[i, j]:
+                found = vc.mean_velocity(motion, periods=1).value
+                assert panel.mean_velocity[i, j] == pytest.approx(found, abs=STILL)
+    assert panel.ended == {"lift off": 1}
+    assert steady_panel("exponential", 1.0, ratios, springs).hidden == 1  # the same one
+
+
+def test_numbers_of_the_report_are_short_with_all_digits_in_the_title():
+    assert number(3.0) == '<span class="n">3</span>'
+    assert number(-0.25) == '<span class="n">\N{MINUS SIGN}0.25</span>'
+    assert number(math.nan) == "none"
+    shown = number(0.16434774668425692)
+    assert re.sub("<.*?>", "", shown) == "0.1643"
+    assert 'title="0.16434774668425692"' in shown
+    assert re.sub("<.*?>", "", number(-1.53e-11 / 7)) == "\N{MINUS SIGN}2.186·10\N{MINUS SIGN}12"
+
+
+def check_page(page, folder):
+    """It fetches nothing; its links lead to places on it, each there once, and to files beside it."""
+    assert not re.search(r'src="(?!data:)|url\(|@import|fetch\(', page)
+    places = re.findall(r'\bid="([^"]+)"', page)
+    assert len(places) == len(set(places))
+    links = set(re.findall(r'href="([^"]+)"', page)) - {"data:,"}
+    assert {link[1:] for link in links if link.startswith("#")} <= set(places)
+    beside = {link for link in links if not link.startswith("#")}
+    assert beside
+    for link in beside:
+        assert (folder / link).is_file(), link
+    for outcome in re.findall(r'data-outcome="(\w+)"', page):
+        assert f'data-show="{outcome}"' in page
+    for short in ("LM", "EM"):
+        assert page.index(f"<b>{short}</b> is the ") < page.index("<h2")
+    assert len(re.findall("<(section|article|figure|details)[ >]", page)) == len(
+        re.findall("</(section|article|figure|details)>", page)
+    )
 
 
 def test_one_figure_is_written_with_its_claims(tmp_path):
@@ -359,7 +470,7 @@ def test_one_figure_is_written_with_its_claims(tmp_path):
     assert [path.name for path in made.figures] == ["fig03.png"]
     page = made.report.read_text(encoding="utf-8")
     assert "data:image/png;base64," in page
-    assert not re.search(r'(src|href)="(?!data:|#)', page)  # self-contained
+    check_page(page, made.report.parent)
     assert "loop-of-imposed-sliding" in page
     assert made.report.name == "report-fig03.html"
     rows = json.loads((tmp_path / "out" / "claims-fig03.json").read_text(encoding="utf-8"))
@@ -387,7 +498,11 @@ def test_what_is_done_is_written_when_interrupted(tmp_path):
 def test_the_whole_paper(tmp_path):
     made = reproduce(tmp_path)
     assert len(made.claims) == len(CLAIMS)
-    assert len(made.figures) == len(FIGURES)
+    assert len(made.figures) == len(FIGURES) + 2  # the map and the branches of steady travel
     page = made.report.read_text(encoding="utf-8")
+    check_page(page, tmp_path)
+    loaded = json.loads((tmp_path / "load.json").read_text(encoding="utf-8"))
+    assert list(loaded) == list(LOADED)
+    assert all(html.escape(each["sentence"]) in page for each in loaded.values())
     assert all(f'id="{key}"' in page for key in CLAIMS)
     assert all(erratum.title in page.replace("&#x27;", "'") for erratum in ERRATA)

@@ -8,12 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import vibrocap as vc
+from vibrocap.motion.trajectory import Status
+from vibrocap.plotting.animation import ARROW, Scene
 from vibrocap.plotting.labels import filled, part_items, parts_title, symbol_text
-from vibrocap.plotting.motion import Trace
+from vibrocap.plotting.motion import Trace, hides_lift_off
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 PANELS = [
-    *(("motion", what) for what in (None, "velocity", "drive_work", "side", "phase plane", "friction loop")),
+    *(("motion", what) for what in (None, "velocity", "drive_work", "side", "phase plane", "friction loop", "load")),
     ("orbit", None),
     *(("branch", what) for what in (None, "drift", "period", "multipliers")),
     *(("fit", what) for what in (None, "intervals", "one")),
@@ -146,6 +148,93 @@ def test_a_trace_has_both_ends_of_every_piece(results):
     assert jumps.any()
     assert np.all(np.diff(trace.time)[jumps] < 1e-9)  # jumps stand upright
     np.testing.assert_allclose(trace["drive_work"], motion.at(trace.time, "drive_work"), rtol=1e-12, atol=1e-12)
+
+
+# --- the load ---------------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def loaded():
+    """A load that follows the motion, one that ends it, and a constant one that hides that end."""
+
+    def moved(load, ratio, periods):
+        drive = vc.Biharmonic(amplitude=1.8, frequency=1.0, second_amplitude=0.4)
+        system = vc.System(vc.PendulumCapsule(mass_ratio=ratio, normal_load=load), vc.Exponential(), drive)
+        return vc.simulate(system, periods=periods, initial={"angle": 0.2})
+
+    return {"dynamic": moved("dynamic", 2.5, 3), "ended": moved("dynamic", 0.5, 3), "hidden": moved("weight", 0.5, 3)}
+
+
+def lines_of(ax):
+    return {line.get_label(): np.asarray(line.get_xydata()) for line in ax.lines}
+
+
+def test_load_is_drawn_from_pieces_with_its_zero(loaded):
+    motion = loaded["dynamic"]
+    ax = vc.plot(motion, "load")
+    (drawn,) = [line for line in lines_of(ax).values() if len(line) > 2]
+    time, load = drawn.T
+    np.testing.assert_array_equal(load, Trace(motion, 0.0, motion.end)["reaction"])
+    jumps = np.abs(np.diff(load)) > 0.05
+    # The load jumps with the friction, wherever the contact passes rest away from the upright.
+    assert jumps.any()
+    assert np.all(np.diff(time)[jumps] < 1e-9)
+    assert np.all(np.isin(np.round(time[:-1][jumps] * motion.period, 9), np.round(motion.event_times, 9)))
+    assert any(len(line) == 2 and np.all(line[:, 1] == 0.0) for line in lines_of(ax).values())
+    assert load.min() == pytest.approx(motion.certificate.least_reaction, abs=1e-3)
+
+
+def test_lift_off_is_marked_where_it_is(loaded):
+    motion = loaded["ended"]
+    assert motion.run_status is Status.LIFT_OFF
+    for what in ("load", "position", "friction"):
+        mark = lines_of(vc.plot(motion, what))["lift off"]
+        assert np.all(mark[:, 0] == motion.end / motion.period)
+    assert "lift off" not in lines_of(vc.plot(loaded["dynamic"], "load"))
+
+
+def test_a_constant_load_is_drawn_beside_the_true_one(loaded):
+    motion = loaded["hidden"]
+    ax = vc.plot(motion, "load")
+    assert np.all(lines_of(ax)["constant load"][:, 1] == 1.5)
+    true = lines_of(ax)["true load"][:, 1]
+    assert true.min() < -2.0
+    (pulling,) = ax.collections
+    heights = np.concatenate([path.vertices[:, 1] for path in pulling.get_paths()])
+    assert heights.min() == true.min()
+    assert heights.max() == 0.0
+
+
+def test_sheet_shows_the_load_where_it_matters(loaded, results):
+    assert [hides_lift_off(motion) for motion in (*loaded.values(), results["motion"])] == [False, False, True, False]
+    for motion, there in ((loaded["dynamic"], True), (loaded["hidden"], True), (results["motion"], False)):
+        titles = [ax.get_title(loc="left") for ax in vc.figure(motion).axes]
+        assert ("Load" in titles) is there
+        assert len(titles) == 7 + there
+
+
+def test_machine_without_a_known_load_is_refused():
+    motion = vc.simulate(vc.System(vc.Oscillator(), vc.Exponential(), vc.Harmonic()), periods=1)
+    with pytest.raises(ValueError, match="the oscillator does not say how its load follows the motion"):
+        vc.plot(motion, "load")
+
+
+def test_film_shows_the_load(loaded):
+    motion = loaded["hidden"]
+    load = motion.at(motion.time, "reaction")
+    times = motion.time[[int(np.argmax(load)), int(np.argmin(load))]]
+    scene = Scene(motion, times)
+    for number, (value, words) in enumerate(((load.max(), "true normal load"), (load.min(), "have to pull"))):
+        scene.show(number)
+        (_, start), (_, tip) = scene.arrow._posA_posB
+        length = ARROW * value / np.abs(load).max()  # upwards to the ground, or down from it
+        assert (start, tip) == pytest.approx((-length, 0.0) if value > 0.0 else (0.0, length))
+        assert words in scene.load_words.get_text()
+        assert f"{value:.3f}" in scene.load_words.get_text()
+        assert "taken as 1.5" in scene.load_words.get_text()
+    ended = loaded["ended"]
+    scene = Scene(ended, np.array([0.0, ended.end]))
+    scene.show(1)
+    assert scene.state.get_text() == "ends: lift off"
+    assert "= 0.000" in scene.load_words.get_text()
 
 
 @pytest.mark.slow

@@ -99,10 +99,13 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
-    from vibrocap.physics.machines.crawler import Crawler
+    from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
+    from vibrocap.physics.machines.imposed_crawler import ImposedCrawler
+    from vibrocap.physics.machines.imposed_pendulum import ImposedPendulum
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
-    from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
+    from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
+    from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
@@ -114,7 +117,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
     from vibrocap.plotting.maps import draw_study
-    from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_phase_plane
+    from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
     from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
@@ -295,10 +298,15 @@ __all__ = [
     "SIScales",
     "Environment",
     "Oscillator",
-    "Crawler",
-    "PendulumCrawler",
+    "ImposedCrawler",
+    "ImposedPendulum",
     "TwoMassCapsule",
     "VibroImpactCapsule",
+    "RigidStopCapsule",
+    "TwoBodyCrawler",
+    "ThreeBodyCrawler",
+    "crawler",
+    "PendulumCapsuleWithStops",
     "InnerMassScales",
     "Constant",
     "Ramp",
@@ -353,6 +361,7 @@ __all__ = [
     "draw_history",
     "draw_phase_plane",
     "draw_friction_loop",
+    "draw_load",
     "draw_study",
     "draw_branch",
     "draw_floquet_multipliers",

@@ -18,13 +18,14 @@ friction = App(
     name="friction",
     help="Friction laws: which there are, their equations, canonical tests and reports.",
     help_epilogue=examples_of("friction"),
+    default_parameter=Parameter(negative=()),
 )
 KINDS = {
     "set-valued": "sticks: at rest it holds any force up to its limit",
     "kinked": "dynamic: it remembers through internal states",
     "smooth": "smooth: a function of velocity that never sticks",
 }
-Settings = Annotated[list[str], Parameter(name="--set", negative=())]
+Settings = Annotated[list[str], Parameter(name="--set")]
 
 
 @friction.command(name="list", help_epilogue=examples_of("friction list"))

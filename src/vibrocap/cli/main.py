@@ -23,6 +23,7 @@ from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.convert import convert
 from vibrocap.cli.fit import fit
 from vibrocap.cli.friction import friction
+from vibrocap.cli.lab import lab
 from vibrocap.cli.limits import limits
 from vibrocap.cli.options import Refusal, needs, writable_folder
 from vibrocap.cli.orbit import crossing, orbit
@@ -131,7 +132,7 @@ app = App(
 WITHOUT_PARTS = (examples, completion, reproduce, verify, plot, friction, stick_slip, datasets)
 for command in (
     new, examples, reproduce, simulate, convert, limits, sweep, measures, verify, plot, orbit, branch, basins, crossing,
-    friction, fit, check, stick_slip, datasets, completion,
+    lab, friction, fit, check, stick_slip, datasets, completion,
 ):  # fmt: skip
     if isinstance(command, App):  # it has its own examples
         app.command(command)

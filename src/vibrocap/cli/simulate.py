@@ -23,25 +23,28 @@ from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.scales import SIScales
 
-# kind of event: what the contact does
+# kind of event: what happens
 EVENTS = {
-    "stick": "comes to rest and sticks",
-    "slip_forward": "leaves stick forward",
-    "slip_back": "leaves stick backward",
-    "reversal": "reverses without sticking",
-    "graze": "touches its limit and stays",
-    "switch": "goes over to another piece of its law",
-    "impact": "feels its inner mass strike a stop",
-    "stop_opened": "sees its inner mass leave the stop",
-    "lift_off": "loses its load, which ends the run",
-    "paradox": "has no load that follows from the forces",
+    "stick": "the contact comes to rest and sticks",
+    "slip_forward": "the contact leaves stick forward",
+    "slip_back": "the contact leaves stick backward",
+    "reversal": "the contact reverses without sticking",
+    "graze": "the contact touches its limit and stays",
+    "switch": "the contact goes over to another piece of its law",
+    "impact": "the inner mass strikes a stop",
+    "stop_opened": "the inner mass leaves a stop",
+    "lift_off": "the contact loses its load, which ends the run",
+    "stop_reached": "the pendulum reaches a stop, which ends the run",
+    "paradox": "the contact has no load that follows from the forces",
 }
 # channel of energy: what it is
 CHANNELS = {
     "drive": "work of the drive",
     "damper": "work of the damper",
     "belt": "work of the belt under the block",
+    "impact": "loss in impacts",
     "drag": "work of the drag of the surroundings",
     "outer_force": "work of the force from outside",
     "gravity": "work of gravity along the slope",
@@ -104,9 +107,6 @@ def simulate(
     except CaseError as error:
         named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
         raise CaseError([*named, *refused], error.source) from None
-    if animate is not None and "angle" not in setup.system.state_names:
-        machine = setup.system.machine.name
-        refused.append(f"--animate: draws the pendulum capsule only, not the machine {machine!r}")
     if refused:
         raise Refusal(*refused)
     with progress("Simulating") as report:
@@ -176,7 +176,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
-            "events": {kind: counts[kind] for kind in EVENTS},
+            "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": energy,
             "certificate": certificate,
@@ -201,7 +201,7 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.system.units is not None:
         units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
-    elif motion.system.machine.cyclic is None:
+    elif motion.system.machine.si_scales is SIScales:
         units = "All quantities are in the units of the parameters."
     page.say(units, style="dim")
 
@@ -232,10 +232,28 @@ def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
     elif motion.system.friction.kind != "set-valued":
         made.add_row("stick fraction", "none", f"the {motion.system.friction.name} law creeps instead of sticking")
     made.add_section()
-    for kind, words in EVENTS.items():
-        if record["events"][kind]:
-            made.add_row(kind.replace("_", " "), str(record["events"][kind]), f"times the contact {words}")
+    for kind, count in record["events"].items():
+        if count:
+            made.add_row(kind.replace("_", " "), str(count), f"times {_event_words(kind)}")
     return made
+
+
+def _event_words(kind: str) -> str:
+    stem, _, number = kind.rpartition("_")
+    if number.isdigit() and stem in EVENTS:
+        return EVENTS[stem].replace("the contact", f"contact {number}")
+    return EVENTS.get(kind, "this happens")
+
+
+def own_events(motion: Trajectory) -> list[str]:
+    """Kinds of event that only the machine of a motion knows."""
+    return [kind for kind in dict.fromkeys(motion.system.machine.switch_events) if kind not in EVENTS]
+
+
+def _further_events(motion: Trajectory) -> tuple[str, ...]:
+    """What may happen at the further contacts of a machine."""
+    kinds = ("stick", "slip_forward", "slip_back", "reversal")
+    return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
 
 
 def _response(motion: Trajectory) -> tuple[str, str]:
@@ -253,7 +271,7 @@ def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
     for name, text in CHANNELS.items():
-        if name not in energy or (name in ("belt", "contact_storage") and energy[name] == 0.0):
+        if name not in energy or (name in ("belt", "impact", "contact_storage") and energy[name] == 0.0):
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)

@@ -9,7 +9,7 @@ from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.law_clauses import LAW_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES
 from vibrocap.contracts.samples import instances
-from vibrocap.contracts.system_clauses import moves, recorded
+from vibrocap.contracts.system_clauses import moves, recorded, surrounded
 from vibrocap.physics.catalogue import CONTRACTS, complaints, contract_of
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.friction.law import Law
@@ -20,7 +20,7 @@ from vibrocap.physics.part_files import error_place
 Clause = Callable[[Any], str | None]
 CLAUSES: dict[type, tuple[Clause, ...]] = {
     Law: (*LAW_CLAUSES, recorded),
-    Machine: (*MACHINE_CLAUSES, recorded),
+    Machine: (*MACHINE_CLAUSES, recorded, surrounded),
     Drive: (*DRIVE_CLAUSES, recorded),
 }
 FIRST = ("declarations", "finite")  # clauses without which the others make no sense

@@ -125,9 +125,13 @@ def symmetric(machine: Any) -> str | None:
         expected = tuple(sign * rate for sign, rate in zip(machine.symmetry, rates, strict=True))
         back = machine.driven_by(ImposedSample(-1.0))
         found = back.rates(t, mirror, -drive, -force)
+        guards, mirrored = sorted(machine.switches(t, y, drive, force)), back.switches(t, mirror, -drive, -force)
         if not machine.symmetric:
-            different += any(abs(a - b) > 1e-3 * abs(b) for a, b in zip(found, expected, strict=True))
+            pairs = [*zip(found, expected, strict=True), *zip(sorted(mirrored), guards, strict=True)]
+            different += any(abs(a - b) > 1e-3 * abs(b) for a, b in pairs)
             continue
+        if sorted(mirrored) != guards:
+            return "switches: should be the same guards in the mirrored state"
         if found != expected:
             return (
                 f"symmetry: mirrored rates should be {_shown(expected)}, got {_shown(found)}; mend the signs, or let "

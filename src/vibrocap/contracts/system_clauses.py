@@ -4,15 +4,16 @@ import dataclasses
 import sys
 from typing import Any
 
-from vibrocap.contracts.samples import draws, random_internal, random_state
+from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.drives.drive import Drive
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed
-from vibrocap.physics.system import System
+from vibrocap.physics.system import CONTACT_CHANNELS, System
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 20
@@ -37,7 +38,7 @@ def recorded(part: Any) -> str | None:
     """Its equations can be recorded, and the recorded ones compute what the functions do."""
     system = system_of(part)
     formulas, values = equations(system), parameter_values(system)
-    machine, law = system.machine, system.friction
+    machine, law = system.placed, system.friction
     contact = machine.states.index(machine.contact_state)
     for draw in draws(SAMPLES):
         mechanical, side, t = list(random_state(machine.states, draw)), draw.choice((1, -1)), draw.uniform(0, 9)
@@ -45,7 +46,8 @@ def recorded(part: Any) -> str | None:
             t = t % system.drive.period
             values = tuple(float(each) for each in formulas.filled(values, t))
         mechanical[contact] = side * abs(mechanical[contact])
-        velocity = system.placed.contact_velocity(t, tuple(mechanical))
+        mechanical = settled_branch(machine, t, tuple(mechanical), 0.0, 0.0)
+        velocity = machine.contact_velocity(t, mechanical)
         y = (*mechanical, *random_internal(law, velocity, side, machine.load(), draw))
         expected = system.rates(t, y, side)
         found = evaluate(formulas.rates, t, y, float(side), values)
@@ -56,6 +58,48 @@ def recorded(part: Any) -> str | None:
                     f"the recorded rate of {name} is {float(one):g}, the functions give {other:g}; a formula should "
                     "depend on its arguments and parameters alone"
                 )
+    return None
+
+
+def surrounded(machine: Any) -> str | None:
+    """On a slope, with drag and under a force from outside its balances close, and a contact at rest is held."""
+    masses = dict(machine.masses())
+    if masses and (unknown := {*masses} - {*machine.states}):
+        return f"masses: should be named by states, got {', '.join(sorted(unknown))}"
+    if masses and machine.contact_state not in masses:
+        return f"masses: should have that of the body at the contact, under {machine.contact_state}, got {masses}"
+    environment = Environment(
+        inclination=0.2 if masses else 0.0,
+        linear_drag=0.3,
+        quadratic_drag=0.0 if machine.ground_speed() else 0.4,
+        force=0.1,
+        gravity=None if machine.gravity else 1.7,
+    )
+    system = dataclasses.replace(system_of(machine), environment=environment)
+    formulas, values = equations(system), parameter_values(system)
+    known, contact = formulas.observables, machine.states.index(machine.contact_state)
+    powers = formulas.integrals[: -1 - len(CONTACT_CHANNELS[: 3 if system.stores_under_load else 2])]
+    pairs = {
+        "energy": (known["energy"], [*powers, -(known["friction"] * known["contact_velocity"])]),
+        "momentum": (known["momentum"], [known["outer_force"], -known["friction"]]),
+    }
+    for draw in draws(SAMPLES):
+        t, y, _, _ = machine_draw(machine, draw)
+        sliding = machine.driven_by(system.drive).contact_velocity(t, y)
+        side = 1.0 if sliding > 0.0 else -1.0
+        for what, (stored, inflows) in pairs.items():
+            grown = [derivative(stored, -1)]
+            grown += [derivative(stored, i) * rate for i, rate in enumerate(formulas.rates)]
+            terms = [float(each) for each in evaluate([*grown, *inflows], t, y, side, values)]
+            found, expected = sum(terms[: len(grown)]), sum(terms[len(grown) :])
+            if not abs(found - expected) <= 1e3 * EPSILON * (1.0 + max(map(abs, terms))):
+                return (
+                    f"masses: on a slope the {what} grows by {found:g}, while {expected:g} flows in; see "
+                    "`Machine.masses` and `Machine.gravity`"
+                )
+        rest = tuple(v - sliding if i == contact else v for i, v in enumerate(y))
+        if not isinstance(machine, Imposed) and (rate := system.rates(t, rest, 0)[contact]) != 0.0:
+            return f"rates: on a slope a contact at rest should be held exactly, got a rate of {rate:g}"
     return None
 
 

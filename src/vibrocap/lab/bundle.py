@@ -1,6 +1,7 @@
 """The data of a page: forms with their kernels, records of parts, presets; as plain data for JSON."""
 
 import base64
+import contextlib
 import dataclasses
 import itertools
 import re
@@ -11,16 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import CHOICES, RUN_DEFAULTS, Case
+from vibrocap.case.case import CHOICES, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
-from vibrocap.lab.forms import Form, form_of, statuses
-from vibrocap.lab.presets import Preset, gallery, paper_presets, preset_record
-from vibrocap.motion.simulate import EVENT_KINDS
+from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
+from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
+from vibrocap.motion.equations import equations
+from vibrocap.numerics.api import series_order
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.system import System
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
-SMOOTHED = "smoothed-tanh"  # what a smoothed contact would say, beside an exact one
+SMOOTHED = "smoothed-"  # before the name of a set-valued law: what a smoothed contact would say, beside the exact one
 SPACES = re.compile(r"\n +|(?<=\n) +| ?(,|[*/=<>!]=?=?|\+=|-=|\?|:|&&|\|\|) ")  # not those around + and -, nor of words
 LAYOUT = 1  # of the data: a page refuses an address that was made for another
 
@@ -30,10 +32,12 @@ class Contents:
     """What a page is to hold.
 
     forms: one system of each form, the parameters that are no numbers as in the system; presets: the first one is shown
+    tolerance: of motions, which decides the order of their series
     """
 
     forms: tuple[System, ...]
     presets: tuple[Preset, ...]
+    tolerance: float = TOLERANCE
 
 
 def contents(
@@ -47,30 +51,49 @@ def contents(
     """The forms and presets of a page; by default the pendulum capsule, both laws of the paper and two drives.
 
     opened: a case to begin with, whose parts are there in any case; examples: folder of the gallery
+    Raises ArgumentError for a case that is too long for a page.
     """
+    if opened is not None and opened.case.periods > LONGEST:
+        raise ArgumentError("run.periods", f"should be at most {LONGEST} for a page, got {opened.case.periods:g}")
     own = None if opened is None else opened.case.system
     kinds = [
         _names(machine_names, own and own.machine.name, MACHINES),
         [*_names(law_names, own and own.friction.name, LAWS)],
         _names(drive_names, own and own.drive.name, DRIVES),
     ]
-    if SMOOTHED not in kinds[1] and not law_names:
-        kinds[1].append(SMOOTHED)
+    smoothed = [f"{SMOOTHED}{name}" for name in kinds[1] if laws()[name].kind == "set-valued"]
+    kinds[1] += [name for name in smoothed if name not in kinds[1]]
     systems = [] if own is None else [own]
     for names in itertools.product(*kinds):
-        if names[1] == SMOOTHED and names[2] != kinds[2][0] and not law_names:
-            continue  # beside the first drive only: a page is to stay small
+        if names[1] in smoothed and names[2] != kinds[2][0]:
+            continue  # with the first drive only: a page is to stay small
         if own is not None and names == (own.machine.name, own.friction.name, own.drive.name):
             continue
         made = own.machine if own is not None and own.machine.name == names[0] else machines()[names[0]]()
-        systems.append(System(made, laws()[names[1]](), drives()[names[2]]()))
+        with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
+            environment = None if own is None else own.environment
+            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
+    for system in systems:
+        if equations(system).corners is not None:
+            name = system.drive.name
+            raise ArgumentError(
+                "drive.waveform", f"should be a drive without corners: a page does not hold {name!r} yet"
+            )
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
         *([] if examples is None else gallery(examples)),
     ]
-    forms = {_key(system) for system in systems}
-    return Contents(tuple(systems), tuple(each for each in offered if _key(each.case.system) in forms))
+    forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
+    order = series_order(tolerance)
+    presets = [
+        each for each in offered if _key(each.case.system) in forms and series_order(each.case.tolerance) == order
+    ]
+    for kind in kinds[0]:  # a machine without any begins with its defaults
+        if all(each.parts[0] != kind for each in presets):
+            system = next(each for each in systems if each.machine.name == kind)
+            presets.append(defaults(system, tolerance))
+    return Contents(tuple(systems), tuple(presets), tolerance)
 
 
 def _names(asked: Iterable[str], own: str | None, usual: Iterable[str]) -> list[str]:
@@ -86,30 +109,25 @@ def _key(system: System) -> tuple:
 
 
 def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """The data of a page, for JSON. tell: is called with the share done.
-
-    Raises ArgumentError for a preset that is no motion of a page.
-    """
+    """The data of a page, for JSON. tell: is called with the share done."""
     forms: list[Form] = []
     work = len(chosen.forms) + len(chosen.presets)
     for i, system in enumerate(chosen.forms):
-        forms.append(form_of(system))
+        forms.append(form_of(system, chosen.tolerance))
         if tell is not None:
             tell((i + 1) / work)
     keys = [_key(system) for system in chosen.forms]
     presets = []
     for i, preset in enumerate(chosen.presets):
-        if preset.case.periods > 2000:
-            raise ArgumentError("run.periods", f"should be at most 2000 for a page, got {preset.case.periods:g}")
         presets.append(preset_record(preset) | {"form": keys.index(_key(preset.case.system))})
         if tell is not None:
             tell((len(chosen.forms) + i + 1) / work)
     efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
-    parts: dict[str, dict[str, Any]] = {name: {} for name in CHOICES}
+    parts: dict[str, dict[str, Any]] = {name: {} for name in (*CHOICES, "environment")}
     for system in chosen.forms:
-        for name in CHOICES:
-            part = type(getattr(system, name))
-            parts[name].setdefault(part.name, part_record(part, efforts[system.machine.name]))
+        for name, record in system.parts.items():
+            part = type(record)
+            parts.setdefault(name, {}).setdefault(part.name, part_record(part, efforts[system.machine.name]))
     code, kernels = _pooled(forms)
     return {
         "layout": LAYOUT,
@@ -117,11 +135,10 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "parts": parts,
         "keys": {name: key for name, (key, _) in CHOICES.items()},
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
-        "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": 2_000_000},
+        "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
         "forms": [form.record | each for form, each in zip(forms, kernels, strict=True)],
         "presets": presets,
         "statuses": statuses(),
-        "events": [str(kind) for kind in EVENT_KINDS],
         "smoothed": SMOOTHED,
         "code": code,
     }
@@ -156,8 +173,3 @@ def _shortened(statement: str) -> str:
 def _name(statement: str) -> str:
     found = re.match(r"(?:const|function) (\S+?)[ (=]", statement)
     return found[1] if found else ""
-
-
-def opened_case(case: Case, key: str, title: str) -> Preset:
-    """A case of one's own as the first preset of a page."""
-    return Preset(key, title, "", case)

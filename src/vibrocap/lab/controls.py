@@ -3,7 +3,9 @@
 import math
 from typing import Any
 
+from vibrocap.physics.catalogue import laws, wrappers
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
+from vibrocap.physics.roles import Dimension
 from vibrocap.physics.scales import EFFORTS
 from vibrocap.physics.units import parameter_keys, unit_name
 
@@ -35,9 +37,23 @@ def part_record(part: type, effort: str) -> dict[str, Any]:
     return {
         "name": part.name,  # type: ignore[attr-defined]
         "about": " ".join(doc.split()),
+        "python": _python(part),
         "ordered": list(LEVELS) if _orders_levels(part) else [],
         "parameters": [_parameter(part, info, effort) for info in parameter_table(part)],
     }
+
+
+def _python(part: type) -> dict[str, str]:
+    """How Python names the class, and from where it is imported where `vibrocap` does not have it."""
+    import vibrocap
+
+    if getattr(vibrocap, part.__name__, None) is part:
+        return {"name": part.__name__, "module": ""}
+    name = part.name  # type: ignore[attr-defined]
+    prefix, _, rest = name.partition("-")
+    if prefix in wrappers() and rest in laws():  # made when it is asked for: it has no name in any module
+        return {"name": f'laws()["{name}"]', "module": "vibrocap.physics.catalogue", "imported": "laws"}
+    return {"name": part.__name__, "module": part.__module__}
 
 
 def _orders_levels(part: Any) -> bool:
@@ -55,11 +71,7 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
     least, open_end = _bound(part, info.name)
     low, high, log = slider_range(info, least)
     keys = parameter_keys(part, effort)
-    si = [[each.key, each.unit, each.factor] for each in keys.values() if each.name == info.name]
-    exponents = None
-    if info.dimension is not None:
-        own = info.dimension.resolved(EFFORTS[effort])
-        exponents = [own.force, own.length + own.force, own.time - 2 * own.force]
+    si = [[each.stem, each.unit, each.factor] for each in keys.values() if each.name == info.name]
     return {
         "name": info.name,
         "symbol": info.symbol,
@@ -71,9 +83,14 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
         "high": high,
         "log": log,
         "unit": "" if info.dimension is None else unit_name(info.dimension, effort),
-        "exponents": exponents,
+        "exponents": None if info.dimension is None else exponents(info.dimension.resolved(EFFORTS[effort])),
         "si": si[:1],
     }
+
+
+def exponents(dimension: Dimension) -> list[float]:
+    """Of mass, length and time, of a dimension in force, length and time."""
+    return [dimension.force, dimension.length + dimension.force, dimension.time - 2 * dimension.force]
 
 
 def _bound(part: Any, name: str) -> tuple[float | None, bool]:

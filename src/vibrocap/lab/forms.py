@@ -1,18 +1,25 @@
 """Forms of systems as a page has them: two kernels in JavaScript, and what their numbers are called."""
 
 import dataclasses
+from collections.abc import Iterable
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
 from vibrocap.motion.equations import equations, recorded_scene
+from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.api import BrowserKernel, Layout, browser_ensemble, browser_motion
+from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, memory, series_order
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
+from vibrocap.physics.units import DRIVE_UNITS, QUANTITIES, state_units
 
 TOLERANCE = 1e-9  # of motions: from 1e-11 on and below 1e-7 they are those of the kernel of `simulate`
-ENSEMBLE_TOLERANCE = 1e-8  # of maps, as of `ensemble`
+# Of maps: below 1e-9, where `ensemble` has the order of a motion too, no slower here than order 10 at 1e-8, and a page
+# is smaller by a quarter; of motions at order 10 also 10.
+ENSEMBLE_TOLERANCES = {10: 1e-7, 12: 5e-10, 16: 5e-10}
 OBSERVED = ("friction", "holding_force", "drive", "energy", "contact_energy", "contact_velocity")
 # Places that the page's engine fills or reads; the rest is the kernels' own affair.
 PLACES = (
@@ -36,8 +43,11 @@ class Form:
     ensemble: BrowserKernel
 
 
-def form_of(system: System) -> Form:
-    """The form of a system, its kernels translated. ArgumentError for a drive with corners."""
+def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
+    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order.
+
+    ArgumentError for a drive with corners.
+    """
     recording = equations(system)
     if recording.corners is not None:
         raise ArgumentError("drive", f"has corners ({system.drive.name}), which the engine of a page does not know")
@@ -49,8 +59,8 @@ def form_of(system: System) -> Form:
     observed |= dict(zip(powers, recording.integrals, strict=False))  # the last integral is the impulse
     drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
     functions = [*(_on(load.graph, each) for each in observed.values()), *drawn]
-    motion = browser_motion(recording, functions, TOLERANCE)
-    ensemble = browser_ensemble(recording, ENSEMBLE_TOLERANCE)
+    looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
+    motion, ensemble = browser_kernels(recording, functions, tolerance, looser)
     fixed = {
         f"{part}.{info.name}": getattr(record, info.name)
         for part, record in system.parts.items()
@@ -61,9 +71,12 @@ def form_of(system: System) -> Form:
         "machine": system.machine.name,
         "friction": system.friction.name,
         "drive": system.drive.name,
+        "sections": list(system.parts),
+        "environment": "" if system.environment is None else system.environment.name,
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
+        "events": event_kinds(system).tolist(),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,
@@ -76,11 +89,24 @@ def form_of(system: System) -> Form:
             {"kind": shape.kind, "name": shape.name, "points": len(shape.points), "size": list(shape.size)}
             for shape in shapes
         ],
+        "tolerance": looser,
         "motion": _places(motion.layout),
         "ensemble": _places(ensemble.layout) | result_record(ensemble.layout),
+        "units": _units(system, (*system.state_names, *observed)),
         "measures": measure_records(system, ensemble.layout),
     }
     return Form(record, motion, ensemble)
+
+
+def _units(system: System, names: Iterable[str]) -> dict[str, Any]:
+    """SI unit of quantities, and their exponents of mass, length and time."""
+    known = QUANTITIES | {"drive": DRIVE_UNITS[system.machine.effort]} | state_units(system.parts)
+    found = {}
+    for name in names:
+        unit = known.get(name) or ("N" if name == "load" else "W" if name.endswith("_power") else None)
+        if unit is not None:
+            found[name] = [unit, exponents(dimension_of_unit(unit))]
+    return found
 
 
 def _on(graph: Any, expression: Any) -> Any:
@@ -98,6 +124,7 @@ def _places(layout: Layout) -> dict[str, Any]:
         "run": layout.run_size,
         "result": layout.result_size,
         "marks": layout.marks,
+        "whole": len(memory.WHOLE),
         "real": layout.places["WORK"] + layout.work_size,
     }
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
@@ -105,8 +132,6 @@ def _places(layout: Layout) -> dict[str, Any]:
 
 def statuses() -> list[dict[str, Any]]:
     """How a run may end, by the number that a kernel gives: name and what to do."""
-    from vibrocap.motion.simulate import STATUSES
-
     known: list[dict[str, Any]] = [{"name": "", "text": ""} for _ in range(max(STATUSES) + 1)]
     for number, status in STATUSES.items():
         known[number] = {"name": status.value, "text": status.text, "ok": status is Status.FINISHED}

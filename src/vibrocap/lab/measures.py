@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from vibrocap.measures.during_run import measure_table
+from vibrocap.measures.during_run import asked_groups, measure_table
 from vibrocap.measures.response import MIRRORED
 from vibrocap.numerics.api import (
     ASK_EXTREMES,
@@ -22,7 +22,8 @@ ASKED = ASK_EXTREMES | ASK_INTEGRALS | ASK_PEAK | ASK_SYMMETRY | ASK_WORD
 def measure_records(system: System, layout: Layout) -> list[dict[str, Any]]:
     """The measures of a system: name, meaning, and how the number is read from a result of the kernel.
 
-    take: places whose numbers are added with the signs beside them; over: "periods" or "time" of the window, or ""
+    take: places whose numbers are added with the signs beside them; over: "periods" or "time" of the window, or "";
+    asked: groups of measures that have to be gathered for it
     """
     first = len(RESULT_HEAD)
     cyclic, sticks = system.machine.cyclic, system.friction.kind == "set-valued"
@@ -43,7 +44,13 @@ def measure_records(system: System, layout: Layout) -> list[dict[str, Any]]:
             found[f"largest_{state}"] = [[layout.gathered_slice("LARGEST").start + i, 1]], ""
     table = measure_table(system)
     return [
-        {"name": name, "meaning": table[name].meaning, "take": take, "over": over}
+        {
+            "name": name,
+            "meaning": table[name].meaning,
+            "take": take,
+            "over": over,
+            "asked": asked_groups([table[name]]),
+        }
         for name, (take, over) in found.items()
         if name in table
     ]

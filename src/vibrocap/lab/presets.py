@@ -11,6 +11,7 @@ from vibrocap.motion.start import initial_state
 from vibrocap.numerics.api import recorded_run
 from vibrocap.paper.presets import figures_5_to_8, figures_9_to_11, start
 from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.system import System
 
 GALLERY = (
     "travels-by-stick-slip",
@@ -60,6 +61,13 @@ def gallery(folder: Path) -> list[Preset]:
     return [file_preset(folder / f"{name}.toml") for name in GALLERY if (folder / f"{name}.toml").is_file()]
 
 
+def defaults(system: System, tolerance: float) -> Preset:
+    """A system with its default numbers, from a small push."""
+    start = {system.state_names[0]: 0.5}
+    title = f"{system.machine.name}, defaults".replace("-", " ").capitalize()
+    return Preset(f"defaults-{system.machine.name}", title, "", Case(system, start, tolerance=tolerance))
+
+
 def file_preset(path: Path) -> Preset:
     """The case in a file, with the first words of its comment. Raises CaseError for what is no case."""
     case = read_case(path)
@@ -107,6 +115,6 @@ def _check(case: Case) -> dict[str, Any]:
         case.tolerance,
         case.max_events_per_period,
         case.max_steps,
-        fused=False,
+        literal=True,
     )
     return {"state": found.final.tolist(), "events": len(found.events), "pieces": len(found.pieces)}

@@ -10,9 +10,9 @@ from vibrocap.motion.trajectory import Trajectory
 class EnergyBalance:
     """Work over a window, positive into the system, and the change of the stored energy.
 
-    drive, damper, belt: work of the machine's channels (0 for a channel that it does not have)
+    drive, damper, belt, impact: work of the machine's channels (0 for a channel that it does not have)
     drag, outer_force, gravity: work of the environment's, gravity's along a slope (0 without an environment)
-    contact_sliding, bristle_loss: work of friction, split at the bristles
+    contact_sliding, bristle_loss: work of friction at all contacts, split at the bristles
     contact_storage: what bristles gave back less what they took, under a load that follows the motion (otherwise 0: it
     is in `stored`)
     stored: change of the energy of machine and contact (bristles); 0 over a period of a steady motion
@@ -29,6 +29,7 @@ class EnergyBalance:
     window: tuple[float, float]
     periods: float
     belt: float = 0.0
+    impact: float = 0.0
     contact_storage: float = 0.0
     drag: float = 0.0
     outer_force: float = 0.0
@@ -73,7 +74,11 @@ def energy_balance(
     """
     start, end = window_times(motion, window, periods)
     before, after = motion.integrals([start, end]).T
-    works = {channel: float(after[i] - before[i]) for i, channel in enumerate(motion.system.channels)}
+    works: dict[str, float] = {}
+    for i, channel in enumerate(motion.system.channels):  # that of a further contact ends in its number
+        stem, _, number = channel.rpartition("_")
+        name = stem if number.isdecimal() else channel
+        works[name] = works.get(name, 0.0) + float(after[i] - before[i])
     stored = motion.at([start, end], "energy") + motion.at([start, end], "contact_energy")
     gained = float(stored[1] - stored[0])
     return EnergyBalance(

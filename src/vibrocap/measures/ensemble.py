@@ -15,6 +15,7 @@ from vibrocap.measures.windows import usual_window
 from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
+from vibrocap.motion.start import check_room
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics import api as numerics
 from vibrocap.numerics.expressions.graph import evaluate
@@ -102,6 +103,7 @@ def ensemble(
         run_all = functools.partial(numerics.ensemble_run, threads=threads)
     check_threshold("settle", settle)
     _check_values(system, columns)
+    _check_room(system, columns, start)
     budget = numerics.Budget(
         periods=int(periods),
         window=int(window),
@@ -187,7 +189,7 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     if not isinstance(over, Mapping) or not over:
         raise ValueError(f"over should name at least one parameter or initial state with its values, got {over!r}")
     given = {path: _column(path, values) for path, values in over.items()} if system.units is not None else over
-    over = values_without_units(given, system.units, *system.parts.values())
+    over = values_without_units(given, system.units, system.parts)
     known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))
     columns: dict[str, np.ndarray] = {}
     for path, given in over.items():
@@ -255,6 +257,21 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
             raise ValueError(f"{error} for run {run}") from None
 
 
+def _check_room(system: System, columns: Mapping[str, np.ndarray], start: Mapping[str, float]) -> None:
+    """ValueError for a run that would start beyond a rigid stop."""
+    bounded = system.machine.room()
+    varied = [path for path in columns if path.startswith("machine.") or path.removeprefix(INITIAL) in bounded]
+    numbers = [columns[path].astype(float) for path in varied if columns[path].dtype != object]
+    if not bounded or not numbers:
+        return
+    for run in map(int, np.unique(np.array(numbers), axis=1, return_index=True)[1]):
+        given = {name: float(columns[INITIAL + name][run]) for name in bounded if INITIAL + name in columns}
+        try:
+            check_room(_system_of_run(system, columns, run), {**start, **given})
+        except ArgumentError as error:
+            raise ValueError(f"{error} for run {run}") from None
+
+
 def _system_of_run(system: System, columns: Mapping[str, np.ndarray], run: int) -> System:
     """The system of one run."""
     given = {path: column[run] for path, column in columns.items() if not path.startswith(INITIAL)}
@@ -286,8 +303,9 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """Whether each run has the half-period symmetry (`System.mirrored`)."""
     runs = len(next(iter(columns.values())))
     paths = [path for path in columns if path.startswith(("drive.", "environment."))]
-    for part, contract in (("friction", Law), ("machine", Machine)):
-        if type(getattr(system, part)).symmetric is not contract.symmetric:
+    for part, record in system.parts.items():
+        contract = next((each for each in (Law, Machine) if isinstance(record, each)), None)
+        if contract is not None and type(record).symmetric is not contract.symmetric:
             paths += [path for path in columns if path.startswith(f"{part}.")]
     if not paths:
         return np.full(runs, system.mirrored)

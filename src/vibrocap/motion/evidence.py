@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.motion.certificate import Certificate, Verdict
 from vibrocap.motion.equations import Equations, equations, parameter_values
-from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
 from vibrocap.numerics.api import Recorded, memory
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import CONTACT_CHANNELS
@@ -44,9 +44,11 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     marks = motion.piece_marks  # integrals at the start of every piece and at the end
     stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
-    if motion.system.friction.switched:  # energy that was stored in the contact is lost where a piece begins unloaded
+    laws = (motion.system.friction, *motion.system.further_laws)
+    if any(law.switched for law in laws):  # energy that was stored in the contact is lost where a piece begins unloaded
         before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
-        balance[1:] -= np.cumsum(np.append(after - before, 0.0))
+        taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks
+        balance[1:] -= np.cumsum(np.append(after - before - taken, 0.0))
     impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))

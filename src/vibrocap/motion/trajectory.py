@@ -14,6 +14,7 @@ from vibrocap.motion.equations import parameter_values, parameters_at
 from vibrocap.motion.in_si import MotionInSI
 from vibrocap.results import Result, Rows
 
+IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
 BLOCK = 20_000  # points at a time, when many are asked for
 STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "drive")  # not of the law
@@ -32,6 +33,7 @@ class Status(enum.Enum):
     NOT_CERTIFIED = "not certified"
     LIFT_OFF = "lift off"
     PARADOX = "paradox"
+    STOP_REACHED = "stop reached"
 
     @property
     def ok(self) -> bool:
@@ -76,6 +78,10 @@ _STATUS_TEXT = {
         "two (Painleve's paradox). A pendulum capsule is safe from it while the largest friction coefficient is below "
         "2 sqrt(lambda (lambda + 1)), lambda its mass ratio."
     ),
+    Status.STOP_REACHED: (
+        "The pendulum has reached its stop, where the case lets a run end. Drive it less, or give the stop a "
+        "coefficient of restitution."
+    ),
 }
 
 
@@ -85,8 +91,9 @@ class Event:
 
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
     sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
-    another of its pieces), "impact" and "stop_opened" (an inner mass strikes a stop, and leaves it), "lift_off" and
-    "paradox" (the run ends: no load is left, or it no longer follows from the forces).
+    another of its pieces), "stick_2", "slip_forward_2", ... (of a further contact), "impact" and "stop_opened" (an
+    inner mass strikes a stop, and leaves it), "lift_off", "paradox" and "stop_reached" (the run ends: no load is left,
+    it no longer follows from the forces, or a stop is reached that ends it).
     """
 
     time: float
@@ -321,7 +328,19 @@ class Trajectory(Result):
     def piece_marks(self) -> np.ndarray:
         """Integrals at the start of every piece and at the end: array [integrals, pieces + 1]."""
         whole = self.piece_integrals(np.arange(len(self.piece_start)), self.piece_length)
-        return np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
+        marks = np.concatenate((np.zeros((len(whole), 1)), np.cumsum(whole, axis=1)), axis=1)
+        if IMPACT_WORK in self.integral_names:
+            taken = np.cumsum(self.piece_jumps)
+            marks[self.integral_names.index(IMPACT_WORK), 1:] += np.append(taken, taken[-1:])
+        return marks
+
+    @functools.cached_property
+    def piece_jumps(self) -> np.ndarray:
+        """Energy that the machine gains where each piece but the first begins, in impacts: array [pieces - 1]."""
+        later = np.arange(1, len(self.piece_start))
+        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[:-1], 0.0 * later))
+        before, after = self.piece_observables(("energy",), index, s).reshape(2, -1)
+        return after - before
 
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of the observables named: array [integrals, n]."""
@@ -353,9 +372,15 @@ class Trajectory(Result):
     @functools.cached_property
     def phases(self) -> Rows[Phase]:
         """Stretches of sticking and sliding, in order; `phases.table()` and `phases.to_pandas()` as for the events."""
+        return self.phases_of(1)
+
+    def phases_of(self, contact: int) -> Rows[Phase]:
+        """The same of a further contact, 2 for the second."""
+        sides = self.piece_side
+        if contact > 1:
+            sides = self.coefficients[:, self.state_names.index(f"side_{contact}"), 0]
         if not len(self.piece_start):
             return Rows()
-        sides = self.piece_side
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
         times = np.concatenate((self.piece_start[starts], [self.end]))
         return Rows(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))

@@ -3,7 +3,7 @@
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
 - Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
-- Kernels for a page, in JavaScript: `browser_motion`, `browser_ensemble`.
+- Kernels for a page, in JavaScript: `browser_kernels`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 `memory` names the numbers in what comes back: why a run ended, kinds of event, groups of measures, places in a result.
@@ -32,11 +32,11 @@ if TYPE_CHECKING:
         Layout,
     )
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-    from vibrocap.numerics.run.browser import BrowserKernel, browser_ensemble, browser_motion
+    from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
-    from vibrocap.numerics.run.motion import Recorded, recorded_run
+    from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
     from vibrocap.numerics.run.stroboscope import Stroboscope
     from vibrocap.numerics.run.threads import available_threads
@@ -61,8 +61,7 @@ __all__ = [
     "ScalarWriter",
     "Stroboscope",
     "available_threads",
-    "browser_ensemble",
-    "browser_motion",
+    "browser_kernels",
     "code_made_for",
     "cuda_ensemble_run",
     "cuda_problem",
@@ -72,6 +71,7 @@ __all__ = [
     "memory",
     "recorded_run",
     "replayed",
+    "series_order",
     "sharpness",
 ]
 
@@ -98,8 +98,7 @@ _HOMES = {
     "kernel.observe.settle": ("LONGEST_PERIOD",),
     "run.browser": (
         "BrowserKernel",
-        "browser_ensemble",
-        "browser_motion",
+        "browser_kernels",
     ),
     "run.cuda": (
         "cuda_ensemble_run",
@@ -116,6 +115,7 @@ _HOMES = {
     "run.motion": (
         "Recorded",
         "recorded_run",
+        "series_order",
     ),
     "run.replay": ("replayed",),
     "run.stroboscope": ("Stroboscope",),

@@ -49,6 +49,14 @@ def figures_9_to_11(friction: str = "lugre", mass_ratio: float = 2.5, stiffness:
     return System(machine, law(friction), Harmonic(AMPLITUDE, FREQUENCY))
 
 
+def with_load(system: System, load: float | str) -> System:
+    """The same capsule under another normal load: a number, "weight" (lambda + 1) or "dynamic" (what the motion makes).
+
+    The paper's is 1, the weight of the pendulum alone.
+    """
+    return system.with_parameters({"machine.normal_load": load})
+
+
 def start(system: System, mirrored: bool = False) -> dict[str, float]:
     """The paper's start: angle pi/3, bristle 0.0026 where the law has one, all else zero; or its mirror image."""
     sign = -1.0 if mirrored else 1.0

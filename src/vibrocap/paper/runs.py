@@ -8,9 +8,9 @@ import numpy as np
 from vibrocap.measures.friction_loop import FrictionLoop, friction_loop
 from vibrocap.measures.travel import mean_velocity
 from vibrocap.motion.simulate import simulate
-from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.trajectory import STUCK, Status, Trajectory
 from vibrocap.orbits.crossings.crossing import Crossings, crossing
-from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start
+from vibrocap.paper.presets import MASS_RATIOS, figures_5_to_8, figures_9_to_11, start, with_load
 from vibrocap.physics.system import System
 
 TOLERANCE = 1e-10
@@ -21,6 +21,8 @@ LAST = 10  # periods of the window at the end, for the steady velocity
 SWEEP_PERIODS = 150
 RANDOM_RATIOS, RANDOM_STARTS = 9, 8  # mass ratios of Fig. 9, and random starts at each
 SWEEP_POINTS = 82  # mass ratios of Fig. 9: about 0.1 apart
+LIGHT_RATIOS = (0.01, 0.15)  # where a load that follows the motion can end it
+LIGHT_POINTS = 29  # 0.005 apart
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -63,6 +65,24 @@ class Sweep:
         return (self.sections[:, window] - self.sections[:, 0]) / (window * period)
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class LoadedRun:
+    """A motion of Fig. 9 under the load that the pendulum makes, which may end it."""
+
+    mass_ratio: float
+    status: Status
+    end: float  # time reached
+    sections: np.ndarray  # position at the period marks that were reached
+    at_rest: bool  # whether the capsule never left its place
+    last_load: float
+    last_coefficient: float  # |R|/N at the end
+
+    def mean_velocity(self, period: float, window: int, last: bool = False) -> float:
+        """Average velocity over the first (or the last) `window` periods, of a run that went to its end."""
+        first, second = (self.sections[-1 - window], self.sections[-1]) if last else self.sections[[0, window]]
+        return float(second - first) / (window * period)
+
+
 class Runs:
     """Makes each run once and keeps it. `progress` is told before each that takes a while."""
 
@@ -93,9 +113,10 @@ class Runs:
         return self.motion(figures_5_to_8(friction, **friction_changes), twin=twin)
 
     @functools.cache  # noqa: B019 - a handful of runs, kept as long as their owner
-    def steady(self, friction: str, twin: bool = False, **friction_changes: float) -> Period:
+    def steady(self, friction: str, twin: bool = False, load: float | str = 1.0, **friction_changes: float) -> Period:
         """The last period of the settled motion of Figs 5-8."""
-        return last_period(self.motion(figures_5_to_8(friction, **friction_changes), SETTLING_PERIODS, twin=twin))
+        system = with_load(figures_5_to_8(friction, **friction_changes), load)
+        return last_period(self.motion(system, SETTLING_PERIODS, twin=twin))
 
     @functools.cache  # noqa: B019
     def sweep(self, friction: str, stiffness: float = 4.0, points: int = SWEEP_POINTS, twin: bool = False) -> Sweep:
@@ -103,6 +124,20 @@ class Runs:
         ratios = np.linspace(*MASS_RATIOS, points)
         rows = [self._sweep_row(figures_9_to_11(friction, ratio, stiffness), twin) for ratio in map(float, ratios)]
         return Sweep(ratios, *(np.array(column) for column in zip(*rows, strict=True)))
+
+    @functools.cache  # noqa: B019
+    def loaded_sweep(self, friction: str, light: bool = False) -> tuple[LoadedRun, ...]:
+        """The motions of Fig. 9 under the load that the pendulum makes; light: of light capsules, on a finer grid."""
+        ratios = np.linspace(*LIGHT_RATIOS, LIGHT_POINTS) if light else np.linspace(*MASS_RATIOS, SWEEP_POINTS)
+        return tuple(self._loaded(friction, round(float(ratio), 6)) for ratio in ratios)
+
+    def _loaded(self, friction: str, ratio: float) -> LoadedRun:
+        system = with_load(figures_9_to_11(friction, ratio), "dynamic")
+        motion = run(system, SWEEP_PERIODS, complete=False)
+        at_rest = system.friction.kind == "set-valued" and bool(np.all(motion.piece_side == STUCK))
+        load, force = (float(motion.at(motion.end, name)[0]) for name in ("reaction", "friction"))
+        coefficient = abs(force / load) if load > 0.0 else 0.0
+        return LoadedRun(ratio, motion.run_status, motion.end, motion.sections[:, 2], at_rest, load, coefficient)
 
     @functools.cache  # noqa: B019
     def crossings(self, friction: str, stiffness: float = 4.0, against: str | None = None) -> Crossings:
@@ -127,15 +162,16 @@ class Runs:
         return motion.sections[:, 2], return_residual(motion), peaks, float(np.ptp(position))
 
 
-def run(system: System, periods: float, twin: bool = False) -> Trajectory:
+def run(system: System, periods: float, twin: bool = False, complete: bool = True) -> Trajectory:
     """A motion from the paper's start; or its mirror twin: started mirrored, half a period later.
 
-    Half a period later the torque of an odd drive is reversed: that is how the twin is run here.
+    Half a period later the torque of an odd drive is reversed: that is how the twin is run here. complete: one that
+    does not go to its end is an error.
     """
     if twin:
         system = system.with_parameters({"drive.amplitude": -system.parameter("drive.amplitude")})
     motion = simulate(system, periods=periods, initial=start(system, mirrored=twin), tolerance=TOLERANCE)
-    if not motion.status.ok:
+    if complete and not motion.status.ok:
         raise RuntimeError(f"{system}: {motion.status.text}")
     return motion
 

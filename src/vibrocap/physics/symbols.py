@@ -14,7 +14,7 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.scales import EFFORTS, FreeScales
-from vibrocap.physics.units import DRIVE_UNITS, over_seconds, parameter_keys
+from vibrocap.physics.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
 from vibrocap.physics.units import QUANTITIES as QUANTITY_UNITS
 
 GREEK = {
@@ -45,13 +45,15 @@ HEAD = ("symbol", "name in code", "meaning", "default")
 STATES = {
     "angle": ("theta", "angle of the pendulum from upright"),
     "angle_rate": ("theta'", "its rate"),
-    "displacement": ("z", "displacement of the inner mass in the capsule"),
+    "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
     "displacement_rate": ("z'", "its rate"),
-    "position": ("X", "position of the capsule; nothing depends on it"),
-    "velocity": ("X'", "velocity of the capsule"),
+    "position": ("X", "position of the capsule, or of the rearmost body; nothing depends on it"),
+    "velocity": ("X'", "its velocity"),
     "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass"),
+    "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
+    **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers)") for i in (2, 3)},
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
-    "touching": ("s", "stop that the inner mass touches: 1 in front, -1 behind, 0 none"),
+    "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -77,6 +79,9 @@ MECHANICAL = (
     "position",
     "velocity",
     "centre_velocity",
+    "displacement_2",
+    "velocity_2",
+    "velocity_3",
     "sliding_velocity",
     "touching",
 )
@@ -91,8 +96,8 @@ QUANTITIES = {
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
     "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator, environment)"),
-    "actuator_force": ("F_a", "force between body and inner mass that an imposed motion takes (crawler)"),
-    "actuator_torque": ("T", "torque on the pendulum that an imposed motion takes (pendulum crawler)"),
+    "actuator_force": ("F_a", "force between body and inner mass that an imposed motion takes (imposed crawler)"),
+    "actuator_torque": ("T", "torque on the pendulum that an imposed motion takes (imposed pendulum)"),
     "actuator_power": ("P_a", "power of that force or torque"),
     "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
     "holding_limit": ("R_max", "how far the forces reach that a resting contact can hold, under such a load"),
@@ -104,6 +109,7 @@ QUANTITIES = {
     },
     "drive_work": ("W_drive", "work of the drive since the start; work is positive into the system"),
     "damper_work": ("W_damper", "work of the damper since the start"),
+    "impact_work": ("W_impact", "work lost in impacts since the start (capsules with rigid stops)"),
     "belt_work": ("W_belt", "work of the belt since the start (oscillator)"),
     "drag_work": ("W_drag", "work of the drag since the start (environment)"),
     "outer_force_work": ("W_outer", "work of its constant force since the start (environment)"),
@@ -112,6 +118,16 @@ QUANTITIES = {
     "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
     "contact_storage_work": ("W_store", "work that bristles gave back less what they took, under such a load"),
     "impulse": ("J", "integral of the friction force since the start"),
+    **{
+        f"{name}_{i}{ending}": (symbol.format(i), meaning.format(i))
+        for i in (2, 3)
+        for name, ending, symbol, meaning in (
+            ("friction", "", "R_{}", "friction force at contact {} (crawlers; so for all that belongs to it)"),
+            ("contact_velocity", "", "v_{}", "its sliding velocity"),
+            ("contact_sliding", "_work", "W_slide{}", "work lost by sliding there"),
+            ("bristle_loss", "_work", "W_bristle{}", "work lost in deforming it"),
+        )
+    },
 }
 
 
@@ -129,7 +145,9 @@ def page() -> str:
         "Written by `python -m vibrocap.physics.symbols > docs/symbols.md`, from the parts themselves.",
         "",
         "A path such as `machine.mass_ratio` names a parameter of a system. All is dimensionless unless a unit is",
-        "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit.",
+        "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit. Laws of",
+        "further contacts stand under `friction_2`, `friction_3` and so on, and their states end in that number too:",
+        "`bristle_2`, and `side_2` for the direction of sliding.",
         "",
     ]
     for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())):
@@ -205,8 +223,8 @@ def _unit(name: str) -> str:
     state = name.removesuffix("_rate")
     if name.endswith("_work"):
         return "J"
-    if name in QUANTITY_UNITS or state not in QUANTITY_UNITS:
-        return QUANTITY_UNITS.get(name, "")
+    if (own := quantity_unit(name)) is not None or state not in QUANTITY_UNITS:
+        return own or ""
     return over_seconds(QUANTITY_UNITS[state])
 
 

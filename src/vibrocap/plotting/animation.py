@@ -1,4 +1,7 @@
-"""Motion pictures: the capsule with its pendulum on a ground with ticks, the contact coloured by stick and slip."""
+"""Motion pictures: a machine on a ground with ticks, its contact coloured by stick and slip.
+
+An arrow from below is what the ground gives, the true normal load; downwards where it would have to pull.
+"""
 
 import contextlib
 import math
@@ -12,11 +15,13 @@ import matplotlib
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.patches import BoxStyle, Circle, FancyBboxPatch
+from matplotlib.patches import BoxStyle, Circle, FancyArrowPatch, FancyBboxPatch
+from matplotlib.patheffects import Normal, Stroke
 
 from vibrocap.files import replacing
+from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
-from vibrocap.plotting.style import BLUE, GREEN, ORANGE, STYLE, VERMILION, blank_figure
+from vibrocap.plotting.style import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, blank_figure
 from vibrocap.plotting.units import scale
 
 PERIODS = 5  # the last ones are filmed
@@ -26,8 +31,13 @@ MOST_FRAMES = 750  # a longer film runs faster instead
 
 # side of the contact: (colour, words); the words too, so that nothing rests on colour alone
 CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
-HALF_WIDTH, HEIGHT, BOB = 0.42, 0.34, 0.12  # of the drawing; the pendulum's length is 1
-HIGH, WIDTH_OVER_HEIGHT = 1.65, 16 / 9
+WIDTH_OVER_HEIGHT = 16 / 9
+BELOW, ABOVE, BESIDE = 0.4, 0.35, 0.5  # room around the shapes: for the ground and its numbers, for words
+OUTLINE = "#303030"
+COILS, WINDING = 8, 0.09  # of a drawn spring, and half of its width
+ARROW, SHORT, HEAD = 0.62, 0.15, 14.0  # length of the largest load; below SHORT the head of the arrow shrinks, too
+LOADED = -0.95  # how deep the picture reaches below the ground, where it shows the load
+HELD_SECONDS = 1.5  # for which the end of a run that did not go to its end is held
 
 
 def animate_motion(
@@ -35,22 +45,29 @@ def animate_motion(
 ) -> Path:
     """Film the last periods of a motion to an .mp4 (by ffmpeg) or .gif file.
 
-    The pendulum's bob is at X - sin(theta), cos(theta), as in the paper's section 2.2. The camera follows the mean
-    travel, which the ticks of the ground and a triangle where the film starts show. Raises ValueError for .mp4 without
-    ffmpeg, and for another ending; WriteError where the film cannot be written.
+    Drawn is the scene of the machine, `Machine.scene`. The camera follows the mean travel, which the ticks of the
+    ground and a triangle where the film starts show. The arrow at the contact is the true normal load. The last frame
+    of a run that did not go to its end is held, with its status. Raises ValueError for .mp4 without ffmpeg, and for
+    another ending; WriteError where the film cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() not in (".mp4", ".gif"):
         raise ValueError(f"a film should end in .mp4 or .gif, got {str(path)!r}")
     if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
         raise ValueError("an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif")
+    if not len(motion.piece_start):
+        raise ValueError(
+            f"there is nothing to film: the run ended where it began, with the status {motion.status.value!r}"
+        )
     start = max(0.0, motion.end - periods * motion.period)
     shown = max((motion.end - start) / motion.period, 1e-9)
     frames = min(MOST_FRAMES, max(2, round(shown * SECONDS_PER_PERIOD * FRAMES_PER_SECOND)))
     # The end itself is left out, so that a repeated film of whole periods goes on smoothly.
     times = np.linspace(start, motion.end, frames, endpoint=False)
+    if not motion.run_status.ok:
+        times = np.append(times, np.full(round(HELD_SECONDS * FRAMES_PER_SECOND), motion.end))
     with matplotlib.rc_context(STYLE):
-        scene = _Scene(motion, times)
+        scene = Scene(motion, times)
         film = path.suffix.lower() == ".mp4"
         writer = (FFMpegWriter if film else PillowWriter)(fps=FRAMES_PER_SECOND)
         with (
@@ -58,11 +75,11 @@ def animate_motion(
             _ended_well(),
             writer.saving(scene.figure, str(temporary), 100 if film else 70),
         ):
-            for number in range(frames):
+            for number in range(len(times)):
                 scene.show(number)
                 writer.grab_frame()
                 if progress is not None:
-                    progress((number + 1) / frames)
+                    progress((number + 1) / len(times))
     return path
 
 
@@ -78,19 +95,22 @@ def _ended_well() -> Iterator[None]:
         raise OSError(f"ffmpeg failed: {words[-1] if words else f'it ended with {error.returncode}'}") from None
 
 
-class _Scene:
+class Scene:
     """The drawing of one frame, changed from frame to frame. The camera moves with the mean travel."""
 
     def __init__(self, motion: Trajectory, times: np.ndarray):
         self.motion = motion
         self.times = times
-        self.angle, self.position = motion.at(times, "angle"), motion.at(times, "position")
+        machine = motion.system.machine
+        self.place = machine.place or machine.cyclic
+        self.position = motion.at(times, self.place)
         self.side = _shown_side(motion, times)
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
-        self.low = -0.4 if np.cos(self.angle).min() > -0.1 else -1.0
-        reach = float(np.abs(self.position - self.camera).max()) + 1.0 + 2 * BOB
-        self.half = max(reach, (HIGH - self.low) * WIDTH_OVER_HEIGHT / 2)
-        self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
+        self.load = motion.at(times, "reaction") if "reaction" in motion.observable_names else None
+        if self.load is not None:
+            self.load_size = ARROW / max(float(np.abs(self.load).max()), 1e-300)
+        self.shapes = moving_shapes(motion, times)
+        self._frame()
         self.figure = blank_figure((8.0, 8.0 / WIDTH_OVER_HEIGHT))
         self.figure.set_layout_engine("none")
         self.axes: Axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -98,7 +118,23 @@ class _Scene:
         self.axes.set(xlim=(-self.half, self.half), ylim=(self.low, self.high))
         self._ground()
         self._machine()
+        if self.load is not None:
+            self._arrow()
         self._words()
+
+    def _frame(self) -> None:
+        """How far is to be seen: all shapes in all frames."""
+        low, high, half = 0.0, 0.0, 0.0
+        for each in self.shapes:
+            wide, tall = each.shape.size[0] / 2, each.shape.size[1] / 2
+            half = max(half, float(np.abs(each.points[:, 0] - self.camera).max()) + wide)
+            low, high = (
+                min(low, float(each.points[:, 1].min()) - tall),
+                max(high, float(each.points[:, 1].max()) + tall),
+            )
+        self.low = low - BELOW if self.load is None else min(low - BELOW, LOADED)
+        self.half = max(half + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
+        self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
 
     def _ground(self) -> None:
         """A line with a long tick every length l, short ones between, and a flag where the film starts."""
@@ -109,7 +145,7 @@ class _Scene:
         self.marks = np.arange(first, last + 0.25, 0.25)
         lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
         self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0)[0] for size in lengths]
-        unit = scale("position", self.motion.system)
+        unit = scale(self.place, self.motion.system)
         self.numbers = {
             mark: self.axes.text(
                 0,
@@ -126,17 +162,14 @@ class _Scene:
         self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none")[0]
 
     def _machine(self) -> None:
-        outline = "#303030"
-        shape = BoxStyle("round", pad=0, rounding_size=0.12)
-        body = FancyBboxPatch((0, 0), 2 * HALF_WIDTH, HEIGHT, boxstyle=shape, facecolor="#DCE6EF", edgecolor=outline)
-        self.body, self.bob = body, Circle((0, 0), BOB, facecolor=BLUE, edgecolor=outline, zorder=5)
-        self.contact = self.axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3)[0]
-        self.rod = self.axes.plot([], [], color=outline, linewidth=2.2, zorder=4)[0]
-        self.pivot = self.axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=outline, zorder=6)[
-            0
-        ]
-        self.axes.add_patch(body)
-        self.axes.add_patch(self.bob)
+        self.movers = [_drawn(each, self.axes) for each in self.shapes]
+
+    def _arrow(self) -> None:
+        """The arrow of the load, on the ground, and what is said of it, below."""
+        self.load_words = self.axes.text(-0.97 * self.half, self.low + 0.03 * self.half, "", va="bottom", fontsize=10)
+        self.arrow = FancyArrowPatch((0, 0), (0, 0), arrowstyle="-|>", linewidth=2.4, shrinkA=0, shrinkB=0, zorder=7)
+        self.arrow.set_path_effects([Stroke(linewidth=5.0, foreground="white"), Normal()])
+        self.axes.add_patch(self.arrow)
 
     def _words(self) -> None:
         top, side = self.high - 0.03 * (self.high - self.low), 0.97 * self.half
@@ -154,29 +187,82 @@ class _Scene:
     def show(self, number: int) -> None:
         """Draw a frame."""
         camera, time, position = self.camera[number], self.times[number], self.position[number]
-        x = position - camera
-        bob = x - math.sin(self.angle[number]), HEIGHT + math.cos(self.angle[number])
         colour, words = CONTACT[int(self.side[number])]
-        self.body.set_x(x - HALF_WIDTH)
-        self.contact.set_data([x - HALF_WIDTH + 0.05, x + HALF_WIDTH - 0.05], [0, 0])
-        self.contact.set_color(colour)
-        self.rod.set_data([x, bob[0]], [HEIGHT, bob[1]])
-        self.bob.set_center(bob)
-        self.pivot.set_data([x], [HEIGHT])
+        for each, move in zip(self.shapes, self.movers, strict=True):
+            x, y = each.points[:, 0, number] - camera, each.points[:, 1, number]
+            move(x, y, colour)
         for mark, tick in zip(self.marks, self.ticks, strict=True):
             tick.set_xdata([mark - camera, mark - camera])
         for mark, label in self.numbers.items():
             label.set_x(mark - camera)
         self.flag.set_xdata([self.position[0] - camera])
         earlier = time - self.motion.period
-        size, unit = scale("position", self.motion.system), "" if self.motion.system.units is None else " m"
+        size, unit = scale(self.place, self.motion.system), "" if self.motion.system.units is None else " m"
         lines = [rf"time $\tau/T$ = {time / self.motion.period:.2f}", f"position $X$ = {position * size:+.3f}{unit}"]
-        if earlier >= 0.0:
-            drift = position - self.motion.at(earlier, "position")[0]
+        if earlier >= 0.0 and self.motion.system.machine.cyclic is not None:
+            drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
+        if self.load is not None:
+            self._show_load(float(self.load[number]), position - camera)
         self.clock.set_text("\n".join(lines))
-        self.state.set_text(words)
-        self.state.set_color(colour)
+        stopped = not self.motion.run_status.ok and time == self.motion.end
+        self.state.set_text(f"ends: {self.motion.run_status.value}" if stopped else words)
+        self.state.set_color(VERMILION if stopped else colour)
+
+    def _show_load(self, load: float, x: float) -> None:
+        """The arrow of the true load, and its value in words."""
+        length, colour = abs(load) * self.load_size, PURPLE if load >= 0.0 else VERMILION
+        ends = ((x, -length), (x, 0.0)) if load >= 0.0 else ((x, 0.0), (x, -length))
+        self.arrow.set_positions(*ends)
+        self.arrow.set_color(colour)
+        self.arrow.set_mutation_scale(HEAD * min(1.0, length / SHORT))
+        self.arrow.set_visible(length > 1e-3)
+        system = self.motion.system
+        size, unit = scale("reaction", system), "" if system.units is None else " N"
+        words = rf"normal load $N$ = {round(load * size, 3) + 0.0:.3f}{unit}"  # no minus before a zero
+        if not system.machine.follows_load:
+            words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
+        self.load_words.set_text(words + ("\nthe ground would have to pull" if load < 0.0 else ""))
+
+
+Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
+
+
+def _drawn(moving: MovingShape, axes: Axes) -> Mover:
+    """Draw a shape on axes; returns what moves it to its place in a frame."""
+    shape = moving.shape
+    wide, tall = shape.size
+    if shape.kind == "box":
+        style = BoxStyle("round", pad=0, rounding_size=0.25 * min(wide, tall))
+        box = FancyBboxPatch((0, 0), wide, tall, boxstyle=style, facecolor="#DCE6EF", edgecolor=OUTLINE, zorder=2)
+        axes.add_patch(box)
+        return lambda x, y, colour: (box.set_x(x[0] - wide / 2), box.set_y(y[0] - tall / 2))
+    if shape.kind == "disc":
+        disc = Circle((0, 0), wide / 2, facecolor=BLUE, edgecolor=OUTLINE, zorder=5)
+        axes.add_patch(disc)
+        return lambda x, y, colour: disc.set_center((x[0], y[0]))
+    if shape.kind == "contact":
+        line = axes.plot([], [], linewidth=6, solid_capstyle="butt", zorder=3)[0]
+        return lambda x, y, colour: (
+            line.set_data([x[0] - wide / 2, x[0] + wide / 2], [y[0]] * 2),
+            line.set_color(colour),
+        )
+    if shape.kind == "hinge":
+        hinge = axes.plot([], [], marker="o", markersize=6, color="white", markeredgecolor=OUTLINE, zorder=6)[0]
+        return lambda x, y, colour: hinge.set_data(x, y)
+    width = 2.2 if shape.kind == "rod" else 1.2
+    path = axes.plot([], [], color=OUTLINE, linewidth=width, zorder=4)[0]
+    shown = _coils if shape.kind == "spring" else lambda x, y: (x, y)
+    return lambda x, y, colour: path.set_data(*shown(x, y))
+
+
+def _coils(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A zigzag from one point to the other."""
+    along = np.array([x[1] - x[0], y[1] - y[0]])
+    normal = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-12)
+    share = np.concatenate(([0.0, 0.1], 0.1 + 0.8 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.9, 1.0]))
+    aside = np.concatenate(([0.0, 0.0], WINDING * (-1.0) ** np.arange(2 * COILS), [0.0, 0.0]))
+    return x[0] + share * along[0] + aside * normal[0], y[0] + share * along[1] + aside * normal[1]
 
 
 def _shown_side(motion: Trajectory, times: np.ndarray) -> np.ndarray:

@@ -119,6 +119,23 @@ def share(count: int, total: int) -> str:
     return f"{count:,} ({percent:.0f} %)" if percent >= 1 else f"{count:,} (<1 %)" if count else "0"
 
 
+def hidden_lift_off(panel: Panel) -> np.ndarray:
+    """Runs that finished although the true load was negative, which a constant load does not notice.
+
+    Marked by hatching, where the study holds the measure `least_reaction`.
+    """
+    if "least_reaction" not in panel.dataset:
+        return np.zeros(panel.status.shape, dtype=bool)
+    return (panel.other("least_reaction") < 0.0) & (panel.status == FINISHED)
+
+
+def hidden_label(view: View) -> str:
+    """The legend of runs whose constant load hides a lift-off; empty where there is none."""
+    count = sum(int(hidden_lift_off(panel).sum()) for panel in view.panels)
+    total = sum(panel.status.size for panel in view.panels)
+    return f"the true load would be negative: {share(count, total)}" if count else ""
+
+
 @dataclasses.dataclass(frozen=True)
 class Categories:
     """The values of a discrete measure that are drawn in colours of their own, and their legend."""

@@ -29,6 +29,8 @@ from vibrocap.plotting.cells import (
     categories,
     cell_labels,
     cells,
+    hidden_label,
+    hidden_lift_off,
     limits,
     unsettled,
     unsettled_label,
@@ -67,7 +69,7 @@ CELL_STYLES: dict[Cell, tuple[str, str, str]] = {
     Cell.FAILED: ("#E78AC3", "xxxxx", BLACK),
     Cell.NOT_RUN: ("#FFFFFF", "----", "#999999"),
 }
-UNSETTLED = "//////"
+UNSETTLED, HIDDEN = "//////", "\\\\\\\\"
 HATCH_WIDTH, HALO = 0.45, 1.3  # of lines over colours: black with a white rim shows on any of them
 BORDER = 0.7
 COLUMN, PAGE = 3.54, 7.2  # inches: 90 mm and 183 mm
@@ -263,6 +265,8 @@ def _draw_maps(fig: Figure | SubFigure, axes: list[Axes], view: View) -> list[An
     handles += [look(cell, text) for cell, text in cell_labels(view).items()]
     if text := unsettled_label(view):
         handles.append(_hatched(Patch(facecolor="none", label=text), UNSETTLED, BLACK))
+    if text := hidden_label(view):
+        handles.append(_hatched(Patch(facecolor="none", label=text), HIDDEN, BLACK))
     return handles
 
 
@@ -278,8 +282,9 @@ def _draw_map(ax: Axes, view: View, panel: Panel, colours: Any, paint: dict[str,
         ax.pcolormesh(x, y, flat.T, rasterized=True, label="no values", cmap=faces, norm=numbers)
         for cell, (_, hatch, ink) in CELL_STYLES.items():
             _hatch(ax, x, y, kinds == cell, hatch, ink)
-        _hatch(ax, x, y, waiting, UNSETTLED, "white", HALO)
-        _hatch(ax, x, y, waiting, UNSETTLED, BLACK)
+        for where, hatch in ((waiting, UNSETTLED), (hidden_lift_off(panel), HIDDEN)):
+            _hatch(ax, x, y, where, hatch, "white", HALO)
+            _hatch(ax, x, y, where, hatch, BLACK)
         ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
     else:
         draw_dots(ax, view, panel, colours, paint)

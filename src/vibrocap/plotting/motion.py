@@ -1,4 +1,4 @@
-"""Pictures of motions: time histories, phase planes and the friction loop."""
+"""Pictures of motions: time histories, phase planes, the friction loop and the normal load."""
 
 from pathlib import Path
 from typing import Any
@@ -37,6 +37,10 @@ LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
 FASTER: dict[str, Any] = {"color": VERMILION, "linewidth": 1.6, "linestyle": "-", "zorder": 3}
 SLOWER: dict[str, Any] = {"color": BLUE, "linewidth": 1.6, "linestyle": (0, (4, 1.5)), "zorder": 4}
 HELD: dict[str, Any] = {"color": "#8A8A8A", "linewidth": 3.0, "linestyle": "-", "zorder": 2}
+GIVEN: dict[str, Any] = {"color": BLACK, "linewidth": 1.5, "linestyle": (0, (5, 2)), "zorder": 2}
+TRUE: dict[str, Any] = {"color": BLUE, "linewidth": 0.8, "zorder": 3}
+PULLING: dict[str, Any] = {"facecolor": "none", "edgecolor": VERMILION, "hatch": "////", "linewidth": 0.0, "zorder": 2}
+STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0, (2, 1.5)), "zorder": 4}
 END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none", "zorder": 5}
 
 
@@ -48,14 +52,21 @@ def plot_motion(motion: Trajectory, path: str | Path) -> Path:
 def motion_figure(motion: Trajectory) -> Figure:
     """A motion: time histories on the left, phase planes and the friction loop on the right.
 
-    The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes.
+    The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes. Of a
+    load that follows the motion, and of a constant one that hides a lift-off, the load is shown as well.
     """
     system = motion.system
     title = parts_title([*system.parts.values()], WIDTH) if system.units is None else parts_in_si(system, WIDTH)
-    fig = blank_figure((WIDTH, 7.7 + 0.17 * (title.count("\n") + 1)))
+    loaded = system.machine.follows_load or hides_lift_off(motion)
+    fig = blank_figure((WIDTH, 7.7 + 1.6 * loaded + 0.17 * (title.count("\n") + 1)))
     with style():
         left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
-        _time_histories(left.subplots(4, 1), motion)
+        axes = left.subplots(4 + loaded, 1)
+        _time_histories(axes[:4], motion)
+        if loaded:
+            draw_load(motion, periods=DETAIL_PERIODS, ax=axes[4]).set_title("Load")
+            axes[3].set_xlabel("")
+            axes[3].tick_params(labelbottom=False)
         left.align_ylabels()
         planes = right.subplots(3, 1)
         inner, rate = motion.state_names[:2]
@@ -119,6 +130,21 @@ def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale:
     return bool(stuck)
 
 
+def hides_lift_off(motion: Trajectory) -> bool:
+    """Whether the load is constant, and the true one negative somewhere: the machine would have lifted off."""
+    if motion.system.machine.follows_load or "reaction" not in motion.observable_names or not len(motion.piece_start):
+        return False
+    return bool(np.min(Trace(motion, motion.start_time, motion.end)["reaction"]) < 0.0)
+
+
+def _mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
+    """Mark where a run stopped that did not go to its end, at a time divided by `unit`; whether it did."""
+    if motion.run_status.ok:
+        return False
+    ax.axvline(motion.end / unit, label=motion.run_status.value, **STOPPED)
+    return True
+
+
 # --- single panels ----------------------------------------------------------------------------------------------------
 def draw_history(
     motion: Trajectory, name: str = "position", *, periods: float | None = None, ax: Axes | None = None
@@ -137,9 +163,45 @@ def draw_history(
         if name not in ("position", motion.system.machine.place):
             ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
         ax.set(ylabel=_label(motion, name), xlabel=LABELS["periods"])
+        stopped = _mark_stop(ax, motion, period)
         if periods is not None:
             ax.set_xlim(start / period, motion.end / period)
-        if shaded:
+        if shaded or stopped:
+            _legend_above(ax)
+    return ax
+
+
+def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | None = None) -> Axes:
+    """The normal load of a motion over time in drive periods, with the line where the ground would have to pull.
+
+    A load that follows the motion is drawn as it is, and where it vanishes the end of the run is marked. A constant
+    load is drawn beside the true one (thin), and hatched where that is negative: the machine would have lifted off.
+
+    periods: so many at the end, by default all. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
+    for a machine that does not know its load.
+    """
+    if "reaction" not in motion.observable_names:
+        raise ArgumentError("what", f"the {motion.system.machine.name} does not say how its load follows the motion")
+    ax = given_axes(ax)
+    start = motion.start_time if periods is None else max(motion.start_time, motion.end - periods * motion.period)
+    trace, period, machine = Trace(motion, start, motion.end), motion.period, motion.system.machine
+    load = trace["reaction"]
+    with style():
+        ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
+        if machine.follows_load:
+            ax.plot(trace.time / period, load, **LAST)
+        else:
+            given = float(motion.system.placed.load()) * scale("reaction", motion.system)
+            ax.plot(trace.time[[0, -1]] / period, [given, given], **GIVEN, label="constant load")
+            ax.plot(trace.time / period, load, **TRUE, label="true load")
+            if np.min(load) < 0.0:
+                below = np.minimum(load, 0.0)
+                ax.fill_between(trace.time / period, below, 0.0, **PULLING, label="the ground would have to pull")
+        _mark_stop(ax, motion, period)
+        ax.set(ylabel=_label(motion, "reaction"), xlabel=LABELS["periods"])
+        if periods is not None:
+            ax.set_xlim(start / period, motion.end / period)
+        if ax.get_legend_handles_labels()[0]:
             _legend_above(ax)
     return ax
 

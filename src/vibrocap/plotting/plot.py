@@ -32,7 +32,7 @@ from vibrocap.plotting.laboratory import (
     sheet_figure,
 )
 from vibrocap.plotting.maps import PRINT, draw_study, study_figure
-from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_phase_plane, motion_figure
+from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane, motion_figure
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
 from vibrocap.plotting.study_view import study_view
 from vibrocap.plotting.style import STYLE, save
@@ -48,7 +48,7 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
     """Draw one panel of a result and return its axes; `figure` draws the whole sheet.
 
     result, and what can be drawn of it (the first by default):
-        a motion or an orbit: "position", any other name of `motion.names`, "phase plane", "friction loop"
+        a motion or an orbit: "position", any other name of `motion.names`, "phase plane", "friction loop", "load"
         a dataset of a study: the name of a measure
         a branch or a diagram of branches: "mean_velocity", "drift", "period", "multipliers"
         a fit: "intervals", or the name of a record
@@ -56,15 +56,19 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         a friction law: "steady", "presliding"
     ax: axes to draw into, by default those of a new figure (`.figure` of what is returned; pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
-        `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`, `draw_basins`,
-        `draw_steady_curve`, `draw_presliding`
+        `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
+        `draw_basins`, `draw_steady_curve`, `draw_presliding`
 
     The style of the package holds for what is drawn here and nowhere else. Raises TypeError for what cannot be drawn.
     """
     if isinstance(result, Orbit):
         result = result.motion()
     if isinstance(result, Trajectory):
-        panels: dict[str, Callable[..., Axes]] = {"phase plane": draw_phase_plane, "friction loop": draw_friction_loop}
+        panels: dict[str, Callable[..., Axes]] = {
+            "phase plane": draw_phase_plane,
+            "friction loop": draw_friction_loop,
+            "load": draw_load,
+        }
         if what in panels:
             return panels[what](result, ax=ax, **options)
         return draw_history(result, what or "position", ax=ax, **options)

@@ -45,6 +45,7 @@ LABELS = {
     "bristle": r"bristle deflection $\xi$",
     "bristle_rate": r"bristle rate $\xi'$",
     "friction": r"friction force $R$",
+    "reaction": r"normal load $N$",
     "drive": r"drive $h\cos\omega\tau$",
 }
 

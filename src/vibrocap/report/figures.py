@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
+from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
 from vibrocap.plotting import style as plots
 
 WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns
@@ -20,6 +20,16 @@ LABELS = {
     "mean_velocity": "average velocity",
     "excess": r"friction $-$ steady friction",
     "phase": r"time in the period $\tau/T$",
+}
+
+
+_ROLES: dict[str, dict[str, Any]] = {
+    "LM": plots.LM_STYLE,
+    "EM": plots.EM_STYLE,
+    "steady": {"color": plots.BLACK, "linestyle": "-", "linewidth": 1.3},
+    "limit": {"color": "#888888", "linestyle": ":", "linewidth": 1.0},
+    "sliding": {"color": plots.GREEN, "linestyle": "-", "linewidth": 1.6},
+    "twin": {"color": plots.GREEN, "linestyle": (0, (3, 1.5, 1, 1.5)), "linewidth": 1.8},
 }
 
 
@@ -53,16 +63,29 @@ def _panel(ax: Any, panel: Panel) -> None:
         ax.set_xlim(panel.x_limits)
     if panel.y_limits:
         ax.set_ylim(panel.y_limits)
+    if panel.zero:
+        ax.axhline(0.0, color=plots.BLACK, linewidth=0.8, zorder=1)
     for i, mark in enumerate(panel.marks):
         _mark(ax, mark, i)
+    for i, ending in enumerate(panel.endings):
+        _ending(ax, ending, 0.03 + 0.05 * i)
+
+
+def _ending(ax: Any, ending: Ending, height: float) -> None:
+    """Marks of runs that did not go to their end, at a height above the foot of the axes."""
+    ax.plot(
+        ending.x, np.full(len(ending.x), height), linestyle="none", marker="x", markersize=4.5, markeredgewidth=1.1,
+        color=_ROLES[ending.role]["color"], transform=ax.get_xaxis_transform(), clip_on=False, label=ending.label,
+    )  # fmt: skip
 
 
 def _legends(fig: Any, axes: Any, figure: Figure) -> None:
-    """One legend above all panels where they share a few labels; else one in each panel whose labels are new."""
+    """One legend above all panels, if wanted or of a few labels; else one in each panel whose labels are new."""
     handles = {label: h for ax in axes.flat for h, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    if len(handles) <= SHARED:
+    if figure.one_legend or len(handles) <= SHARED:
+        columns = 2 if len(handles) == 4 else SHARED
         fig.legend(
-            handles.values(), handles.keys(), loc="outside upper right", ncols=SHARED, fontsize=8.5, frameon=False
+            handles.values(), handles.keys(), loc="outside upper right", ncols=columns, fontsize=8.5, frameon=False
         )
         return
     seen: set[tuple[str, ...]] = set()
@@ -74,14 +97,7 @@ def _legends(fig: Any, axes: Any, figure: Figure) -> None:
 
 
 def _style(curve: Curve) -> dict[str, Any]:
-    style = {
-        "LM": plots.LM_STYLE,
-        "EM": plots.EM_STYLE,
-        "steady": {"color": plots.BLACK, "linestyle": "-", "linewidth": 1.3},
-        "limit": {"color": "#888888", "linestyle": ":", "linewidth": 1.0},
-        "sliding": {"color": plots.GREEN, "linestyle": "-", "linewidth": 1.6},
-        "twin": {"color": plots.GREEN, "linestyle": (0, (3, 1.5, 1, 1.5)), "linewidth": 1.8},
-    }[curve.role]
+    style = _ROLES[curve.role]
     return style | {"alpha": 0.3 + 0.7 * curve.weight, "linewidth": style["linewidth"] * (0.6 + 0.4 * curve.weight)}
 
 

@@ -10,17 +10,20 @@ from pathlib import Path
 from vibrocap.files import made_folder, replacing, write_text
 from vibrocap.paper.claims.chapters import verdicts
 from vibrocap.paper.claims.claim import Verdict
-from vibrocap.paper.figures.catalogue import FIGURES, KEYS, chosen_figures
+from vibrocap.paper.figures.catalogue import FIGURES, KEYS, LOADED, chosen_figures
 from vibrocap.paper.figures.figure import Figure
+from vibrocap.paper.load_finding import loaded_figure, loaded_motions
 from vibrocap.paper.main_finding import main_finding
 from vibrocap.paper.runs import Runs
+from vibrocap.paper.steady_travel import SteadyTravel, steady_travel
 from vibrocap.report.figures import draw
-from vibrocap.report.page import Result, write_report
+from vibrocap.report.page import TRAVEL_PICTURES, Result, write_report
+from vibrocap.report.steady_travel import draw_branches, draw_map, write_branches, write_map
 
 __all__ = ["KEYS", "Reproduction", "reproduce"]
 
 Progress = Callable[[str, float], None]
-FIGURES_SHARE = 0.6  # of the time, roughly
+FIGURES_SHARE, CLAIMS_SHARE = 0.5, 0.85  # of the time, at the end of each, roughly
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,7 +40,8 @@ class Reproduction:
 def reproduce(out: Path, only: str | None = None, progress: Progress | None = None) -> Reproduction:
     """Draw the paper's figures from our own runs, judge its claims, and write everything into a folder.
 
-    out: made if it does not exist: report.html (self-contained), claims.json, claims.csv, figures/figNN.png and .csv
+    out: made if it does not exist: report.html (it works alone, and links to the data beside it), claims.json,
+        claims.csv, load.json, figures/figNN.png and .csv
     only: the key of one figure, such as "fig09", which is drawn with its claims alone; its report and claims have its
         name too (report-fig09.html, claims-fig09.json), so that those of the whole paper stay as they are
     progress: called with what is being done and the share done
@@ -60,21 +64,46 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
             figure = FIGURES[key](runs)
             write_data(figure, out / "figures" / f"{key}.csv")
             result.figures[key] = (figure, draw(figure, out / "figures" / f"{key}.png"))
+            if key in LOADED:
+                result.loaded[key] = loaded_figure(runs, key)
         if only in (None, "fig09"):
             tell("the half-period symmetry", FIGURES_SHARE)
             result.finding = main_finding(runs)
         for chapter, verdict in verdicts(
-            runs, only, lambda what, share: tell(what, FIGURES_SHARE + (0.98 - FIGURES_SHARE) * share)
+            runs, only, lambda what, share: tell(what, FIGURES_SHARE + (CLAIMS_SHARE - FIGURES_SHARE) * share)
         ):
             result.verdicts.setdefault(chapter, []).append(verdict)
+        if only is None:
+            tell("steady travel", CLAIMS_SHARE)
+            result.loaded_motions = loaded_motions(runs)
+            found = steady_travel()
+            result.travel = (found, write_travel(found, out / "figures"))
         result.finished = True
     finally:
         result.seconds = time.perf_counter() - began
         claims = tuple(verdict for chapter in result.verdicts.values() for verdict in chapter)
         write_claims(claims, out / f"claims{name}.json")
+        write_loaded(result, out / f"load{name}.json")
         report = write_report(result, out / f"report{name}.html")
     tell("report", 1.0)
-    return Reproduction(report, claims, tuple(path for _, path in result.figures.values()), result.seconds, True)
+    pictures = [path for _, path in result.figures.values()]
+    pictures += [] if result.travel is None else result.travel[1].values()
+    return Reproduction(report, claims, tuple(pictures), result.seconds, True)
+
+
+def write_travel(found: SteadyTravel, folder: Path) -> dict[str, Path]:
+    """The map of steady travel and the diagram of branches, with their data; the pictures by name."""
+    draws, writes = (draw_map, draw_branches), (write_map, write_branches)
+    for name, write in zip(TRAVEL_PICTURES, writes, strict=True):
+        write(found, folder / f"{name}.csv")
+    return {name: drawn(found, folder / f"{name}.png") for name, drawn in zip(TRAVEL_PICTURES, draws, strict=True)}
+
+
+def write_loaded(result: Result, path: Path) -> None:
+    """What figures become under the load that the pendulum makes, as JSON: sentence and numbers by figure."""
+    if result.loaded:
+        found = {key: dataclasses.asdict(each) for key, each in result.loaded.items()}
+        write_text(path, json.dumps(found, indent=2, ensure_ascii=False) + "\n")
 
 
 def write_data(figure: Figure, path: Path) -> None:

@@ -34,7 +34,7 @@ class Form {
     this._real.set(initial, at.STATE);
     this._real.set(parameters, at.PARAMETER);
     const tape = new Float64Array(n + 3);
-    this.kernel.begin(this._real, new Float64Array(64), tape, 0);
+    this.kernel.begin(this._real, new Float64Array(sizes.whole), tape, 0);
     return { scales: tape.slice(0, n), period: tape[n], velocity: tape[n + 1], holdRate: tape[n + 2] };
   }
 }
@@ -43,7 +43,7 @@ class Form {
 // limits: { events, steps, pieces }; a motion of more pieces than a page can keep ends with the status 7
 function recordedRun(form, parameters, initial, periods, tolerance, limits) {
   const { at, sizes } = form.motion, rows = sizes.rows, kernel = form.kernel;
-  const real = new Float64Array(sizes.real), whole = new Float64Array(64);
+  const real = new Float64Array(sizes.real), whole = new Float64Array(sizes.whole);
   const begun = form.beginning(parameters, initial), period = begun.period;
   real.set(initial, at.STATE);
   real.set(parameters, at.PARAMETER);
@@ -106,7 +106,7 @@ function joined(parts) {
 // each: called with the result of every run (a view that changes) and its stroboscopic states
 function ensembleRun(form, runs, budget, each) {
   const { at, sizes } = form.ensemble, n = form.states.length;
-  const real = new Float64Array(sizes.real), whole = new Float64Array(64);
+  const real = new Float64Array(sizes.real), whole = new Float64Array(sizes.whole);
   const tape = new Float64Array(sizes.run + sizes.result);
   const entry = form.ensembleKernel.advance_ensemble;
   runs.forEach((run, number) => {
@@ -114,8 +114,9 @@ function ensembleRun(form, runs, budget, each) {
     tape.set(run.initial, 0);
     tape.set(run.parameters, n);
     tape.set(begun.scales, n + run.parameters.length);
-    tape[sizes.run - 2] = begun.period;
-    tape[sizes.run - 1] = Math.sign(begun.velocity);
+    tape[sizes.run - 3] = begun.period;
+    tape[sizes.run - 2] = Math.sign(begun.velocity);
+    tape[sizes.run - 1] = 0; // begins with the drive
     whole[at.STATUS] = DONE;
     whole[at.RUN] = -1;
     whole[at.EVENT_LIMIT] = budget.events;
@@ -169,10 +170,11 @@ function wordOf(places, count, perPlace) {
   return word.join("");
 }
 
-// Stroboscopic states of the run that the ensemble has just ended, the last `count` marks (of one state).
+// Stroboscopic states of the run that the ensemble has just ended, the last `count` marks (of one state). They are kept
+// until the run has settled, not over the window in which it is measured then.
 function lastMarks(form, real, result, begun, state, count) {
   const { at, sizes, head } = form.ensemble, n = form.states.length;
-  const done = result[head.periods], found = [];
+  const done = result[head.response_period] > 0 ? result[head.window_start] : result[head.periods], found = [];
   for (let k = Math.max(0, done - count + 1); k <= done; k++) {
     found.push(real[at.MARKS + (k % sizes.marks) * n + state] * begun.scales[state]);
   }

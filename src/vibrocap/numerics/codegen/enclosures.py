@@ -48,6 +48,12 @@ class Lines:
             return repr(min(float(a), float(b)))
         return self.name(f"lesser({self._wide(a)}, {self._wide(b)})" if self.abreast else f"min({a}, {b})")
 
+    def sum(self, a: str, b: str, sign: float = 1.0) -> str:
+        """The sum of two numbers, or (sign -1) their difference; of two literals it is one."""
+        if _is_number(a) and _is_number(b):
+            return repr(float(a) + sign * float(b))
+        return self.name(f"{a} {'+' if sign > 0.0 else '-'} {b}")
+
     def _wide(self, value: str) -> str:
         """A value for all lanes."""
         return self.name(f"0.0 * h + {value}") if _is_number(value) else value
@@ -63,6 +69,8 @@ class Lines:
         """Value of an elementary function."""
         if op == "exp":
             x = self.smaller(x, repr(MOST_EXPONENT))
+        if op in ("sin", "cos") and self.polynomials:
+            return self.name(f"{self.name(f'sine_cosine({x})')}[{0 if op == 'sin' else 1}]")
         return self.name(f"{POLYNOMIALS[op]}({x})" if self.polynomials else f"math.{op}({x})")
 
 
@@ -106,16 +114,18 @@ class Enclosures:
         if op == "parameter":
             return same(text.name(text.entry(f"PARAMETER + {operands[0]} * LANES")))
         if op in ("sin", "cos"):
-            return "-1.0", "1.0"
+            if not self.graph.is_constant_in_time(index):
+                return "-1.0", "1.0"
+            return same(text.function(op, self.of(operands[0])[0]))
         a = self.of(operands[0])
         if op == "neg":
             return self._pair(a, lambda x: f"-{x}", turned=True)
         if op == "add":
             b = self.of(operands[1])
-            return self._ends(f"{a[0]} + {b[0]}", f"{a[1]} + {b[1]}")
+            return text.sum(a[0], b[0]), text.sum(a[1], b[1])
         if op == "sub":
             b = self.of(operands[1])
-            return self._ends(f"{a[0]} - {b[1]}", f"{a[1]} - {b[0]}")
+            return text.sum(a[0], b[1], -1.0), text.sum(a[1], b[0], -1.0)
         if op == "mul":
             return self._square(a) if operands[0] == operands[1] else self._product(a, self.of(operands[1]))
         if op == "div":
@@ -138,9 +148,6 @@ class Enclosures:
             text.name(f"-{bound} if {passes} else 1.0 / {high}"),
             text.name(f"{bound} if {passes} else 1.0 / {low}"),
         )
-
-    def _ends(self, low: str, high: str) -> Interval:
-        return self.text.name(low), self.text.name(high)
 
     def _pair(self, a: Interval, formula: Callable[[str], str], turned: bool = False) -> Interval:
         ends = tuple(self.text.name(formula(x)) for x in (a[::-1] if turned else a))

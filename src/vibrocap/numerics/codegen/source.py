@@ -31,6 +31,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "CYCLIC": equations.cyclic_state,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
+        "BOUND_KINDS": equations.bound_kinds or (0,),
+        "IMPACT": equations.impact,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }
     for i, name in enumerate(("VELOCITY", "HOLD", "LIMIT", "GUARD", "SWITCH"), start=layout.rows):
@@ -208,6 +210,9 @@ def branches_source(equations: Any) -> str:
         function("guard_tangents(real, t, point, side, lane, out)", [equations.guard_tangents])
     if not equations.guards:
         return "\n".join(found)
+    writer = ScalarWriter(equations.graph)
+    energy = writer.name(equations.observables["energy"])
+    found += ["def machine_energy(real, t, point, lane):", *_indented([*writer.lines, f"return {energy}"], 4), ""]
     function("switches(real, t, point, side, lane, out)", [equations.guards])
     function("after_switch(real, t, point, side, lane, which, out)", equations.after_switch, "which")
     function("after_reversal(real, t, point, side, lane, out)", [equations.after_reversal])

@@ -16,7 +16,7 @@ from vibrocap.numerics.compiler import cache
 from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
 from vibrocap.numerics.compiler.library import Compiled
 from vibrocap.numerics.compiler.machine import Target, host, object_code
-from vibrocap.numerics.compiler.subset import Refused
+from vibrocap.numerics.compiler.subset import LIBRARY, Refused
 from vibrocap.progress import stage
 
 __all__ = [
@@ -55,6 +55,18 @@ def ir(text: str, entry: str, target: Target | None = None, short: bool = False)
     return lowered(text, entry, (target or host()).lanes, short)
 
 
+def literal_ir(text: str, entry: str, short: bool = False) -> str:
+    """A kernel in LLVM's language that computes as a browser does, and plain Python with the package's functions.
+
+    Every sum and product is rounded, none are fused; the functions of `math` are the kernel's own polynomials.
+    """
+    from vibrocap.numerics.compiler.javascript import with_own_functions
+    from vibrocap.numerics.compiler.lowering import lowered
+
+    made = lowered(with_own_functions(text), entry, host().lanes, short, library=LIBRARY)
+    return made.replace(" contract ", " ")
+
+
 def javascript_text(text: str, entry: str) -> str:
     """A kernel of one motion as a JavaScript module that exports the function `entry`, see `javascript.py`."""
     from vibrocap.numerics.compiler import javascript
@@ -69,27 +81,26 @@ def javascript_statements(text: str, entries: Mapping[str, tuple[Kind, ...]]) ->
     return javascript.javascript_statements(text, entries)
 
 
-def compiled(text: str, entry: str, short: bool = False, fused: bool = True) -> Compiled:
+def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:
     """The function `entry` of a kernel, called with (real, whole, tape, rounds), from the disk or made now.
 
     short: made quickly, by fewer passes, see `machine.py`
-    fused: whether a product and a sum may be rounded once; if not, the bits are those of plain Python
+    literal: computed as a browser does, see `literal_ir`
     Raises Refused where the text is no kernel.
     """
     with WORKING:  # a second thread finds what the first has made
-        return _compiled(text, entry, short, fused)
+        return _compiled(text, entry, short, literal)
 
 
 @functools.lru_cache(maxsize=128)
-def _compiled(text: str, entry: str, short: bool, fused: bool) -> Compiled:
-    name = cache.key(host().name, own_source(), entry, str(short), *([] if fused else ["unfused"]), text)
+def _compiled(text: str, entry: str, short: bool, literal: bool) -> Compiled:
+    name = cache.key(host().name, own_source(), entry, str(short), *(["literal"] if literal else []), text)
     code = cache.kept(name)
     if code is None:
         with cache.one_process_at_a_time(name):
             code = cache.kept(name)  # another process may have made it
             if code is None:
                 with stage("compiling"):
-                    written = ir(text, entry, short=short)
-                    code = object_code(written if fused else written.replace(" contract ", " "), host())
+                    code = object_code((literal_ir if literal else ir)(text, entry, short=short), host())
                 cache.keep(name, code)
     return Compiled(code)

@@ -64,13 +64,16 @@ def javascript_statements(text: str, entries: Mapping[str, tuple[Kind, ...]]) ->
 
     entries: kinds of the arguments, by the name of the function; the exports are the last statements, in this order
     """
-    kernel = parsed(text)
-    missing = [own for name, own in OWN.items() if name not in kernel.functions and "sine_cosine" in kernel.functions]
-    if missing:
-        kernel = parsed("\n\n".join([text, "# From compiler/javascript.py", *missing]))
-    module = Module(kernel)
+    module = Module(parsed(with_own_functions(text)))
     exported = [_export(module, entry, arguments) for entry, arguments in entries.items()]
     return (*module.needed, *module.bodies.values(), *exported)
+
+
+def with_own_functions(text: str) -> str:
+    """A kernel that has polynomials, with all functions of `math` made of them."""
+    known = parsed(text).functions
+    missing = [own for name, own in OWN.items() if name not in known and "sine_cosine" in known]
+    return "\n\n".join([text, "# From compiler/javascript.py", *missing]) if missing else text
 
 
 def _export(module: "Module", entry: str, arguments: tuple[Kind, ...]) -> str:

@@ -49,6 +49,7 @@ STATE = PARAMETER = SCALE = SERIES = WORK = 0
 # What is gathered by an ensemble: functions of the instant, of which the first SUMMED are integrated; FRICTION: the
 # place of R among them; MIRROR: sign of each state under the half-period symmetry.
 INTEGRANDS = SUMMED = FRICTION = 0
+IMPACT = -1  # place among them of the channel that takes the energy lost in impacts; -1: there is none
 MIRROR = (-1,)
 OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
 
@@ -57,6 +58,7 @@ OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/inst
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 SWITCHES = 1  # how many guards there are
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
+BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
 BASE = 2  # states of the motion itself, where tangents follow them
 
@@ -124,6 +126,11 @@ def holding_limit(real, t, point, lane):
 
 def contact_velocity(real, t, point, lane):
     """Contact velocity of one lane at the state real[point:point + STATES]."""
+    raise NotImplementedError
+
+
+def machine_energy(real, t, point, lane):
+    """Kinetic and potential energy of the machine at the state real[point:point + STATES]; of laws with branches."""
     raise NotImplementedError
 
 

@@ -114,6 +114,11 @@ def on_event(real, whole, tape, lane, kind, s) -> None:
     raise NotImplementedError
 
 
+def on_jump(real, whole, lane, gained) -> None:
+    """At an impact, which changes the energy of the machine at one instant."""
+    raise NotImplementedError
+
+
 def on_period(real, whole, tape, lane) -> None:
     """At the start of a run and at the end of each whole period."""
     raise NotImplementedError

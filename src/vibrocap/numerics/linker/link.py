@@ -74,12 +74,12 @@ def plain_kernel(text: str) -> dict[str, Any]:
     return names
 
 
-def compiled_kernel(linked: str, fused: bool = True) -> "Compiled":
+def compiled_kernel(linked: str, literal: bool = False) -> "Compiled":
     """The entry of a linked kernel as machine code, kept on disk for the next process.
 
-    fused: whether a product and a sum may be rounded once; if not, the bits are those of plain Python
+    literal: computed as a browser does, see `compiler.literal_ir`
     """
     from vibrocap.numerics.compiler import compiled  # only here, as it imports LLVM
 
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
-    return compiled(linked, entry, short=entry != "advance_ensemble", fused=fused)
+    return compiled(linked, entry, short=entry != "advance_ensemble", literal=literal)

@@ -31,7 +31,9 @@ TANGENT = Slot(
     ("tangent_waits", "leave_piece", "enter_piece", "tangents_wait"),
     ("events.no_tangents", "events.tangents"),
 )
-OBSERVER = Slot("observer", ("has_room", "on_piece", "on_event", "on_period"), ("observe.record", "observe.window"))
+OBSERVER = Slot(
+    "observer", ("has_room", "on_piece", "on_event", "on_jump", "on_period"), ("observe.record", "observe.window")
+)
 POINT_OF_LAW = Slot("point of the law", ("fitting_point",), ("observe.taylor_point", "observe.stiff_point"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
 MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOOP)
@@ -74,9 +76,9 @@ def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> R
     return Recipe("advance", (*before, *ALONE, *MOVING, "loop.one_by_one"))
 
 
-def shown_motion_recipe(maybe_stiff: bool, branches: bool) -> Recipe:
+def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> Recipe:
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
-    own = motion_recipe(maybe_stiff, branches)
+    own = motion_recipe(maybe_stiff, branches, corners)
     point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
     return Recipe(own.entry, (*own.modules, *point, "observe.instants"), MEASURED)
 

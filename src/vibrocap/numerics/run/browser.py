@@ -40,20 +40,19 @@ class BrowserKernel:
         return "\n".join([*self.statements, ""])
 
 
-def browser_motion(equations: Any, observed: Sequence[Expression], tolerance: float) -> BrowserKernel:
-    """The kernel of recorded motions at this and nearby tolerances: that of `recorded_run`, and what looks at them.
+def browser_kernels(
+    equations: Any, observed: Sequence[Expression], tolerance: float, ensemble_tolerance: float
+) -> tuple[BrowserKernel, BrowserKernel]:
+    """(kernel of recorded motions, of many of which only measures are kept), at these and nearby tolerances.
 
+    The first is that of `recorded_run`, with what looks at a motion; the second that of `ensemble_run`, one by one.
+    Both have one layout but for the order, so that of equal order they share most of their statements.
     observed: what can be seen besides the states, at least one; see `instants_source`
     """
-    states, guards = len(equations.rates), len(equations.guards)
-    order = series_order(tolerance)
-    layout = Layout(1, states, states, order, len(equations.parameter_paths), switches=guards)
+    layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, loop="browser")
+    ensemble = BrowserKernel(layout, javascript_statements(text, ENSEMBLE_ENTRIES), text)
+    layout = dataclasses.replace(layout, order=series_order(tolerance))
     generated = [generated_source(equations, layout), instants_source(equations, observed)]
-    text = linked_source("\n\n".join(generated), shown_motion_recipe(equations.hold is None, guards > 0))
-    return BrowserKernel(layout, javascript_statements(text, MOTION_ENTRIES), text)
-
-
-def browser_ensemble(equations: Any, tolerance: float) -> BrowserKernel:
-    """The kernel of many motions of which only measures are kept, one by one: the bits of `ensemble_run`."""
-    layout, text = ensemble_source(equations, ensemble_order(tolerance), 1, loop="browser")
-    return BrowserKernel(layout, javascript_statements(text, ENSEMBLE_ENTRIES), text)
+    recipe = shown_motion_recipe(equations.hold is None, bool(equations.guards), equations.corners is not None)
+    text = linked_source("\n\n".join(generated), recipe)
+    return BrowserKernel(layout, javascript_statements(text, MOTION_ENTRIES), text), ensemble

@@ -50,7 +50,7 @@ def series_order(tolerance: float) -> int:
 
 
 @functools.lru_cache(maxsize=64)
-def kernel(equations: Any, order: int, plain: bool = False, fused: bool = True) -> tuple[Layout, Callable]:
+def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
     states = len(equations.rates)
     switches = len(equations.guards)
@@ -60,7 +60,7 @@ def kernel(equations: Any, order: int, plain: bool = False, fused: bool = True) 
     layout = Layout(1, states, states, order, parameters, switches=switches, coefficients=coefficients)
     recipe = motion_recipe(equations.hold is None, switches > 0, corners is not None)
     text = linked_source(generated_source(equations, layout), recipe)
-    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, fused)
+    return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
 
 
 def recorded_run(
@@ -77,15 +77,15 @@ def recorded_run(
     keep_pieces: bool = True,
     order: int | None = None,
     phase: float = 0.0,
-    fused: bool = True,
+    literal: bool = False,
 ) -> Recorded:
     """Run one motion to its end, or to where it could not go on.
 
     phase: of the drive at the start, a share of its period from 0 to 1; times count from where that period began
-    fused: whether a product and a sum may be rounded once; if not, the bits are those of plain Python and of a browser
+    literal: to the last bit what a browser computes, and plain Python with the package's polynomials
     """
     order = series_order(tolerance) if order is None else order
-    layout, advance = kernel(equations, order, plain, fused)
+    layout, advance = kernel(equations, order, plain, literal)
     place, rows = layout.places, layout.rows
     real, whole = layout.allocated()
     marks = phase + periods  # of the drive, at the end

@@ -57,15 +57,19 @@ def replayed(
     kernel["begin_drive"](real, whole, tape, 0, 0)
     kernel["on_period"](real, whole, tape, 0)
     methods = motion.piece_implicit.astype(int).tolist()
-    pieces = zip(motion.piece_length.tolist(), motion.piece_side.tolist(), methods, motion.coefficients, strict=True)
+    jumps = [*motion.piece_jumps, 0.0] if equations.impact >= 0 else [0.0] * len(methods)  # at the end of each piece
+    lengths, sides = motion.piece_length.tolist(), motion.piece_side.tolist()
+    pieces = zip(lengths, sides, methods, jumps, motion.coefficients, strict=True)
     count, budget, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
     while whole[count] < whole[budget]:
-        h, side, method, coefficients = next(pieces)
+        h, side, method, jump, coefficients = next(pieces)
         fill("SIDE", side)
         whole[place["STIFF"]] = method
         if whole[place["WINDOW_START"]] >= 0:
             fill("SERIES", coefficients[:states, :length].ravel())
             kernel["on_piece"](real, whole, tape, 0, h)
+        if jump != 0.0:
+            kernel["on_jump"](real, whole, 0, jump)
         remaining = real[until] - real[time]
         real[time] += h
         near = remaining - h <= 2.0 * EPSILON * motion.period  # as in `one_step.step`

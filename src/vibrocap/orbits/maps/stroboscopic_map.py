@@ -130,7 +130,7 @@ class StroboscopicMap:
         return -1.0 if velocity < 0.0 else 1.0
 
     def free(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Which states [runs, states] may be varied: not the velocity of a contact at rest, nor what is switched.
+        """Which states [runs, states] may be varied: not the velocity of a contact at rest, nor what a switch decides.
 
         parameters: [runs or 1, parameters]
         A contact that is pushed a little while it sticks stops at once: the map does not depend on that push.
@@ -140,9 +140,15 @@ class StroboscopicMap:
             values = self.equations.filled(parameters).T
             (velocity,) = evaluate([self.equations.contact_velocity], 0.0, states.T, 1.0, values)
             free[:, self.equations.contact_state] = velocity != 0.0
+        for contact in self.equations.resting:
+            free[:, contact] = states[:, contact] != 0.0
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
                 free[:, i] = False
+        for switch, names in self.system.machine.locked.items():
+            closed = states[:, self.system.state_names.index(switch)] != 0.0
+            for name in names:
+                free[closed, self.system.state_names.index(name)] = False
         return free
 
     def run(

@@ -4,6 +4,8 @@ from collections.abc import Callable
 
 from vibrocap.paper.figures.figure import Figure
 from vibrocap.paper.figures.friction import figure_3, figure_6, figure_8
+from vibrocap.paper.figures.load_motion import figure_load_5, figure_load_6, figure_load_7, figure_load_8
+from vibrocap.paper.figures.load_travel import figure_load_9, figure_load_10, figure_load_11
 from vibrocap.paper.figures.motion import figure_5, figure_7, figure_10, figure_11
 from vibrocap.paper.figures.travel import figure_9, figure_symmetry
 from vibrocap.paper.runs import Runs
@@ -18,9 +20,17 @@ FIGURES: dict[str, Callable[[Runs], Figure]] = {
     "symmetry": figure_symmetry,
     "fig10": figure_10,
     "fig11": figure_11,
+    "load05": figure_load_5,
+    "load06": figure_load_6,
+    "load07": figure_load_7,
+    "load08": figure_load_8,
+    "load09": figure_load_9,
+    "load10": figure_load_10,
+    "load11": figure_load_11,
 }
 
-KEYS = tuple(key for key in FIGURES if key != "symmetry")
+KEYS = tuple(key for key in FIGURES if key.startswith("fig"))  # those of the paper
+LOADED = tuple(key for key in FIGURES if key.startswith("load"))  # the same under the load that the pendulum makes
 
 
 def chosen_figures(only: str | None = None) -> tuple[str, ...]:
@@ -29,4 +39,5 @@ def chosen_figures(only: str | None = None) -> tuple[str, ...]:
         return tuple(FIGURES)
     if only not in KEYS:
         raise ValueError(f"only should be one of {', '.join(KEYS)}, got {only!r}")
-    return ("fig09", "symmetry") if only == "fig09" else (only,)
+    beside = ("symmetry",) if only == "fig09" else ()
+    return (only, *beside, *(key for key in LOADED if key[4:] == only[3:]))

@@ -33,6 +33,16 @@ class Mark:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class Ending:
+    """Runs that did not go to their end, marked at the foot of the axes: where on the x axis, and the time reached."""
+
+    label: str
+    role: str
+    x: np.ndarray
+    time: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class Panel:
     """One pair of axes. x and y name their quantities as the code does; limits are of the drawing, not of the data."""
 
@@ -44,6 +54,8 @@ class Panel:
     spans: tuple[tuple[float, float], ...] = ()  # stretches of x in which EM sticks
     x_limits: tuple[float, float] | None = None
     y_limits: tuple[float, float] | None = None
+    endings: tuple[Ending, ...] = ()
+    zero: bool = False  # whether the line y = 0 is shown
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -55,11 +67,15 @@ class Figure:
     caption: str
     panels: tuple[Panel, ...]
     columns: int = 2
+    one_legend: bool = False  # above all panels
 
     @property
     def rows(self) -> Iterator[tuple[str, str, str, str, float, float]]:
-        """The data, one row per point: panel, curve, names of x and y, x, y."""
+        """The data, one row per point: panel, curve, names of x and y, x, y; of a run that ended the time reached."""
         for panel in self.panels:
             for curve in panel.curves:
                 for x, y in zip(curve.x, curve.y, strict=True):
                     yield panel.title, curve.label, panel.x, panel.y, float(x), float(y)
+            for ending in panel.endings:
+                for x, time in zip(ending.x, ending.time, strict=True):
+                    yield panel.title, ending.label, panel.x, "end_time", float(x), float(time)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from vibrocap.measures.friction_loop import LoopPoint, LoopSide, friction_curve
-from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
+from vibrocap.paper.figures.motion import around_events
 from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
@@ -77,7 +77,11 @@ def figure_6(runs: Runs) -> Figure:
         ("(c) friction force, EM", "exponential", "friction"),
     ):
         motion = runs.first_set(name)
-        time = np.unique(np.concatenate((np.linspace(0.0, SHOWN * motion.period, 3000), _around_events(motion))))
+        time = np.unique(
+            np.concatenate(
+                (np.linspace(0.0, SHOWN * motion.period, 3000), around_events(motion, SHOWN * motion.period))
+            )
+        )
         curve = Curve(SHORT[name], SHORT[name], time, motion.at(time, quantity))
         panels.append(Panel(title, "time", quantity, (curve,)))
     return Figure(
@@ -88,12 +92,6 @@ def figure_6(runs: Runs) -> Figure:
         tuple(panels),
         columns=1,
     )
-
-
-def _around_events(motion: Trajectory) -> np.ndarray:
-    """Instants just before and after each event shown, so that jumps stand upright."""
-    times = np.array([event.time for event in motion.events if 0.0 < event.time < SHOWN * motion.period])
-    return np.concatenate((times - 1e-9, times + 1e-9))
 
 
 def figure_8(runs: Runs) -> Figure:

@@ -11,12 +11,30 @@ from vibrocap.paper.runs import Runs
 
 PRINTED_FIRST = "lambda 2.5, rho 2, nu 1; h 1.8 and omega 1, which are not printed, are those of Figs 9-11"
 SHOWN = 8  # periods in Fig. 5
+FORCES = ("friction", "reaction")  # which jump
 SYMBOL = {"angle": "θ", "angle_rate": "θ′", "position": "X", "velocity": "X′"}
 
 
-def _history(motion: Trajectory, name: str, quantity: str, periods: float) -> Curve:
+def history(
+    motion: Trajectory, role: str, quantity: str, periods: float, label: str = "", weight: float = 1.0
+) -> Curve:
+    """A quantity over the first periods of a motion; jumps of forces stand upright."""
     time = np.linspace(0.0, periods * motion.period, round(300 * periods) + 1)
-    return Curve(SHORT[name], SHORT[name], time, motion.at(time, quantity))
+    if quantity in FORCES:
+        time = np.unique(np.concatenate((time, around_events(motion, periods * motion.period))))
+    return Curve(label or role, role, time, motion.at(time, quantity), weight)
+
+
+def plane(motion: Trajectory, role: str, periods: int, label: str = "", weight: float = 1.0) -> Curve:
+    """The phase plane of the pendulum over the first periods of a motion."""
+    time = np.linspace(0.0, periods * motion.period, 300 * periods + 1)
+    return Curve(label or role, role, motion.at(time, "angle"), motion.at(time, "angle_rate"), weight)
+
+
+def around_events(motion: Trajectory, end: float) -> np.ndarray:
+    """Instants just before and after each event until then."""
+    times = motion.event_times[(motion.event_times > 0.0) & (motion.event_times < end)]
+    return np.concatenate((times - 1e-9, times + 1e-9))
 
 
 def figure_5(runs: Runs) -> Figure:
@@ -26,7 +44,7 @@ def figure_5(runs: Runs) -> Figure:
             f"({letter}) {SYMBOL[quantity]}",
             "time",
             quantity,
-            tuple(_history(runs.first_set(name), name, quantity, SHOWN) for name in SHORT),
+            tuple(history(runs.first_set(name), SHORT[name], quantity, SHOWN) for name in SHORT),
         )
         for letter, quantity in zip("abcd", SYMBOL, strict=True)
     ]
@@ -90,7 +108,7 @@ def figure_10(runs: Runs) -> Figure:
                 f"λ = {ratio:g}: pendulum",
                 "angle",
                 "angle_rate",
-                tuple(_plane(motion, name, 6) for name, motion in motions.items()),
+                tuple(plane(motion, SHORT[name], 6) for name, motion in motions.items()),
             )
         )
         histories.append(
@@ -98,7 +116,7 @@ def figure_10(runs: Runs) -> Figure:
                 f"λ = {ratio:g}: capsule velocity",
                 "time",
                 "velocity",
-                tuple(_history(motion, name, "velocity", 6) for name, motion in motions.items()),
+                tuple(history(motion, SHORT[name], "velocity", 6) for name, motion in motions.items()),
                 y_limits=(-0.35, 0.42),
             )
         )
@@ -112,11 +130,6 @@ def figure_10(runs: Runs) -> Figure:
     )
 
 
-def _plane(motion: Trajectory, name: str, periods: int) -> Curve:
-    time = np.linspace(0.0, periods * motion.period, 300 * periods + 1)
-    return Curve(SHORT[name], SHORT[name], motion.at(time, "angle"), motion.at(time, "angle_rate"))
-
-
 def figure_11(runs: Runs) -> Figure:
     """Displacement over time at three mass ratios."""
     panels = tuple(
@@ -124,7 +137,7 @@ def figure_11(runs: Runs) -> Figure:
             f"λ = {ratio:g}",
             "time",
             "position",
-            tuple(_history(runs.motion(figures_9_to_11(name, ratio)), name, "position", 20) for name in SHORT),
+            tuple(history(runs.motion(figures_9_to_11(name, ratio)), SHORT[name], "position", 20) for name in SHORT),
             y_limits=(-0.4, 0.55),
         )
         for ratio in DISPLACEMENT_MASS_RATIOS

@@ -116,7 +116,7 @@ class Oscillator(Machine):
         velocity = y[1] + self.belt_speed
         return drive * velocity, -self.damping * velocity * velocity, -self.belt_speed * force
 
-    def scene(self, t, y):
+    def scene(self, t, y) -> tuple[Shape, ...]:
         """The block at x, on its spring from a wall; the units of x are free, so that the wall stands where it fits."""
         return (
             Shape("spring", "spring", ((-2.5, 0.25), (y[0] - 0.5, 0.25))),

@@ -4,7 +4,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, parameter, parameters
+from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, Shape, parameter, parameters
 
 ACTUATIONS = ("internal", "external")
 
@@ -15,7 +15,15 @@ def _checked_actuation(given: Any) -> Any:
     raise ValueError('should be "internal" (the drive acts between the masses) or "external" (on the mass alone)')
 
 
+def _checked_gap(given: Any) -> Any:
+    """A gap, or None where there is no stop."""
+    if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given < 1e300):
+        return None if given is None else float(given)
+    raise ValueError("should be a number >= 0, or be left out where there is no stop behind")
+
+
 Actuation = Annotated[str, BeforeValidator(_checked_actuation)]
+BackGap = Annotated[Any, BeforeValidator(_checked_gap)]  # way to a stop behind; None where there is none
 
 
 @parameters
@@ -120,7 +128,27 @@ class TwoMassCapsule(Machine):
         """The drive, where it pulls from outside."""
         return drive if self._external else 0.0
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force) -> tuple:
         """Power of the drive, drive z' (from outside: drive (X' + z')), and of the damper, -nu z'^2."""
         path = y[3] + y[1] if self._external else y[1]
         return drive * path, -self.damping * y[1] * y[1]
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """The capsule, and in it the mass on its spring; displacements are drawn as they are, from the middle."""
+        wall, mass = y[2] - 0.9, y[2] + y[0]
+        return (
+            Shape("box", "capsule", ((y[2], 0.4),), (1.8, 0.8)),
+            Shape("contact", "contact", ((y[2], 0.0),), (1.7, 0.0)),
+            Shape("spring", "spring", ((wall, 0.4), (mass - 0.15, 0.4))),
+            Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
+        )
+
+
+def stop_shapes(x, gap, back_gap) -> tuple[Shape, ...]:
+    """The stops in a capsule at x; the nearest side of the mass touches them where it has gone its way."""
+    behind = () if back_gap is None else (_stop("stop behind", x - back_gap - 0.15),)
+    return _stop("stop in front", x + gap + 0.15), *behind
+
+
+def _stop(name, x):
+    return Shape("rod", name, ((x, 0.2), (x, 0.6)))

@@ -1,18 +1,9 @@
 """The vibro-impact capsule: its inner mass strikes an elastic stop, on one side or on both."""
 
-from typing import Annotated, Any, ClassVar
+from typing import ClassVar
 
-from pydantic import BeforeValidator
-
-from vibrocap.physics.machines.machine import NonNegative, Positive, parameter, parameters
-from vibrocap.physics.machines.two_mass_capsule import Actuation, TwoMassCapsule
-
-
-def _checked_gap(given: Any) -> Any:
-    """A gap, or None where there is no stop."""
-    if given is None or (isinstance(given, (int, float)) and not isinstance(given, bool) and 0 <= given < 1e300):
-        return None if given is None else float(given)
-    raise ValueError("should be a number >= 0, or be left out where there is no stop behind")
+from vibrocap.physics.machines.machine import NonNegative, Positive, Shape, parameter, parameters
+from vibrocap.physics.machines.two_mass_capsule import Actuation, BackGap, TwoMassCapsule, stop_shapes
 
 
 @parameters
@@ -31,7 +22,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     mass_ratio: Positive = parameter(5.0, "gamma", "capsule mass over inner mass, m_2/m_1", "mass")
     stop_stiffness: NonNegative = parameter(15.0, "beta", "spring of the stop, k_2/(m_1 omega_0^2)", "stiffness")
     gap: NonNegative = parameter(0.02, "delta", "way of the mass to the stop in front", "gap")
-    back_gap: Annotated[Any, BeforeValidator(_checked_gap)] = parameter(
+    back_gap: BackGap = parameter(
         None, "delta_b", "way of the mass to the stop behind; none where there is no such stop", "gap"
     )
     actuation: Actuation = parameter(
@@ -89,3 +80,7 @@ class VibroImpactCapsule(TwoMassCapsule):
     def after_switch(self, which, t, y, drive, force):
         """Another stop is touched, or none; nothing jumps."""
         return *y[:4], (1.0, 0.0, -1.0)[which]
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """With the stops: the nearest sides of the mass touch them where it has gone its way."""
+        return *super().scene(t, y), *stop_shapes(y[2], self.gap, self.back_gap)

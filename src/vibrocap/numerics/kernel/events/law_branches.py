@@ -8,11 +8,14 @@ decides. Last stand those of the equations' bounds: beyond one of them they have
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated import (
+    BOUND_KINDS,
     BRANCHES,
     EVENT_LIMIT,
     EVENTS,
     IDLE,
+    IMPACT,
     IMPLICIT_STEPS,
     LANES,
     LAW_BRANCHES,
@@ -30,9 +33,11 @@ from vibrocap.numerics.kernel.generated import (
     WORK,
     after_reversal,
     after_switch,
+    contact_velocity,
+    machine_energy,
     switches,
 )
-from vibrocap.numerics.kernel.interface import on_event
+from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.memory_layout import (
     BEYOND_BOUND,
     BOUND_REACHED,
@@ -105,8 +110,8 @@ def first_switch(real, lane, event, h):
 def begin_branch(real, whole, tape, lane, which):
     """The states become those after switch `which`; behind a bound the run ends."""
     if which >= BRANCHES:
-        on_event(real, whole, tape, lane, BOUND_REACHED + which - BRANCHES, 0.0)
-        whole[STATUS + lane] = BEYOND_BOUND + which - BRANCHES
+        on_event(real, whole, tape, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], 0.0)
+        whole[STATUS + lane] = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
         return
     whole[EVENTS + lane] += 1
     if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:
@@ -117,11 +122,28 @@ def begin_branch(real, whole, tape, lane, which):
     after_switch(real, real[TIME + lane], WORK, real[SIDE + lane], lane, which, WORK + STATES)
     for i in range(STATES):
         real[STATE + i * LANES + lane] = real[WORK + STATES + i]
+    strikes = False
+    if which >= LAW_BRANCHES:
+        strikes = hits(real, whole, lane)
     chosen = whole[TAYLOR_STEPS + lane] + whole[IMPLICIT_STEPS + lane] == 0
     if which < LAW_BRANCHES or (chosen and real[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
         on_event(real, whole, tape, lane, SWITCHED, 0.0)  # nothing happens: it is the branch in which the run starts
     else:
         on_event(real, whole, tape, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, 0.0)
+    if strikes:
+        jumped(real, whole, tape, lane)
+
+
+def hits(real, whole, lane):
+    """Whether a switch of the machine, from the states in WORK to those behind them, changes the contact velocity.
+
+    The energy that it takes is told to the observer.
+    """
+    time = real[TIME + lane]
+    if IMPACT >= 0:
+        gained = machine_energy(real, time, WORK + STATES, lane) - machine_energy(real, time, WORK, lane)
+        on_jump(real, whole, lane, gained)
+    return contact_velocity(real, time, WORK + STATES, lane) != contact_velocity(real, time, WORK, lane)
 
 
 def turned(real, lane):

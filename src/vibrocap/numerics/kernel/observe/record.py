@@ -63,6 +63,10 @@ def on_event(real, whole, tape, lane, kind, s):
     whole[RECORDED_EVENTS + lane] += 1
 
 
+def on_jump(real, whole, lane, gained):
+    """Pieces and events tell it."""
+
+
 def on_period(real, whole, tape, lane):
     """A period begins; the lane stands at its start."""
     for i in range(ROWS):

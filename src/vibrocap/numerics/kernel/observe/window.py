@@ -8,6 +8,8 @@ from vibrocap.numerics.kernel.generated import (
     ASKED,
     ASYMMETRY,
     CYCLIC,
+    IMPACT,
+    INTEGRAL,
     INTEGRANDS,
     LANES,
     LARGEST,
@@ -75,6 +77,12 @@ def on_piece(real, whole, tape, lane, h):
 
 def on_event(real, whole, tape, lane, kind, s):
     """Events are not recorded."""
+
+
+def on_jump(real, whole, lane, gained):
+    """Energy that an impact takes is work of a channel of its own."""
+    if whole[ASKED] & ASK_INTEGRALS != 0 and whole[WINDOW_START + lane] >= 0:
+        real[INTEGRAL + IMPACT * LANES + lane] += gained
 
 
 def on_period(real, whole, tape, lane):

@@ -1,0 +1,42 @@
+"""The page: template, styles, scripts and data in one file."""
+
+import importlib.resources
+import json
+import re
+from collections.abc import Mapping
+from html import escape
+from importlib.metadata import version
+from string import Template
+from typing import Any
+
+# In the order in which they use each other; the worker's come to it as text.
+WORKER = ("engine.js", "dense.js", "worker.js")
+SCRIPTS = (
+    *("charts.js", "scene.js", "model.js", "panels.js", "share.js", "maps.js"),
+    *("controls.js", "readouts.js", "fields.js", "main.js", "sharing.js"),
+)
+
+
+def source(name: str) -> str:
+    """A file of the page."""
+    return (importlib.resources.files("vibrocap.lab") / "page" / name).read_text(encoding="utf-8")
+
+
+def script(names: tuple[str, ...]) -> str:
+    """Scripts joined, without indentation and lines of comments, which nobody reads in a page."""
+    text = "\n".join(source(name) for name in names)
+    text = re.sub(r"^\s*//[^\n]*\n|^\s+(?=\S)", "", text, flags=re.MULTILINE)
+    return text.replace("</script", "<\\/script")
+
+
+def page(data: Mapping[str, Any], title: str = "vibrocap lab") -> str:
+    """The HTML of a page with the data of a `bundle`."""
+    content = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return Template(source("lab.html")).substitute(
+        title=escape(title),
+        styles=re.sub(r"\n\s*", "\n", source("lab.css")),
+        version=version("vibrocap"),
+        data=content,
+        worker=script(WORKER),
+        scripts='"use strict";\n' + script(SCRIPTS),
+    )

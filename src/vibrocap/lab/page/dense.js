@@ -1,0 +1,140 @@
+// A recorded motion at the instants that are drawn: states and observables on its pieces, and integrals of powers.
+
+// Gauss-Legendre nodes and weights on [0, 1], eight: exact to order 15, beyond that of the pieces.
+const GAUSS = (() => {
+  const half = [[0.1834346424956498, 0.362683783378362], [0.525532409916329, 0.3137066458778873],
+    [0.7966664774136267, 0.2223810344533745], [0.9602898564975363, 0.1012285362903763]];
+  return half.flatMap(([x, w]) => [[0.5 - x / 2, w / 2], [0.5 + x / 2, w / 2]]).sort((a, b) => a[0] - b[0]);
+})();
+
+class Dense {
+  constructor(motion) {
+    const { form } = motion, { sizes, at } = form.motion;
+    this.motion = motion;
+    this.form = form;
+    this.size = sizes.piece;
+    this.count = motion.pieces.length / sizes.piece;
+    this.states = form.states.length;
+    this.coordinates = form.scene.reduce((sum, shape) => sum + 2 * shape.points, 0);
+    this.seen = this.states + form.observed.length + this.coordinates;
+    this.real = new Float64Array(sizes.real);
+    this.whole = new Float64Array(sizes.whole);
+    this.tape = new Float64Array(sizes.piece + this.seen);
+    this.real.set(motion.parameters, at.PARAMETER);
+    this.real.set(motion.scales, at.SCALE);
+    this.real[at.PERIOD] = motion.period;
+  }
+
+  start(i) {
+    const { pieces, period } = this.motion;
+    return pieces[i * this.size] * period + pieces[i * this.size + 1];
+  }
+
+  length(i) { return this.motion.pieces[i * this.size + 2]; }
+  side(i) { return this.motion.pieces[i * this.size + 3]; }
+
+  get end() { return this.count ? this.start(this.count - 1) + this.length(this.count - 1) : 0; }
+
+  // The piece that holds a time, the later one at a border.
+  pieceAt(time) {
+    let low = 0, high = this.count - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.start(middle) <= time) low = middle; else high = middle - 1;
+    }
+    return low;
+  }
+
+  take(i) {
+    this.tape.set(this.motion.pieces.subarray(i * this.size, (i + 1) * this.size));
+    this.form.kernel.take_piece(this.real, this.whole, this.tape, 0);
+  }
+
+  // States, observables and coordinates of the scene at a share of the way through the piece that was taken.
+  look(share) {
+    this.form.kernel.look_at(this.real, this.whole, this.tape, share, this.size);
+    return this.tape.subarray(this.size);
+  }
+
+  // Rows (time, side, states, observables, coordinates) over a stretch of time; both ends of every piece, so that what
+  // jumps at an event jumps in the rows.
+  rows(from, to, most) {
+    if (!this.count) return { width: this.seen + 2, rows: 0, data: new Float64Array(0) };
+    const first = this.pieceAt(from), last = this.pieceAt(to), pieces = last - first + 1;
+    const points = Math.max(2, Math.min(9, Math.floor(most / pieces))), width = this.seen + 2;
+    const data = new Float64Array(pieces * points * width);
+    let place = 0;
+    for (let i = first; i <= last; i++) {
+      this.take(i);
+      const begin = this.start(i), h = this.length(i);
+      const low = Math.max(0, (from - begin) / h), high = Math.min(1, (to - begin) / h);
+      if (!(high >= low)) continue;
+      for (let k = 0; k < points; k++) {
+        const share = low + (high - low) * (k / (points - 1));
+        data[place] = begin + share * h;
+        data[place + 1] = this.side(i);
+        data.set(this.look(share), place + 2);
+        place += width;
+      }
+    }
+    return { width, rows: place / width, data: place < data.length ? data.slice(0, place) : data };
+  }
+
+  // The states at the start of every piece, and at the end: (time, states), for a look at the whole motion.
+  overview(most) {
+    const n = this.states, step = Math.max(1, Math.ceil(this.count / most)), order = this.form.motion.sizes.order;
+    const data = [];
+    for (let i = 0; i < this.count; i += step) {
+      data.push(this.start(i));
+      const head = i * this.size + 5;
+      for (let j = 0; j < n; j++) data.push(this.motion.pieces[head + j * (order + 1)]);
+    }
+    data.push(this.end, ...this.motion.final);
+    return Float64Array.from(data);
+  }
+
+  // Works by channel over a stretch of time, at the end of each of its pieces: rows (time, works, energy gained).
+  works(from, to) {
+    const { form } = this, first = this.pieceAt(from), last = this.pieceAt(to);
+    const at = (name) => this.states + form.observed.indexOf(name);
+    const powers = form.channels.map((channel) => at(`${channel}_power`));
+    const stored = () => this.tape[this.size + at("energy")] + this.tape[this.size + at("contact_energy")];
+    const works = new Float64Array(powers.length), width = powers.length + 2;
+    const data = new Float64Array((last - first + 2) * width);
+    let place = width, initial = 0, residual = 0;
+    for (let i = first; i <= last; i++) {
+      this.take(i);
+      const h = this.length(i), begin = this.start(i);
+      const low = Math.max(0, (from - begin) / h), high = Math.min(1, (to - begin) / h);
+      if (i === first) { this.look(low); initial = stored(); data[0] = begin + low * h; }
+      for (const [node, weight] of GAUSS) {
+        const seen = this.look(low + (high - low) * node);
+        for (let j = 0; j < powers.length; j++) works[j] += weight * (high - low) * h * seen[powers[j]];
+      }
+      this.look(high);
+      const gained = stored() - initial;
+      data[place] = begin + high * h;
+      data.set(works, place + 1);
+      data[place + width - 1] = gained;
+      residual = Math.max(residual, Math.abs(gained - works.reduce((sum, work) => sum + work, 0)));
+      place += width;
+    }
+    return { width, rows: place / width, data: data.slice(0, place), residual };
+  }
+
+  // Events: rows (time, kind).
+  events() {
+    const { events, period } = this.motion, size = this.form.motion.sizes.event, found = [];
+    for (let i = 0; i < events.length; i += size) found.push(events[i] * period + events[i + 1], events[i + 2]);
+    return Float64Array.from(found);
+  }
+
+  // Shares of time on each side of rest, over a stretch.
+  sticking(from, to) {
+    let stuck = 0;
+    for (let i = this.pieceAt(from); i < this.count && this.start(i) < to; i++) {
+      if (this.side(i) === 0) stuck += Math.min(to, this.start(i) + this.length(i)) - Math.max(from, this.start(i));
+    }
+    return stuck / (to - from);
+  }
+}

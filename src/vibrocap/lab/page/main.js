@@ -1,0 +1,205 @@
+// The page at work: it asks the worker, draws what comes, and listens.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const $$ = (id) => document.getElementById(id);
+const workerUrl = URL.createObjectURL(new Blob([$$("worker").textContent], { type: "text/javascript" }));
+const opening = { ask: "open", forms: data.forms, code: data.code, limits: { ...data.limits, pieces: 200000 } };
+
+class Lab {
+  constructor() {
+    this.model = new Model(data);
+    this.units = new Units(this.model);
+    this.asked = new Asked(workerUrl);
+    this.ready = this.asked.ask(opening);
+    this.controls = new Controls(this.model, this.units, () => this.compute(), () => this.rebuilt());
+    this.shown = this.other = this.details = null;
+    this.clock = { time: 0, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, last: 0 };
+    this.frames = [];
+    this.fields = new Fields(this);
+    this.listen();
+    this.go(location.hash);
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  // Begin from an address.
+  go(hash) {
+    const wrong = readFragment(this.model, hash);
+    this.notice(wrong.join("\n"), wrong.length > 0);
+    this.rebuilt(false);
+    this.controls.complain(wrong);
+  }
+
+  // Parts, preset or units have changed: the controls are others.
+  rebuilt(kept = true) {
+    $$("preset").value = this.model.preset.key;
+    $$("note").textContent = this.model.preset.note;
+    $$("shown").value = String(this.model.state.shown);
+    this.controls.build();
+    this.panels();
+    this.fields.build();
+    this.compute(kept);
+  }
+
+  notice(text, bad = false) {
+    $$("notice").textContent = text;
+    $$("notice").className = bad ? "bad" : "";
+  }
+
+  // Ask for the motion as it is now; while one is on its way, only the latest wish is kept.
+  async compute(kept = true) {
+    if (kept) { clearTimeout(this.later); this.later = setTimeout(() => history.replaceState(null, "", fragmentOf(this.model)), 150); }
+    this.wish = true;
+    if (this.busy) return;
+    this.busy = true;
+    try {
+      await this.ready;
+      while (this.wish) {
+        this.wish = false;
+        const begun = performance.now();
+        await this.motions();
+        this.draw();
+        this.frames.push(performance.now() - begun);
+        if (this.frames.length === 1) this.first = performance.now();
+        if (!this.wish) await this.detailed();
+      }
+    } catch (error) {
+      this.notice(`The motion could not be computed: ${error.message}. The last one stays.`, true);
+    } finally { this.busy = false; }
+  }
+
+  async motions() {
+    const request = this.model.request(), form = this.model.form;
+    const beside = this.model.state.beside ? this.model.requestBeside() : null;
+    const answer = await this.asked.ask({ ask: "motion", side: 0, ...request });
+    const other = beside ? await this.asked.ask({ ask: "motion", side: 1, ...beside }) : null;
+    this.shown = new Shown(form, answer);
+    this.other = other ? new Shown(this.model.data.forms[beside.form], other) : null;
+    this.details = null;
+    this.clock.time = Math.min(Math.max(this.clock.time, answer.from ?? 0), answer.end);
+  }
+
+  async detailed() {
+    const { form, parameters, initial } = this.model.request();
+    const details = await this.asked.ask({ ask: "details", side: 0, form, parameters, initial, budget: this.model.budget() });
+    if (this.wish) return;
+    this.details = details;
+    showReadouts($$("readouts"), readoutsOf(this.model, this.shown, this.details, this.units, this.other));
+    document.body.dataset.settled = String(this.frames.length);
+  }
+
+  get names() { return [wordy(this.model.form.friction), wordy(this.model.state.beside)]; }
+
+  panels() {
+    const wanted = PANELS.filter((panel) => !panel.wanted || (panel.wanted(this.model.state.beside || null) && this.model.state.beside));
+    $$("panels").replaceChildren(...wanted.map((panel) => {
+      const box = element("figure", { className: panel.wide ? "panel wide" : "panel" });
+      const [below, above] = [element("canvas", {}), element("canvas", {})];
+      below.setAttribute("role", "img");
+      below.setAttribute("aria-label", panel.title);
+      above.setAttribute("aria-hidden", "true");
+      box.append(below, above);
+      return box;
+    }));
+    this.drawings = wanted.map((panel, i) => ({ panel, below: $$("panels").children[i].children[0], above: $$("panels").children[i].children[1] }));
+  }
+
+  draw() {
+    if (!this.shown || !this.shown.count || $$("motion-view").hidden) return;
+    const theme = (this.theme = themeOf(document.body));
+    const given = { shown: this.shown, beside: this.other, units: this.units, names: this.names };
+    for (const each of this.drawings) {
+      if (each.panel.wanted && !this.other) continue;
+      each.drawing = each.panel.draw(new CanvasPen(each.below), theme, given);
+    }
+    showReadouts($$("readouts"), readoutsOf(this.model, this.shown, this.details, this.units, this.other));
+    this.moment();
+  }
+
+  // Everything that moves with time.
+  moment() {
+    const { shown, theme } = this;
+    if (!shown || !shown.count) return;
+    const { time } = this.clock, row = shown.at(time), state = shown.form.cyclic >= 0 ? shown.form.states[shown.form.cyclic] : null;
+    const position = state ? shown.of(row, state) : 0;
+    const camera = state ? position - (position - this.straight(time)) * 0.9 : 0;
+    drawScene(new CanvasPen($$("scene")), theme, shown.form, {
+      side: row[1], friction: shown.of(row, "friction"), perForce: ARROW / (this.largest || 1), shapes: shown.shapes(row),
+      camera, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
+    });
+    const words = contactWords(shown.form, row[1]);
+    if ($$("contact").textContent !== words) $$("contact").textContent = words;
+    $$("contact").style.color = theme.side(row[1]);
+    $$("clock").textContent = `period ${(time / shown.period).toFixed(2)}   friction ${said(shown.of(row, "friction") * this.units.factor("friction"), 3)}`;
+    for (const { above, drawing } of this.drawings) if (drawing) drawMark(new CanvasPen(above), theme, drawing, row);
+    const share = Math.round((1000 * (time - shown.from)) / (shown.end - shown.from));
+    if (document.activeElement !== $$("time") || this.clock.playing) $$("time").value = String(share);
+    $$("time").setAttribute("aria-valuetext", `period ${(time / shown.period).toFixed(2)}, contact ${words}`);
+  }
+
+  // Where the machine would be if it travelled evenly: the camera moves so.
+  straight(time) {
+    const { shown } = this, name = shown.form.states[shown.form.cyclic], xs = shown.column(name), span = shown.end - shown.from;
+    return xs[0] + ((xs[xs.length - 1] - xs[0]) * (time - shown.from)) / (span || 1);
+  }
+
+  get largest() {
+    if (this.shown._largest === undefined) this.shown._largest = Math.max(...this.shown.column("friction").map(Math.abs));
+    return this.shown._largest;
+  }
+
+  tick(now) {
+    const { clock, shown } = this, passed = Math.min(100, now - clock.last) / 1000;
+    clock.last = now;
+    if (clock.playing && shown && shown.count && !$$("motion-view").hidden) {
+      clock.time += passed * Number($$("speed").value) * shown.period;
+      if (clock.time > shown.end) clock.time = shown.from + ((clock.time - shown.from) % (shown.end - shown.from));
+      this.moment();
+    }
+    requestAnimationFrame((later) => this.tick(later));
+  }
+
+  play(playing) {
+    this.clock.playing = playing;
+    $$("play").textContent = playing ? "Pause" : "Play";
+  }
+
+  // To the next event, or the one before.
+  step(way) {
+    const { shown, clock } = this;
+    if (!shown) return;
+    this.play(false);
+    const times = [];
+    for (let i = 0; i < shown.events.length; i += 2) if (shown.events[i] >= shown.from) times.push(shown.events[i]);
+    const near = 1e-9 * shown.end, next = way > 0 ? times.find((time) => time > clock.time + near) : times.filter((time) => time < clock.time - near).pop();
+    clock.time = next ?? (way > 0 ? shown.end : shown.from);
+    this.moment();
+    const at = shown.events.indexOf(next);
+    this.notice(at >= 0 ? `Event at period ${(next / shown.period).toFixed(4)}: ${wordy(shown.form.events[shown.events[at + 1]])}` : "No further event on show.");
+  }
+
+  mode(name) {
+    for (const button of document.querySelectorAll("nav button")) button.setAttribute("aria-pressed", String(button.dataset.mode === name));
+    for (const each of ["motion", "map", "strip"]) $$(`${each}-view`).hidden = each !== name;
+    if (name === "motion") { this.panels(); this.draw(); } else this.fields.show(name);
+  }
+
+  listen() {
+    for (const { key, title } of data.presets) $$("preset").append(element("option", { value: key, textContent: title }));
+    $$("preset").addEventListener("change", () => { this.model.open($$("preset").value); this.notice(""); this.rebuilt(); });
+    for (const button of document.querySelectorAll("nav button")) button.addEventListener("click", () => this.mode(button.dataset.mode));
+    $$("play").addEventListener("click", () => this.play(!this.clock.playing));
+    this.play(this.clock.playing);
+    $$("before").addEventListener("click", () => this.step(-1));
+    $$("after").addEventListener("click", () => this.step(1));
+    $$("time").addEventListener("input", () => {
+      this.play(false);
+      if (this.shown) { this.clock.time = this.shown.from + ((this.shown.end - this.shown.from) * $$("time").valueAsNumber) / 1000; this.moment(); }
+    });
+    $$("shown").addEventListener("change", () => { this.model.state.shown = Number($$("shown").value); this.compute(); });
+    $$("controls").addEventListener("submit", (event) => event.preventDefault());
+    addEventListener("hashchange", () => { this.model.open(data.presets[0].key); this.go(location.hash); });
+    addEventListener("resize", () => { this.draw(); this.fields.draw(); });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.draw(); this.fields.draw(); });
+    listenToSharing(this);
+  }
+}

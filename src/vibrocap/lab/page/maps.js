@@ -1,0 +1,199 @@
+// Maps and strips: many motions over one or two parameters, by a pool of workers, coarse to fine.
+
+class Pool {
+  constructor(make, count) {
+    this.workers = Array.from({ length: count }, make);
+    this.free = [...this.workers];
+    this.queue = [];
+    this.turn = 0;
+  }
+
+  // Forget what waits; what runs is not listened to any more.
+  restart() { this.turn++; this.queue = []; }
+
+  // Ask for all of these, in order of their list; each(answer, task) as they come, then done().
+  run(tasks, each, done) {
+    const turn = this.turn;
+    let left = tasks.length;
+    this.queue.push(...tasks.map((task) => ({
+      task,
+      then: (answer) => { if (turn === this.turn) { each(answer, task); if (--left === 0) done(); } },
+    })));
+    this.#feed();
+  }
+
+  #feed() {
+    while (this.free.length && this.queue.length) {
+      const worker = this.free.pop(), { task, then } = this.queue.shift();
+      worker.ask(task.message).then(then, () => then(null)).finally(() => { this.free.push(worker); this.#feed(); });
+    }
+  }
+}
+
+// A worker with promises in place of messages.
+class Asked {
+  constructor(url) {
+    this.worker = new Worker(url);
+    this.waiting = new Map();
+    this.last = 0;
+    this.worker.onmessage = ({ data: { id, answer, failed } }) => {
+      const { resolve, reject } = this.waiting.get(id);
+      this.waiting.delete(id);
+      if (failed === undefined) resolve(answer); else reject(new Error(failed));
+    };
+    this.worker.onerror = (event) => {
+      for (const { reject } of this.waiting.values()) reject(new Error(event.message || "the worker failed"));
+      this.waiting.clear();
+    };
+  }
+
+  ask(message) {
+    const id = ++this.last;
+    return new Promise((resolve, reject) => {
+      this.waiting.set(id, { resolve, reject });
+      this.worker.postMessage({ ...message, id });
+    });
+  }
+}
+
+// The value at a share of a range, by factors where the slider of the parameter goes by factors.
+function atShare([low, high, log], share) {
+  return log ? low * (high / low) ** share : low + (high - low) * share;
+}
+
+// The cells of a map of n by n: every level halves the size, each cell once; [column, row, size] in cells.
+function coarseToFine(n) {
+  const found = [], seen = new Set();
+  for (let size = n / 8; size >= 1; size /= 2) {
+    for (let row = 0; row < n; row += size) {
+      for (let column = 0; column < n; column += size) {
+        const key = row * n + column;
+        if (!seen.has(key)) { seen.add(key); found.push([column, row, size]); }
+      }
+    }
+  }
+  return found;
+}
+
+// The runs of some cells: the numbers of the model with those of the axes in their places.
+function runsOf(model, axes, shares) {
+  const { parameters, initial } = model.request();
+  return shares.map((point) => {
+    const run = { parameters: [...parameters], initial: [...initial] };
+    axes.forEach(({ path, range }, i) => {
+      const value = atShare(range, point[i]), place = model.form.parameters.indexOf(path);
+      if (place >= 0) run.parameters[place] = value;
+      else run.initial[model.form.states.indexOf(path.replace("initial.", ""))] = value;
+    });
+    return run;
+  });
+}
+
+// Whether a cell is what the model would take; a cell of levels in the wrong order is none.
+function allowed(model, axes, point) {
+  const values = { ...model.state.values };
+  axes.forEach(({ path, range }, i) => { if (path in values) values[path] = atShare(range, point[i]); });
+  return axes.every(({ path }, i) => model.complaint(path, atShare(axes[i].range, point[i]), model.form, values) === "");
+}
+
+const SIGNED = ["mean_velocity", "drift"];
+const BLUE_TO_ORANGE = [[0, 68, 136], [102, 166, 206], [240, 240, 236], [240, 164, 98], [166, 68, 0]];
+const DARK_TO_LIGHT = [[48, 18, 90], [60, 82, 140], [36, 140, 140], [110, 196, 100], [250, 230, 60]];
+
+function inkOf(value, low, high, signed) {
+  const list = signed ? BLUE_TO_ORANGE : DARK_TO_LIGHT;
+  const share = Math.min(1, Math.max(0, (value - low) / (high - low || 1))) * (list.length - 1);
+  const k = Math.min(list.length - 2, Math.floor(share)), part = share - k;
+  return `rgb(${list[k].map((each, i) => Math.round(each + part * (list[k + 1][i] - each))).join(",")})`;
+}
+
+// A map: its cells as they are known, drawn with its axes and legend.
+class FieldMap {
+  constructor(n, axes, measure) {
+    Object.assign(this, { n, axes, measure, cells: new Map(), signed: SIGNED.includes(measure) });
+  }
+
+  // Groups of measures that have to be gathered.
+  asked(form) { return form.measures.find(({ name }) => name === this.measure).asked; }
+
+  put([column, row, size], found) { this.cells.set(row * this.n + column, { column, row, size, found }); }
+
+  get range() {
+    const values = [];
+    for (const { found } of this.cells.values()) if (found && found.status === 1) values.push(found.values[this.measure]);
+    const finite = values.filter(Number.isFinite);
+    if (!finite.length) return [0, 1];
+    const low = Math.min(...finite), high = Math.max(...finite), most = Math.max(Math.abs(low), Math.abs(high)) || 1;
+    return this.signed ? [-most, most] : [low, high === low ? low + 1 : high];
+  }
+
+  // The finest known cell at a point of the map, in cells.
+  at(column, row) {
+    for (let size = 1; size <= this.n; size *= 2) {
+      const cell = this.cells.get(Math.floor(row / size) * size * this.n + Math.floor(column / size) * size);
+      if (cell && cell.size >= size) return cell;
+    }
+    return null;
+  }
+
+  draw(pen, theme, labels, chosen) {
+    const [low, high] = this.range;
+    const axis = ({ range: [a, b, log] }) => (log ? [Math.log10(a), Math.log10(b)] : [a, b]);
+    const [x, y] = [[0, this.n], [0, this.n]];
+    const map = frame(pen, theme, { x, y, margin: { left: 64, right: 92, bottom: 44, top: 10 }, xTicks: [], title: "" });
+    pen.box(0, 0, map.box.left - 1, pen.height, theme.paper);
+    pen.box(map.box.left, map.box.top, map.box.right - map.box.left, map.box.bottom - map.box.top, theme.grid);
+    const order = [...this.cells.values()].sort((a, b) => b.size - a.size);
+    for (const { column, row, size, found } of order) {
+      const [left, right] = [map.sx(column), map.sx(column + size)], [top, bottom] = [map.sy(row + size), map.sy(row)];
+      const value = found && found.status === 1 ? found.values[this.measure] : NaN;
+      if (!Number.isFinite(value)) {
+        pen.box(left, top, right - left + 0.5, bottom - top + 0.5, theme.paper);
+        pen.path([left, top, right, bottom], theme.bad, 1);
+        pen.path([left, bottom, right, top], theme.bad, 1);
+        continue;
+      }
+      pen.box(left, top, right - left + 0.5, bottom - top + 0.5, inkOf(value, low, high, this.signed));
+      if (found.response === 0) for (let k = 0; k < 2; k++) pen.path([left + ((right - left) * k) / 2, bottom, left + ((right - left) * (k + 1)) / 2, top], "#222", 0.8);
+    }
+    this.axes.forEach((each, i) => this.ticks(pen, theme, map, i, axis(each), each.range[2], labels[i]));
+    this.legend(pen, theme, map, low, high);
+    if (chosen) pen.box(map.sx(chosen[0]), map.sy(chosen[1] + 1), map.sx(1) - map.sx(0), map.sy(0) - map.sy(1), "", theme.ink);
+    return map;
+  }
+
+  ticks(pen, theme, map, i, [low, high], log, label) {
+    const place = (value) => ((value - low) / (high - low)) * this.n;
+    const values = log ? ticks(low, high, 4).map((each) => [each, 10 ** each]) : ticks(low, high, 6).map((each) => [each, each]);
+    for (const [where, value] of values) {
+      if (i === 0) pen.text(map.sx(place(where)), map.box.bottom + 15, said(value, 3), { fill: theme.soft, size: 11, align: "center" });
+      else pen.text(map.box.left - 6, map.sy(place(where)), said(value, 3), { fill: theme.soft, size: 11, align: "right", base: "middle" });
+    }
+    const centre = { fill: theme.ink, size: 12, align: "center" };
+    if (i === 0) pen.text((map.box.left + map.box.right) / 2, pen.height - 6, label, centre);
+    else pen.text(13, (map.box.top + map.box.bottom) / 2, label, { ...centre, turned: true });
+  }
+
+  legend(pen, theme, map, low, high) {
+    const left = map.box.right + 14, height = Math.min(200, map.box.bottom - map.box.top - 80), top = map.box.top + 4;
+    for (let k = 0; k < 40; k++) pen.box(left, top + (height * (39 - k)) / 40, 14, height / 40 + 1, inkOf(low + ((high - low) * k) / 39, low, high, this.signed));
+    pen.text(left + 18, top + 5, said(high, 3), { fill: theme.soft, size: 11, base: "middle" });
+    pen.text(left + 18, top + height - 2, said(low, 3), { fill: theme.soft, size: 11, base: "middle" });
+    if (this.signed) pen.text(left + 18, top + height / 2, "0", { fill: theme.soft, size: 11, base: "middle" });
+    pen.box(left, top + height + 16, 14, 14, theme.grid);
+    pen.path([left, top + height + 30, left + 14, top + height + 16], theme.ink, 1);
+    pen.text(left + 18, top + height + 24, "unsettled", { fill: theme.soft, size: 11, base: "middle" });
+    pen.path([left, top + height + 38, left + 14, top + height + 52], theme.bad, 1.2);
+    pen.path([left, top + height + 52, left + 14, top + height + 38], theme.bad, 1.2);
+    pen.text(left + 18, top + height + 46, "failed", { fill: theme.soft, size: 11, base: "middle" });
+  }
+}
+
+// Order in which the columns of a strip are computed, so that it fills evenly.
+function spread(n) {
+  const found = [], seen = new Set();
+  for (let step = 2 ** Math.floor(Math.log2(n)); step >= 1; step /= 2) {
+    for (let k = 0; k < n; k += step) if (!seen.has(k)) { seen.add(k); found.push(k); }
+  }
+  return found;
+}

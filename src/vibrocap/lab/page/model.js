@@ -1,0 +1,170 @@
+// The state of the lab: which parts, which numbers, how it runs; what may be set, and what is wrong with what is not.
+
+const PARTS = ["machine", "friction", "drive"];
+const MOST_PERIODS = 2000;
+
+// The range of tolerances of a form's kernel, which belong to the order of its series (`numerics/run/motion.py`).
+const TOLERANCES = { 10: [1e-7, 1e-5], 12: [1e-11, 9.99e-8], 16: [1e-14, 9.99e-12] };
+
+class Model {
+  constructor(data) {
+    this.data = data;
+    this.open(data.presets[0].key);
+  }
+
+  // Begin with a preset.
+  open(key) {
+    const preset = this.data.presets.find((each) => each.key === key);
+    if (!preset) return false;
+    this.preset = preset;
+    this.state = this.fresh(preset);
+    return true;
+  }
+
+  fresh(preset) {
+    return {
+      form: preset.form,
+      values: { ...preset.values },
+      initial: { ...preset.initial },
+      periods: preset.periods,
+      tolerance: preset.tolerance,
+      shown: 4,
+      beside: "",
+      besideValues: {},
+      units: "none",
+      scales: preset.scales ?? [1, 1, 1],
+      limits: { ...this.data.limits },
+    };
+  }
+
+  get form() { return this.data.forms[this.state.form]; }
+  part(section, form = this.form) { return this.data.parts[section][form[section]]; }
+
+  // The form of these parts, by number; -1 where the page does not hold it.
+  formOf(parts) {
+    return this.data.forms.findIndex((form) => PARTS.every((section) => form[section] === parts[section]));
+  }
+
+  // Another machine, law or drive: what has the same name keeps its value, the rest begins with its default.
+  choose(section, name) {
+    const wanted = { machine: this.form.machine, friction: this.form.friction, drive: this.form.drive, [section]: name };
+    const number = this.formOf(wanted);
+    if (number < 0) return false;
+    this.state.values = this.valuesFor(number, this.state.values);
+    this.state.form = number;
+    const initial = {};
+    for (const name of this.form.states) initial[name] = this.state.initial[name] ?? 0;
+    this.state.initial = initial;
+    if (this.state.beside === this.form.friction) this.state.beside = "";
+    return true;
+  }
+
+  // Values for a form: those of the same path where there are, else defaults.
+  valuesFor(number, known) {
+    const form = this.data.forms[number], found = {};
+    for (const path of form.parameters) found[path] = known[path] ?? this.record(path, form).default;
+    return found;
+  }
+
+  record(path, form = this.form) {
+    const [section, name] = path.split(".");
+    return this.part(section, form).parameters.find((each) => each.name === name);
+  }
+
+  // What is wrong with a number at a path; "" where nothing is. Text is what a person typed.
+  complaint(path, value, form = this.form, values = this.state.values) {
+    if (!Number.isFinite(value)) return "should be a finite number";
+    if (path === "run.periods") {
+      return value >= 1e-9 && value <= MOST_PERIODS ? "" : `should be above 0 and at most ${MOST_PERIODS}`;
+    }
+    if (path === "run.tolerance") {
+      const [low, high] = TOLERANCES[form.motion.sizes.order];
+      return value >= low && value <= high ? "" : `should be from ${low} to ${high} in this page`;
+    }
+    if (path.startsWith("initial.")) return Math.abs(value) < 1e300 ? "" : "should be smaller";
+    const record = this.record(path, form);
+    if (record.least !== null && (value < record.least || (record.open && value === record.least))) {
+      return `should be ${record.open ? "greater than" : "at least"} ${record.least}`;
+    }
+    const [section, name] = path.split("."), [low, high] = this.part(section, form).ordered;
+    if (name === low && value > values[`${section}.${high}`]) return `should be at most ${high}, ${values[`${section}.${high}`]}`;
+    if (name === high && value < values[`${section}.${low}`]) return `should be at least ${low}, ${values[`${section}.${low}`]}`;
+    if (path === "machine.normal_load" && value === 0 && form.states.length > form.mechanical) {
+      return "should be greater than 0 with this law";
+    }
+    return "";
+  }
+
+  get(path) {
+    const [section, name] = path.split(".");
+    if (section === "run") return this.state[name];
+    return section === "initial" ? this.state.initial[name] : this.state.values[path];
+  }
+
+  // Set a number; returns what is wrong with it, and leaves everything as it was where something is.
+  set(path, value) {
+    const wrong = this.complaint(path, value);
+    if (wrong) return wrong;
+    const [section, name] = path.split(".");
+    if (section === "run") this.state[name] = value;
+    else if (section === "initial") this.state.initial[name] = value;
+    else this.state.values[path] = value;
+    return "";
+  }
+
+  // All paths that have a number.
+  get paths() {
+    return [...this.form.parameters, ...this.form.states.map((name) => `initial.${name}`), "run.periods", "run.tolerance"];
+  }
+
+  // What the worker is asked for.
+  request(form = this.state.form, values = this.state.values) {
+    const record = this.data.forms[form];
+    return {
+      form,
+      parameters: record.parameters.map((path) => values[path]),
+      initial: record.states.map((name) => this.state.initial[name] ?? 0),
+      periods: this.state.periods,
+      tolerance: this.state.tolerance,
+      limits: this.state.limits,
+      view: { periods: Math.min(this.state.shown, this.state.periods) },
+    };
+  }
+
+  // The same with another law beside it: what it shares with the first has the same value.
+  requestBeside() {
+    const parts = { machine: this.form.machine, friction: this.state.beside, drive: this.form.drive };
+    const number = this.formOf(parts);
+    if (number < 0) return null;
+    return this.request(number, this.valuesBeside(number));
+  }
+
+  valuesBeside(number) {
+    const values = this.valuesFor(number, this.state.values);
+    for (const [path, value] of Object.entries(this.state.besideValues)) {
+      if (path in values && !(path in this.state.values)) values[path] = value;
+    }
+    return values;
+  }
+
+  budget(periods = 200) {
+    return {
+      periods: Math.max(periods, Math.ceil(this.state.periods)), window: Math.min(10, periods), threshold: 1e-6,
+      tolerance: this.form.tolerance, events: this.data.limits.events, steps: 2000000,
+    };
+  }
+}
+
+// A number as a person reads it: at most so many digits, no noise.
+function said(value, digits = 6) {
+  if (!Number.isFinite(value)) return "none";
+  if (value === 0) return "0";
+  const text = Math.abs(value) >= 1e-4 && Math.abs(value) < 1e6 ? String(Number(value.toPrecision(digits))) : value.toExponential(digits - 1);
+  return text.replace(/\.?0+e/, "e").replace("e+", "e").replace(/^-/, "−");
+}
+
+// A number that a person typed; NaN for what is none. A comma is not taken for a point: it is asked about.
+function typed(text) {
+  const plain = text.trim().replace("−", "-");
+  return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
+}

@@ -1,0 +1,211 @@
+// Sharing: the state in the address, as TOML, as Python, as commands; a TOML file read back, strictly.
+
+// What differs from the preset, as the fragment of an address.
+function fragmentOf(model) {
+  const { state, preset, data } = model, parts = [`v=${data.layout}`, `preset=${preset.key}`], fresh = model.fresh(preset);
+  const put = (key, value) => parts.push(`${key}=${encodeURIComponent(value)}`);
+  const own = model.data.forms[fresh.form], form = model.form;
+  for (const section of PARTS) if (form[section] !== own[section]) put(section, form[section]);
+  const start = state.form === fresh.form ? fresh.values : model.valuesFor(state.form, fresh.values);
+  for (const [path, value] of Object.entries(state.values)) if (value !== start[path]) put(path, value);
+  for (const [name, value] of Object.entries(state.initial)) if (value !== (fresh.initial[name] ?? 0)) put(`initial.${name}`, value);
+  for (const name of ["periods", "tolerance"]) if (state[name] !== fresh[name]) put(`run.${name}`, state[name]);
+  if (state.shown !== fresh.shown) put("shown", state.shown);
+  if (state.beside) put("beside", state.beside);
+  for (const [path, value] of Object.entries(state.besideValues)) put(`beside.${path}`, value);
+  if (state.units !== fresh.units) put("units", state.units);
+  if (state.units !== "none") put("scales", state.scales.join(","));
+  return `#${parts.join("&")}`;
+}
+
+// Set a model as an address says; returns what is wrong with it, in words. What is wrong is left as in the preset.
+function readFragment(model, fragment) {
+  const given = new Map(fragment.replace(/^#/, "").split("&").filter(Boolean).map((each) => {
+    const [key, ...rest] = each.split("=");
+    let value = rest.join("=");
+    try { value = decodeURIComponent(value); } catch { /* stays as it is */ }
+    return [key, value];
+  }));
+  if (!given.size) return [];
+  const { data } = model;
+  if (given.get("v") !== String(data.layout)) {
+    return [`This address is of another version of the lab (${given.get("v") ?? "none"}, this page reads ${data.layout}); the page shows its first preset.`];
+  }
+  const wrong = [];
+  if (given.has("preset") && !model.open(given.get("preset"))) {
+    return [`preset: this page has no ${given.get("preset")}; it shows its first one.`];
+  }
+  for (const section of PARTS) {
+    if (given.has(section) && !model.choose(section, given.get(section))) wrong.push(`${section}: this page does not hold ${given.get(section)} with these parts`);
+  }
+  // Levels that are in order only together: what is refused at first is tried again after the others.
+  let left = [...given].filter(([key]) => key.includes(".") && !key.startsWith("beside."));
+  for (let turn = 0; turn < 2; turn++) {
+    left = left.filter(([key, value]) => !model.paths.includes(key) || model.set(key, typed(value)) !== "");
+  }
+  for (const [key, value] of left) {
+    wrong.push(model.paths.includes(key) ? `${key}: ${model.complaint(key, typed(value))}, got ${value}` : `${key}: there is no such number in this system`);
+  }
+  for (const [key, value] of given) {
+    if (["v", "preset", "scales", ...PARTS].includes(key) || (key.includes(".") && !key.startsWith("beside."))) continue;
+    if (key === "shown" && typed(value) > 0) model.state.shown = typed(value);
+    else if (key === "beside" && model.formOf({ ...partsOf(model.form), friction: value }) >= 0) model.state.beside = value;
+    else if (key.startsWith("beside.") && Number.isFinite(typed(value))) model.state.besideValues[key.slice(7)] = typed(value);
+    else if (key === "units" && value === "SI") {
+      const scales = (given.get("scales") ?? "").split(",").map(typed);
+      model.state.units = "SI";
+      if (scales.length === 3 && scales.every((each) => each > 0)) model.state.scales = scales;
+    } else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
+  }
+  return wrong;
+}
+
+const partsOf = (form) => Object.fromEntries(PARTS.map((section) => [section, form[section]]));
+const tomlValue = (value) => (typeof value === "string" ? JSON.stringify(value) : Number.isInteger(value) && Math.abs(value) < 1e15 ? value.toFixed(1) : pythonNumber(value));
+
+// A number as Python writes one: 1e-09 as well as 1e-9 reads back the same.
+function pythonNumber(value) {
+  const text = String(value);
+  return /[.e]/.test(text) ? text : `${text}.0`;
+}
+
+function given(model, section) {
+  const { form, state } = model, found = {};
+  for (const { name } of model.part(section).parameters) {
+    const path = `${section}.${name}`, value = path in state.values ? state.values[path] : form.fixed[path];
+    if (value !== undefined && value !== null) found[name] = value;
+  }
+  return found;
+}
+
+function started(model) {
+  return Object.fromEntries(Object.entries(model.state.initial).filter(([, value]) => value !== 0));
+}
+
+function asToml(model) {
+  const lines = [];
+  for (const section of model.form.sections) {
+    lines.push(`[${section}]`);
+    if (section in model.data.keys) lines.push(`${model.data.keys[section]} = ${JSON.stringify(model.form[section])}`);
+    for (const [name, value] of Object.entries(given(model, section))) lines.push(`${name} = ${tomlValue(value)}`);
+    lines.push("");
+  }
+  lines.push("[initial]", ...Object.entries(started(model)).map(([name, value]) => `${name} = ${tomlValue(value)}`), "");
+  lines.push("[run]", `periods = ${model.state.periods}`, `tolerance = ${model.state.tolerance}`);
+  const { events, steps } = model.state.limits, usual = model.data.limits;
+  if (events !== usual.events) lines.push(`max_events_per_period = ${events}`);
+  if (steps !== usual.steps) lines.push(`max_steps = ${steps}`);
+  lines.push("");
+  return lines.join("\n");
+}
+
+function asPython(model) {
+  const imports = [], part = (section) => {
+    const { python } = model.part(section);
+    if (python.module) imports.push(`from ${python.module} import ${python.imported ?? python.name}`);
+    const values = Object.entries(given(model, section)).map(([name, value]) => `${name}=${typeof value === "string" ? JSON.stringify(value) : pythonNumber(value)}`);
+    return `${python.module ? "" : "vc."}${python.name}(${values.join(", ")})`;
+  };
+  const start = Object.entries(started(model)).map(([name, value]) => `"${name}": ${pythonNumber(value)}`).join(", ");
+  const system = model.form.sections.map((section) => `    ${section}=${part(section)},`);
+  return [
+    "import vibrocap as vc", ...imports, "",
+    "system = vc.System(", ...system, ")",
+    `motion = vc.simulate(system, periods=${model.state.periods}, initial={${start}}, tolerance=${model.state.tolerance})`,
+    "print(motion.state)", "",
+  ].join("\n");
+}
+
+function asCommand(model) {
+  const { form, state } = model, quoted = (text) => (/^[\w.=+-]+$/.test(text) ? text : `'${text}'`);
+  const settings = [];
+  for (const section of model.form.sections) {
+    for (const [name, value] of Object.entries(given(model, section))) {
+      if (value !== model.record(`${section}.${name}`).default) settings.push(`--set ${quoted(`${section}.${name}=${value}`)}`);
+    }
+  }
+  for (const [name, value] of Object.entries(started(model))) settings.push(`--initial ${quoted(`${name}=${value}`)}`);
+  return [
+    `vibrocap new ${form.machine} --law ${form.friction} --drive ${form.drive} --out case.toml`,
+    ["vibrocap simulate case.toml", ...settings, `--periods ${state.periods}`, `--tolerance ${state.tolerance}`].join(" "), "",
+  ].join("\n");
+}
+
+// A case file: { section: { key: number or text } }. Strict: what a case has, and nothing else.
+// Throws an Error with the line for what is no such file.
+function parsedToml(text) {
+  const found = {};
+  let section = null;
+  text.replace(/^\uFEFF/, "").split(/\r?\n/).forEach((raw, number) => {
+    const fail = (what) => { throw new Error(`line ${number + 1}: ${what}`); };
+    const line = raw.trim();
+    if (!line || line.startsWith("#")) return;
+    const head = /^\[\s*([A-Za-z0-9_-]+)\s*\]\s*(#.*)?$/.exec(line);
+    if (head) {
+      if (head[1] in found) fail(`the section [${head[1]}] stands twice`);
+      section = found[head[1]] = {};
+      return;
+    }
+    const pair = /^([A-Za-z0-9_-]+)\s*=\s*("(?:[^"\\]|\\.)*"|'[^']*'|[^#"']+?)\s*(#.*)?$/.exec(line);
+    if (!pair) fail(`is no "key = value" and no [section]: ${line.slice(0, 60)}`);
+    const target = section ?? (found[""] ??= {});
+    if (pair[1] in target) fail(`the key ${pair[1]} stands twice`);
+    if (pair[2].startsWith('"')) target[pair[1]] = JSON.parse(pair[2]);
+    else if (pair[2].startsWith("'")) target[pair[1]] = pair[2].slice(1, -1);
+    else {
+      const value = typed(pair[2].replace(/(?<=\d)_(?=\d)/g, ""));
+      if (!Number.isFinite(value)) fail(`${pair[1]} should be a number or a text in quotes, got ${pair[2]}`);
+      target[pair[1]] = value;
+    }
+  });
+  return found;
+}
+
+// Set a model by a case file; returns every complaint, with its field. Where there is one, the model stays as it was.
+function readToml(model, text) {
+  let sections;
+  try { sections = parsedToml(text); } catch (error) { return [error.message]; }
+  const wrong = [], trial = new Model(model.data), { data } = model;
+  for (const name of Object.keys(sections)) {
+    if (name === "environment" && model.form.environment) continue;
+    if (name === "") wrong.push(...Object.keys(sections[""]).map((key) => `${key}: stands in no section; this page reads cases without units`));
+    else if (![...PARTS, "initial", "run"].includes(name)) wrong.push(`${name}: no such section in this page`);
+  }
+  const parts = {};
+  for (const section of PARTS) {
+    const key = data.keys[section], name = sections[section]?.[key];
+    if (typeof name !== "string") wrong.push(`${section}.${key}: is missing`);
+    else if (!(name in data.parts[section])) wrong.push(`${section}.${key}: this page does not hold ${name}; it has ${Object.keys(data.parts[section]).join(", ")}`);
+    parts[section] = name;
+  }
+  if (wrong.length) return wrong;
+  const number = trial.formOf(parts);
+  if (number < 0) return [`friction.law: this page does not hold ${parts.friction} with the drive ${parts.drive}`];
+  Object.assign(trial, { preset: model.preset });
+  trial.state = { ...trial.fresh(model.preset), form: number, values: {}, initial: {}, periods: data.run.periods, tolerance: data.run.tolerance };
+  trial.state.values = trial.valuesFor(number, {});
+  for (const name of trial.form.states) trial.state.initial[name] = 0;
+  let left = [];
+  for (const section of [...trial.form.sections, "initial", "run"]) {
+    for (const [key, value] of Object.entries(sections[section] ?? {})) if (key !== data.keys[section]) left.push([`${section}.${key}`, value]);
+  }
+  const settled = ([path, value]) => {
+    const limit = { "run.max_events_per_period": "events", "run.max_steps": "steps" }[path];
+    if (limit) {
+      if (Number.isInteger(value) && value >= 1) trial.state.limits[limit] = value;
+      return Number.isInteger(value) && value >= 1;
+    }
+    if (path in trial.form.fixed) return value === trial.form.fixed[path];
+    return trial.paths.includes(path) && typeof value === "number" && trial.set(path, value) === "";
+  };
+  for (let turn = 0; turn < 2; turn++) left = left.filter((each) => !settled(each));
+  for (const [path, value] of left) {
+    if (path in trial.form.fixed) wrong.push(`${path}: is ${trial.form.fixed[path]} in this page, got ${value}; write a page of this case`);
+    else if (path.startsWith("run.max_")) wrong.push(`${path}: should be a whole number from 1, got ${value}`);
+    else if (!trial.paths.includes(path)) wrong.push(`${path}: no such key; a page reads cases without units`);
+    else wrong.push(`${path}: ${typeof value === "number" ? trial.complaint(path, value) : "should be a number"}, got ${value}`);
+  }
+  if (wrong.length) return wrong;
+  model.state = { ...trial.state, shown: model.state.shown, units: model.state.units, scales: model.state.scales };
+  return [];
+}

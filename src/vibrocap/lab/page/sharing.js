@@ -1,0 +1,107 @@
+// Buttons of sharing: copy, save, open a file, check.
+
+function listenToSharing(lab) {
+  const { model } = lab;
+  $$("link").addEventListener("click", () => copied(lab, location.href.split("#")[0] + fragmentOf(model), "The link"));
+  $$("copy").addEventListener("change", () => {
+    const made = { toml: asToml, python: asPython, command: asCommand }[$$("copy").value];
+    if (made) copied(lab, made(model), `The case as ${$$("copy").selectedOptions[0].textContent}`);
+    $$("copy").value = "";
+  });
+  $$("save").addEventListener("change", () => {
+    const kind = $$("save").value;
+    $$("save").value = "";
+    if (lab.shown && kind === "csv") saved("motion.csv", asCsv(lab.shown), "text/csv");
+    if (lab.shown && kind === "svg") saved("motion.svg", pictureSvg(lab), "image/svg+xml");
+    if (lab.shown && kind === "png") savePng(lab);
+  });
+  $$("file").addEventListener("change", async () => {
+    const [file] = $$("file").files;
+    if (file) opened(lab, await file.text(), file.name);
+    $$("file").value = "";
+  });
+  addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("drop"); });
+  addEventListener("dragleave", () => document.body.classList.remove("drop"));
+  addEventListener("drop", async (event) => {
+    event.preventDefault();
+    document.body.classList.remove("drop");
+    const [file] = event.dataTransfer.files;
+    if (file) opened(lab, await file.text(), file.name);
+  });
+  $$("check").addEventListener("click", () => checked(lab));
+}
+
+// A text goes to the clipboard, and stands in the page where a browser does not let it.
+async function copied(lab, text, what) {
+  lab.copied = text;
+  try {
+    await navigator.clipboard.writeText(text);
+    lab.notice(`${what} was copied:\n${text}`);
+  } catch { lab.notice(`${what}, to copy by hand:\n${text}`); }
+}
+
+function saved(name, content, type) {
+  const link = element("a", { href: URL.createObjectURL(new Blob([content], { type })), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+function opened(lab, text, name) {
+  const wrong = readToml(lab.model, text);
+  if (wrong.length) {
+    lab.notice(`${name} cannot be run here; the last motion stays.\n${wrong.join("\n")}`, true);
+    lab.controls.complain(wrong);
+    return;
+  }
+  lab.notice(`${name} was read.`);
+  lab.rebuilt();
+}
+
+// The stretch on show as a table.
+function asCsv(shown) {
+  const names = ["time", "side", ...shown.form.states, ...shown.form.observed], { data, width, rows } = shown.rows, lines = [names.join(",")];
+  for (let i = 0; i < rows; i++) lines.push(Array.from(data.subarray(i * width, i * width + names.length)).join(","));
+  return `${lines.join("\n")}\n`;
+}
+
+// All panels in one picture, two side by side.
+function pictureSvg(lab) {
+  const theme = themeOf(document.body), width = 620, height = 300, parts = [];
+  const given = { shown: lab.shown, beside: lab.other, units: lab.units, names: lab.names };
+  let x = 0, y = 0;
+  for (const { panel } of lab.drawings) {
+    if (panel.wanted && !lab.other) continue;
+    if (panel.wide && x) { x = 0; y += height; }
+    const pen = new SvgPen(panel.wide ? 2 * width : width, height);
+    panel.draw(pen, theme, given);
+    parts.push(`<g transform="translate(${x} ${y})">${pen.parts.join("\n").replaceAll("clip", `p${parts.length}clip`)}</g>`);
+    if (panel.wide || x) { x = 0; y += height; } else x = width;
+  }
+  const total = y + (x ? height : 0), back = `<rect width="${2 * width}" height="${total}" fill="${theme.paper}"/>`;
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="${2 * width}" height="${total}" font-family="system-ui, sans-serif">${back}${parts.join("\n").replaceAll(/<(\/?)p\d+clipPath/g, "<$1clipPath").replaceAll(/ p\d+clip-path=/g, " clip-path=")}</svg>`;
+}
+
+async function savePng(lab) {
+  const image = new Image(), url = URL.createObjectURL(new Blob([pictureSvg(lab)], { type: "image/svg+xml" }));
+  image.src = url;
+  await image.decode();
+  const canvas = element("canvas", { width: image.width * 2, height: image.height * 2 });
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  canvas.toBlob((blob) => saved("motion.png", blob, "image/png"));
+  URL.revokeObjectURL(url);
+}
+
+// The end of the preset's motion, as this page finds it and as the plain kernel of the package found it, to the last bit.
+async function checked(lab) {
+  const { preset } = lab.model, trial = new Model(data);
+  trial.open(preset.key);
+  const answer = await lab.asked.ask({ ask: "motion", side: 2, ...trial.request() });
+  const form = trial.form, same = form.states.every((_, i) => Object.is(answer.final[i], preset.check.state[i]) || answer.final[i] === preset.check.state[i]);
+  const alike = same && answer.pieces === preset.check.pieces && answer.events.length / 2 === preset.check.events;
+  const lines = form.states.map((name, i) => `${wordy(name)}: this page ${answer.final[i]}, plain kernel ${preset.check.state[i]}`);
+  lab.notice(`Check of “${preset.title}”, the end of ${preset.periods} periods, ${answer.pieces} steps and ${answer.events.length / 2} events: ${alike ? "the same to the last bit" : "NOT the same"}.\n${lines.join("\n")}\n`
+    + "The second number was computed when this page was written. `vibrocap simulate` differs in the last digits where the processor rounds a product and a sum once.", !alike);
+  document.body.dataset.check = alike ? "same" : "different";
+}
+
+const lab = new Lab();

@@ -1,0 +1,282 @@
+"""What Figs 5-11 become under the load that the pendulum makes: a plain sentence for each, with its numbers.
+
+No claim of the paper is judged by it: the paper's model has a constant load.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from vibrocap.measures.sticking import stick_fraction
+from vibrocap.motion.trajectory import Status
+from vibrocap.paper.averages import period_length
+from vibrocap.paper.claims.claim import SETTLED
+from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
+from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Period, Runs
+
+PRINTED, DYNAMIC = 1.0, "dynamic"
+LOADS: tuple[float | str, ...] = (PRINTED, "weight", DYNAMIC)
+WANDERED = 20  # periods of Fig. 11
+LARGE = 100.0  # a load at the end of a run that has grown without end
+SPEED = 0.05  # at which the forces of Fig. 8 are compared
+
+
+@dataclasses.dataclass(frozen=True)
+class LoadedMotion:
+    """The motion of Figs 5-8 under one load: travel, and the range of the true load in the settled period."""
+
+    friction: str
+    load: float | str
+    travel: float  # X after `SHOWN_PERIODS`
+    drift: float  # per period, settled
+    least_load: float
+    largest_load: float
+
+
+@dataclasses.dataclass(frozen=True)
+class LoadedFigure:
+    """What one figure becomes, in a sentence, and the numbers in it."""
+
+    sentence: str
+    numbers: Mapping[str, float]
+
+
+def loaded_motions(runs: Runs) -> tuple[LoadedMotion, ...]:
+    """The motions of Figs 5-8 under the printed load, the weight of the machine, and the load that the motion makes."""
+    found = []
+    for name in SHORT:
+        for load in LOADS:
+            period = runs.steady(name, load=load)
+            travel = period.motion.sections[SHOWN_PERIODS, 2]
+            reaction = period.motion.at(period.motion.end - period.motion.period + period.time, "reaction")
+            extremes = float(reaction.min()), float(reaction.max())
+            found.append(LoadedMotion(SHORT[name], load, float(travel), period.drift, *extremes))
+    return tuple(found)
+
+
+def loaded_figure(runs: Runs, key: str) -> LoadedFigure:
+    """What a figure becomes under the load that the pendulum makes; key: "load05" to "load11"."""
+    return _FIGURES[key](runs)
+
+
+def _number(value: float) -> str:
+    """Three digits; what is nothing but the error of the runs is called so."""
+    return "nothing" if abs(value) < SETTLED.value else f"{value:.3g}".replace("-", "−")
+
+
+def _both(values: Sequence[float]) -> str:
+    """Numbers of LM and of EM."""
+    lm, em = map(_number, values)
+    return f"{lm} with either law" if lm == em else f"{lm} with LM and {em} with EM"
+
+
+def _numbers(**pairs: Sequence[float]) -> dict[str, float]:
+    """Numbers of LM and EM, by what they are."""
+    return {
+        f"{short}: {name.replace('_', ' ')}": float(value)
+        for name, values in pairs.items()
+        for short, value in zip(SHORT.values(), values, strict=True)
+    }
+
+
+def _settled(runs: Runs, load: float | str) -> list[Period]:
+    return [runs.steady(name, load=load) for name in SHORT]
+
+
+def _figure_5(runs: Runs) -> LoadedFigure:
+    rows = {(row.friction, row.load): row for row in loaded_motions(runs)}
+    before, after = ([rows[short, load] for short in SHORT.values()] for load in (PRINTED, DYNAMIC))
+    least, largest = min(row.least_load for row in after), max(row.largest_load for row in after)
+    mean = float(with_load(figures_5_to_8(), DYNAMIC).machine.load())
+    sentence = (
+        f"The load swings between {least:.3g} and {largest:.3g} about its mean of {mean:g}, where the paper has 1: X "
+        f"after {SHOWN_PERIODS} periods is {_both([row.travel for row in after])}, instead of "
+        f"{_both([row.travel for row in before])}, and the settled drift per period is "
+        f"{_both([row.drift for row in after])}, instead of {_both([row.drift for row in before])}."
+    )
+    numbers = _numbers(
+        X_after_forty_periods=[row.travel for row in after],
+        drift_per_period=[row.drift for row in after],
+        least_load=[row.least_load for row in after],
+        largest_load=[row.largest_load for row in after],
+    )
+    return LoadedFigure(sentence, numbers)
+
+
+def _figure_6(runs: Runs) -> LoadedFigure:
+    before, after = (_settled(runs, load) for load in (PRINTED, DYNAMIC))
+    peaks = [[float(np.max(np.abs(period["friction"]))) for period in periods] for periods in (before, after)]
+    shares = [stick_fraction(periods[1].motion, periods=1) or 0.0 for periods in (before, after)]
+    sentence = (
+        f"The largest friction force of the settled period is {_both(peaks[1])}, instead of {_both(peaks[0])}, and EM "
+        f"is stuck for {shares[1]:.1%} of the time, instead of {shares[0]:.1%}."
+    ).replace("%", " %")
+    return LoadedFigure(sentence, _numbers(largest_friction=peaks[1]) | {"EM: share stuck": shares[1]})
+
+
+def _figure_7(runs: Runs) -> LoadedFigure:
+    before, after = (_settled(runs, load) for load in (PRINTED, DYNAMIC))
+    swings = [[float(np.ptp(period["position"])) for period in periods] for periods in (before, after)]
+    gaps = [[abs(period.drift) for period in periods] for periods in (before, after)]
+    angles = [[float(np.max(np.abs(period["angle"]))) for period in periods] for periods in (before, after)]
+    sentence = (
+        f"The gap of the capsule's curve is {_both(gaps[1])}, instead of {_both(gaps[0])}; within a period X ranges "
+        f"over {_both(swings[1])}, instead of {_both(swings[0])}. The pendulum hardly notices: its largest angle is "
+        f"{_both(angles[1])}, instead of {_both(angles[0])}."
+    )
+    return LoadedFigure(sentence, _numbers(gap=gaps[1], range_of_X=swings[1], largest_angle=angles[1]))
+
+
+def _figure_8(runs: Runs) -> LoadedFigure:
+    before, after = ([_forces(period) for period in _settled(runs, load)] for load in (PRINTED, DYNAMIC))
+    lm, em = map(_range, after)
+    as_printed = [_range(forces) for forces in before]
+    sentence = (
+        f"EM, which has no memory, draws a loop, too, because the load has changed when a velocity comes again: at "
+        f"X′ = {SPEED:g} its force is {em}, as printed {as_printed[1]} (LM: {lm}, as printed {as_printed[0]})."
+    )
+    least, largest = [min(forces) for forces in after], [max(forces) for forces in after]
+    return LoadedFigure(sentence, _numbers(least_force_at_that_speed=least, largest_force_at_that_speed=largest))
+
+
+def _forces(period: Period) -> list[float]:
+    """Friction whenever the velocity of a period passes `SPEED`."""
+    above, friction = period["velocity"] - SPEED, period["friction"]
+    at = np.flatnonzero(above[1:] * above[:-1] < 0.0)
+    share = above[at] / (above[at] - above[at + 1])
+    return (friction[at] + share * (friction[at + 1] - friction[at])).tolist()
+
+
+def _range(forces: Sequence[float]) -> str:
+    low, high = _number(min(forces)), _number(max(forces))
+    return f"{low} each time" if low == high else f"{low} to {high}"
+
+
+def _figure_9(runs: Runs) -> LoadedFigure:
+    sweeps = {short: runs.loaded_sweep(name) for name, short in SHORT.items()}
+    light = {short: runs.loaded_sweep(name, light=True) for name, short in SHORT.items()}
+    period = period_length()
+    steady = [max(abs(run.mean_velocity(period, LAST, True)) for run in _done(sweeps[s])) for s in sweeps]
+    transient = [max(abs(run.mean_velocity(period, SHOWN_PERIODS)) for run in _done(sweeps[s])) for s in sweeps]
+    rests = min((run.mass_ratio for run in sweeps["EM"] if _stays(run, sweeps["EM"])), default=float("nan"))
+    ends = "; ".join(_ends(short, runs_of) for short, runs_of in light.items())
+    sentence = (
+        f"Wherever a run goes to its end, its steady average velocity is nothing, as under the printed load: at most "
+        f"{max(steady):.1g}. The transient is smaller, its average over {SHOWN_PERIODS} periods at most "
+        f"{_both(transient)}; from λ = {rests:.3g} on EM never leaves its place. Light capsules do not go to the end: "
+        f"{ends}."
+    )
+    least = [min(run.mass_ratio for run in _done(runs_of)) for runs_of in light.values()]
+    numbers = _numbers(largest_steady_velocity=steady, largest_transient_average=transient, least_mass_ratio=least)
+    return LoadedFigure(sentence, numbers | {"EM: at rest from lambda": rests})
+
+
+def _done(runs_of: Sequence[LoadedRun]) -> list[LoadedRun]:
+    return [run for run in runs_of if run.status.ok]
+
+
+def _stays(run: LoadedRun, sweep: Sequence[LoadedRun]) -> bool:
+    """Whether the capsule never moves at this mass ratio and at all above."""
+    return all(other.at_rest for other in sweep if other.mass_ratio >= run.mass_ratio)
+
+
+def _ends(short: str, runs_of: Sequence[LoadedRun]) -> str:
+    """How the runs of light capsules ended, in words."""
+    parts = []
+    for status in dict.fromkeys(run.status for run in runs_of if not run.status.ok):
+        ended = [run for run in runs_of if run.status is status]
+        ratios, times = [run.mass_ratio for run in ended], [run.end / period_length() for run in ended]
+        what = f"{_END_WORDS.get(status, 'they end')} (“{status.value}”)"
+        growing = _growing(ended)
+        span = f"λ = {ratios[0]:.3g}" if len(ratios) == 1 else f"λ = {ratios[0]:.3g} to {ratios[-1]:.3g}"
+        parts.append(f"at {span} {what} after {min(times):.2f} to {max(times):.2f} periods{growing}")
+    return f"with {short} " + (" and ".join(parts) if parts else "every run does")
+
+
+def _growing(ended: Sequence[LoadedRun]) -> str:
+    """Of runs that end in Painleve's paradox, how large load and coefficient have become; empty for others."""
+    bounds = [2.0 * math.sqrt(run.mass_ratio * (run.mass_ratio + 1.0)) for run in ended]
+    if any(run.last_load < LARGE or run.last_coefficient < bound for run, bound in zip(ended, bounds, strict=True)):
+        return ""
+    least, load = min(run.last_coefficient for run in ended), min(run.last_load for run in ended)
+    return (
+        f", as friction and load raise one another (Painlevé's paradox: the load has grown to {load:.0e} at least, and "
+        f"|R|/N to {least:.2g} at least, beyond 2√(λ(λ + 1)))"
+    )
+
+
+_END_WORDS = {
+    Status.LIFT_OFF: "the capsule lifts off",
+    Status.STEP_UNDERFLOW: "the equations become singular",
+    Status.PARADOX: "the load no longer follows from the forces",
+}
+
+
+def _figure_10(runs: Runs) -> LoadedFigure:
+    peaks = {load: [_peaks(runs, name, load) for name in SHORT] for load in (PRINTED, DYNAMIC)}
+    ratios = _listed(DISPLACEMENT_MASS_RATIOS)
+    parts = [
+        f"{_listed(after)} with {short} (as printed: {_listed(before)})"
+        for short, after, before in zip(SHORT.values(), peaks[DYNAMIC], peaks[PRINTED], strict=True)
+    ]
+    sentence = f"The largest velocity of the capsule at λ = {ratios} is {', and '.join(parts)}."
+    numbers = {
+        f"{short}: largest |X'|, lambda {ratio:g}": peak
+        for short, of_law in zip(SHORT.values(), peaks[DYNAMIC], strict=True)
+        for ratio, peak in zip(DISPLACEMENT_MASS_RATIOS, of_law, strict=True)
+    }
+    return LoadedFigure(sentence, numbers)
+
+
+def _figure_11(runs: Runs) -> LoadedFigure:
+    """Where X is after the twenty periods shown."""
+    places = {
+        load: [
+            [float(runs.motion(_at(name, ratio, load)).sections[WANDERED, 2]) for ratio in DISPLACEMENT_MASS_RATIOS]
+            for name in SHORT
+        ]
+        for load in (PRINTED, DYNAMIC)
+    }
+    parts = [
+        f"{_listed(after)} with {short} (as printed: {_listed(before)})"
+        for short, after, before in zip(SHORT.values(), places[DYNAMIC], places[PRINTED], strict=True)
+    ]
+    sentence = f"After {WANDERED} periods X at λ = {_listed(DISPLACEMENT_MASS_RATIOS)} is {', and '.join(parts)}."
+    numbers = {
+        f"{short}: X after {WANDERED} periods, lambda {ratio:g}": place
+        for short, of_law in zip(SHORT.values(), places[DYNAMIC], strict=True)
+        for ratio, place in zip(DISPLACEMENT_MASS_RATIOS, of_law, strict=True)
+    }
+    return LoadedFigure(sentence, numbers)
+
+
+def _at(name: str, ratio: float, load: float | str):
+    return with_load(figures_9_to_11(name, ratio), load)
+
+
+def _peaks(runs: Runs, name: str, load: float | str) -> list[float]:
+    """Largest |X'| of the runs shown, by mass ratio."""
+    found = []
+    for ratio in DISPLACEMENT_MASS_RATIOS:
+        motion = runs.motion(_at(name, ratio, load))
+        found.append(float(np.max(np.abs(motion["velocity"]))))
+    return found
+
+
+def _listed(values: Sequence[float]) -> str:
+    """Numbers in a row."""
+    *first, last = map(_number, values)
+    return f"{last} at each" if set(first) == {last} else f"{', '.join(first)} and {last}"
+
+
+_FIGURES: dict[str, Callable[[Runs], LoadedFigure]] = {
+    "load05": _figure_5,
+    "load06": _figure_6,
+    "load07": _figure_7,
+    "load08": _figure_8,
+    "load09": _figure_9,
+    "load10": _figure_10,
+    "load11": _figure_11,
+}

@@ -1,0 +1,166 @@
+"""What was found beyond single claims, as HTML: the symmetry, the load that the pendulum makes, and steady travel."""
+
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+
+from vibrocap.motion.trajectory import Status
+from vibrocap.paper.figures.figure import Figure
+from vibrocap.paper.load_finding import LoadedFigure, LoadedMotion
+from vibrocap.paper.main_finding import MainFinding
+from vibrocap.paper.runs import SHOWN_PERIODS
+from vibrocap.paper.steady_travel import FOLLOWED, POINTS, SteadyTravel
+from vibrocap.report.pieces import figure, law, number, table
+
+Drawn = tuple[Figure, Path]
+NAMES = ("O1", "O2", "P1", "P2")
+
+
+# --- the half-period symmetry -----------------------------------------------------------------------------------------
+def main(finding: MainFinding, symmetry: Drawn | None) -> str:
+    """Why the capsule of Fig. 9 does not travel."""
+    asymmetries = table(
+        ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror twin"),
+        (
+            (escape(row.case), number(row.largest_difference), number(row.drift), number(row.drift_of_twin))
+            for row in finding.asymmetries
+        ),
+    )
+    points = table(
+        ("average over", *NAMES),
+        ((escape(window), *(number(places[name]) for name in NAMES)) for window, places in finding.points.items()),
+    )
+    soft = table(
+        ("steady state at", *NAMES),
+        (
+            ("printed (ρ = 4)", *(number(value) for value in finding.points["printed"].values())),
+            *(
+                (f"ρ = {row.stiffness:g}", *(_place(row.at[name], row.error[name]) for name in NAMES))
+                for row in (finding.stiff, *finding.soft)
+            ),
+        ),
+    )
+    shown = "" if symmetry is None else figure("symmetry", symmetry[0].title, symmetry[1], symmetry[0].caption)
+    ranges = [found for each in finding.stiff.equal.values() for found in each]
+    nothing = f"from λ = {number(max(low for low, _ in ranges))} to {number(min(high for _, high in ranges))}"
+    steady = " and ".join(f"{number(value)} ({law(short)})" for short, value in finding.steady.items())
+    return f"""
+<p>The drive is odd under half a period, h cos(ω(τ + T/2)) = −h cos(ωτ), and the machine and both friction laws are odd,
+too. So the mirror image of any motion, −(θ, θ′, X, X′, ξ)(τ + T/2), is a motion as well. What follows:</p>
+<ul>
+<li><b>A symmetric orbit cannot travel.</b> What it gains in one half of the period it loses in the other.</li>
+<li><b>At the parameters of Fig. 9 every settled motion found is symmetric</b>: the steady average velocity is zero at
+every mass ratio, with both laws: the largest found is {steady}, which is the error of the runs. So it is
+from {finding.starts} random starts as well: {number(finding.from_random_starts)} at most.</li>
+<li><b>What Fig. 9 can show is a transient.</b> The capsule is shifted once, while the motion settles; over a
+longer window the average gets smaller, and its zeros and crossings are properties of the window.</li>
+<li><b>Every travelling motion has a mirror twin</b> that travels exactly the other way. The motion of Figs 5-8 travels
+because it has lost the symmetry by itself; which of the twins appears is decided by the start.</li>
+</ul>
+{shown}
+<h3>How far settled motions are from their mirror image</h3>{asymmetries}
+<h3>Where the printed points of Fig. 9 are, by averaging window (ρ = 4)</h3>
+<p>The zeros of the curves (O1 for LM, O2 for EM) and their crossings (P1, P2, in order).</p>{points}
+<h3>In the steady state, as printed and with softer springs</h3>
+<p>Where the drift of settled motions vanishes (O1, O2) or is the same with both laws (P1, P2), bracketed and located
+to rounding, with its error (<code>vibrocap crossing</code>). At the printed ρ = 4 there is no such point: the drift of
+either law is nothing at every mass ratio, {nothing}. With ρ of 0.5 to 0.65, not the paper's, the upright
+pendulum buckles and the symmetry is lost; from about 0.55 to 0.62 steady averages have the printed shape, but no one ρ
+gives the four printed points.</p>{soft}
+"""
+
+
+def _place(at: float, error: float) -> str:
+    """A place, with its error in the title; "none" where there is none."""
+    if at != at:
+        return "none"
+    return f'<data class="n" value="{at!r}" title="{at:.12g} ± {error:.0e}">{at:.5g}</data>'
+
+
+# --- the load that the pendulum makes ---------------------------------------------------------------------------------
+def load(figures: Mapping[str, Drawn], found: Mapping[str, LoadedFigure], motions: tuple[LoadedMotion, ...]) -> str:
+    """Figs 5-11 under the load that the pendulum makes."""
+    parts = "".join(
+        figure(
+            key,
+            f"Fig. {int(key[4:])} under the dynamic load",
+            path,
+            made.caption,
+            f'<p class="result">{escape(found[key].sentence)}</p>' if key in found else "",
+        )
+        for key, (made, path) in figures.items()
+    )
+    return f"""
+<p>The paper keeps the normal load constant, N&nbsp;=&nbsp;1, which is the weight of the pendulum alone
+(<a href="#erratum-1">erratum 1</a>). On a real floor the load is what the ground has to give: it carries both bodies,
+and it grows and shrinks as the bob rises and falls,
+N = λ + 1 + (cos θ)″, with friction and load solved together (<code>normal_load = "dynamic"</code>). Below are the
+paper's figures with that load, all else as before. No claim is judged by it: the claims are about the paper's
+model.</p>
+{_loads(motions)}{parts}
+"""
+
+
+def _loads(motions: tuple[LoadedMotion, ...]) -> str:
+    if not motions:
+        return ""
+    words = {1.0: "N = 1, as printed", "weight": "λ + 1, constant", "dynamic": "dynamic"}
+    rows = (
+        (
+            law(row.friction),
+            words[row.load],
+            number(row.travel),
+            _drift(row.drift),
+            f"{number(row.least_load)} to {number(row.largest_load)}",
+        )
+        for row in motions
+    )
+    head = ("law", "normal load", f"X after {SHOWN_PERIODS} periods", "drift per period, settled", "true load, settled")
+    return (
+        '<p class="before">The motion of Figs 5-8 under three loads. The true load is the reaction of the ground, '
+        f"which a constant load does not follow.</p>{table(head, rows, names=2)}"
+    )
+
+
+def _drift(value: float) -> str:
+    """A drift; what is only the error of the run is nothing."""
+    return f'<data class="n" value="{value!r}" title="{value!r}">0</data>' if abs(value) < 1e-9 else number(value)
+
+
+# --- steady travel ----------------------------------------------------------------------------------------------------
+def travel(found: SteadyTravel, maps: Path, branches: Path) -> str:
+    """The map of steady travel, and the branches on which travel is born."""
+    words = {1.0: "N = 1", "dynamic": "dynamic load"}
+    rows = (
+        (
+            f"{law(panel.friction)}, {words[panel.load]}",
+            f"{100.0 * panel.travelling:.1f} %",
+            ", ".join(f"{count} {escape(status)}" for status, count in panel.ended.items()) or "none",
+            str(panel.hidden) if panel.hidden else "none",
+        )
+        for panel in found.panels
+    )
+    diagram = found.branches
+    born = {round(diagram.branches[join.parent].special_points[join.special].parameter, 6) for join in diagram.joins}
+    places = " and ".join(f"{place:g}" for place in sorted(born))
+    head = ("runs", "settled and travelling", "did not go to their end", "a constant load hid a lift-off")
+    lift_off = Status.LIFT_OFF.value
+    map_caption = (
+        f"{POINTS} x {POINTS} settled runs for each law and load. Grey: no travel. The sign depends on the start, "
+        "which chooses between mirror twins. Pink: runs that did not go to their end, most with the status "
+        f"“{lift_off}”. Hatched to the left: under a constant load, which does not notice it, the true load would be "
+        "negative. The paper's ρ is 4."
+    )
+    branch_caption = (
+        "The capsule of Figs 5-8 with the exponential law and N = 1, followed over its spring from "
+        f"ρ = {FOLLOWED[0]:g} to {FOLLOWED[1]:g}, unstable motions included: the symmetric motion, which does not "
+        f"travel, and the mirror twins that do. They are born and vanish at ρ = {places}. The paper has ρ = 2 in "
+        "Figs 5-8 and ρ = 4 in Figs 9-11."
+    )
+    return (
+        '<p class="before">Fig. 9 as it would have to be drawn for steady travel: over mass ratio and spring, each run '
+        "until it has settled; then the birth of travel, a symmetry that breaks.</p>"
+        + table(head, rows)
+        + figure("steady-travel", "Where settled motions travel", maps, map_caption)
+        + figure("branches", "How travel is born", branches, branch_caption)
+    )

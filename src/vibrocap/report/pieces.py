@@ -1,0 +1,97 @@
+"""Small pieces of HTML: numbers to read, tables, pictures, links to data."""
+
+import base64
+import math
+import struct
+from collections.abc import Iterable, Mapping
+from html import escape
+from pathlib import Path
+
+DIGITS = 4  # that are shown; all of them stand in the title
+FEW = 6  # numbers, shown at once; more are folded away
+LAWS = {
+    "LM": "LuGre model: friction of bristles that bend before they slip (eqs 6, 7, 10)",
+    "EM": "exponential model: friction that holds at rest and falls as sliding gets faster (eq. 8)",
+}
+
+
+def number(value: float) -> str:
+    """A number with as many digits as are read; all its digits stand in the title. "none" for one that is none."""
+    if not math.isfinite(value):
+        return "none"
+    whole = value == round(value) and abs(value) < 1e6
+    shown = str(int(value)) if whole else f"{value:.{DIGITS}g}"
+    mantissa, _, power = shown.partition("e")
+    text = minus(mantissa) + (f"·10<sup>{minus(str(int(power)))}</sup>" if power else "")
+    if float(shown) == value:
+        return f'<span class="n">{text}</span>'
+    return f'<data class="n" value="{value!r}" title="{value!r}">{text}</data>'
+
+
+def minus(text: str) -> str:
+    """A number with the sign that print has for it."""
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+def law(short: str) -> str:
+    """LM or EM, with what it stands for."""
+    return f'<abbr title="{escape(LAWS[short])}">{short}</abbr>'
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]], names: int = 1) -> str:
+    """An HTML table; its cells are HTML already. names: columns at the left that name the row."""
+    top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
+    body = "".join(
+        "<tr>"
+        + "".join(
+            f'<th scope="row">{cell}</th>' if place < names else f"<td>{cell}</td>" for place, cell in enumerate(row)
+        )
+        + "</tr>"
+        for row in rows
+    )
+    return (
+        f'<div class="scroll" tabindex="0" role="group" aria-label="table"><table><thead><tr>{top}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def numbers(found: Mapping[str, float]) -> str:
+    """Named numbers, folded away where they are many."""
+    if not found:
+        return ""
+    rows = "".join(
+        f"<tr><th scope='row'>{escape(name)}</th><td>{number(float(value))}</td></tr>" for name, value in found.items()
+    )
+    inner = f"<table class='numbers'>{rows}</table>"
+    return inner if len(found) <= FEW else f"<details><summary>{len(found)} numbers</summary>{inner}</details>"
+
+
+def picture(path: Path, alternative: str) -> str:
+    """A PNG file as part of the page."""
+    content = path.read_bytes()
+    width, height = struct.unpack(">II", content[16:24])  # of the header that every PNG begins with
+    data = base64.b64encode(content).decode("ascii")
+    return (
+        f'<img alt="{escape(alternative)}" width="{width}" height="{height}" decoding="async" '
+        f'src="data:image/png;base64,{data}">'
+    )
+
+
+def data_link(path: str) -> str:
+    """A link to a file beside the page."""
+    return f'<a href="{escape(path)}"><code>{escape(path)}</code></a>'
+
+
+def titled(level: int, key: str, title: str) -> str:
+    """A heading that is a link to itself."""
+    return f'<h{level} id="{key}"><a class="self" href="#{key}">{escape(title)}</a></h{level}>'
+
+
+def figure(key: str, title: str, path: Path, caption: str, before: str = "", level: int = 3) -> str:
+    """A figure with its heading, what is said before it, its caption, and its data."""
+    return (
+        f'<figure id="{key}"><h{level}><a class="self" href="#{key}">{escape(title)}</a></h{level}>{before}'
+        f'<a href="figures/{key}.png">{picture(path, title)}</a>'
+        f"<figcaption>{escape(caption)} Data: {data_link(f'figures/{key}.csv')}.</figcaption>"
+        "</figure>"
+    )

@@ -1,0 +1,260 @@
+"""The page of `vibrocap lab`, by Node: kernels with the bits of the plain one; files and addresses that read back."""
+
+import json
+import shutil
+import subprocess
+import tomllib
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from vibrocap.case.case import case_from_text
+from vibrocap.cli.main import main
+from vibrocap.lab.bundle import Contents, bundle, contents
+from vibrocap.lab.page import SCRIPTS, page, source
+from vibrocap.lab.presets import Preset
+from vibrocap.paper.presets import figures_5_to_8, start
+
+NODE = shutil.which("node")
+needs_node = pytest.mark.skipif(NODE is None, reason="Node, which runs JavaScript, is not installed")
+PERIODS = 6.5
+# The scripts of the page that need no page, then what a test says; `print` shows JSON.
+HEAD = """
+const fs = require("node:fs"), zlib = require("node:zlib");
+const data = JSON.parse(fs.readFileSync(process.argv[2]));
+const pool = zlib.inflateSync(Buffer.from(data.code, "base64")).toString().split("\\0");
+const print = (value) => console.log(JSON.stringify(value));
+const forms = () => data.forms.map((record) => new Form(record, pool));
+const limits = { events: 1e4, steps: 1e6, pieces: 1e5 };
+const runOf = (model) => model.request();
+"""
+ALONE = ("engine.js", "dense.js", "charts.js", "model.js", "share.js", "maps.js")
+
+
+def paper(law, **given):
+    system = figures_5_to_8(law)
+    return Preset(f"paper-{law}", law, "", vc.Case(system, start(system), periods=PERIODS, **given))
+
+
+@pytest.fixture(scope="module")
+def data():
+    """The data of a small page: both laws of the paper."""
+    presets = paper("exponential"), paper("lugre")
+    return bundle(Contents(tuple(each.case.system for each in presets), presets))
+
+
+@pytest.fixture(scope="module")
+def node(data, tmp_path_factory):
+    """Runs lines of JavaScript after the scripts of the page; what they print, read as JSON."""
+    folder = tmp_path_factory.mktemp("lab")
+    (folder / "data.json").write_text(json.dumps(data))
+
+    def run(lines):
+        script = folder / "run.cjs"
+        script.write_text("\n".join([HEAD, *map(source, ALONE), lines]))
+        command = [NODE, str(script), str(folder / "data.json")]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+        assert done.returncode == 0, done.stderr
+        found = [json.loads(line) for line in done.stdout.splitlines()]
+        return found[0] if len(found) == 1 else found
+
+    return run
+
+
+@needs_node
+def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
+    """The checked end of each preset to the last bit; and the pieces between, by what is seen of them."""
+    found = node("""
+    print(data.presets.map((preset) => {
+      const model = new Model(data); model.open(preset.key);
+      const request = model.request(), form = forms()[request.form];
+      const motion = recordedRun(form, request.parameters, request.initial, request.periods, request.tolerance, limits);
+      const dense = new Dense(motion), rows = dense.rows(0, dense.end, 1e5), works = dense.works(0, dense.end);
+      return { final: [...motion.final], pieces: dense.count, events: dense.events().length / 2, width: rows.width,
+        data: [...rows.data], works: [...works.data.slice(-works.width)], residual: works.residual,
+        period: motion.period, names: ["time", "side", ...form.states, ...form.observed] };
+    }));
+    """)
+    for preset, one, chosen in zip(data["presets"], found, (paper("exponential"), paper("lugre")), strict=True):
+        assert one["final"] == preset["check"]["state"]
+        assert (one["pieces"], one["events"]) == (preset["check"]["pieces"], preset["check"]["events"])
+        motion = chosen.case.simulate()
+        rows = np.array(one["data"]).reshape(-1, one["width"])
+        borders = np.append(motion.piece_start, motion.end)  # where two pieces have a say
+        inside = np.min(np.abs(rows[:, :1] - borders), axis=1) > 1e-6
+        for name in ("angle", "velocity", "friction", "energy", "drive_power"):
+            wanted = motion.at(rows[inside, 0], name.replace("drive_power", "drive_work"))
+            seen = rows[inside, one["names"].index(name)]
+            if name == "drive_power":
+                wanted = motion.at(rows[inside, 0], "drive") * motion.at(rows[inside, 0], "angle_rate")
+            # the compiled kernel rounds otherwise: 1e-12 times the growth of errors over a few periods
+            assert np.max(np.abs(seen - wanted)) < 1e-9 * np.max(np.abs(wanted)), name
+        balance = [motion.at(motion.end, f"{channel}_work")[0] for channel in motion.system.channels]
+        assert one["works"][1:-1] == pytest.approx(balance, rel=1e-8, abs=1e-9)
+        assert one["residual"] < 1e-7
+
+
+@needs_node
+def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
+    """Every measure of a settled run, its word and its response, beside `ensemble`; the same tolerance and order."""
+    found = node("""
+    const model = new Model(data), form = forms()[0], { parameters, initial } = model.request();
+    const place = form.parameters.indexOf("drive.amplitude"), all = [];
+    const runs = [1.5, 1.8].map((h) => ({ parameters: parameters.map((x, i) => (i === place ? h : x)), initial }));
+    const budget = { ...model.budget(100), threshold: 1e-5 };
+    ensembleRun(form, runs, budget, (_, result, begun) => all.push(measured(form, result, begun, 1e-5)));
+    print(all);
+    """)
+    system = paper("exponential").case.system
+    names = [each["name"] for each in data["forms"][0]["measures"]]
+    wanted = vc.ensemble(
+        system,
+        {"drive.amplitude": [1.5, 1.8]},
+        measures=(*names, "word", "symmetric"),
+        initial=start(system),
+        periods=100,
+        settle=1e-5,
+        tolerance=data["forms"][0]["tolerance"],
+    )
+    assert "mean_velocity" in names
+    for run, one in enumerate(found):
+        assert one["response"] == wanted["response_period"][run] > 0
+        assert one["windowStart"] == wanted["window_start"][run]
+        assert one["word"] == wanted["word"][run]
+        assert one["mirrored"] == bool(wanted["symmetric"][run])
+        for name in names:
+            # rounding grows over the transient; the measures lie between 1e-2 and 1e1
+            assert one["values"][name] == pytest.approx(wanted[name][run], rel=1e-8, abs=1e-9), name
+
+
+SHARING = """
+const model = new Model(data);
+model.open("paper-lugre");
+model.set("machine.mass_ratio", 3.25); model.set("friction.static_coefficient", 0.1 + 0.2);
+model.set("initial.angle", -1e-7);
+model.set("run.periods", 12.5); model.state.beside = "exponential";
+const other = new Model(data), address = fragmentOf(model);
+print({ address, wrong: readFragment(other, address), same: JSON.stringify(model.state) === JSON.stringify(other.state),
+  plain: fragmentOf(new Model(data)), toml: asToml(model), python: asPython(model), command: asCommand(model) });
+"""
+
+
+@needs_node
+def test_what_is_shared_reads_back_the_same(data, node, capsys, tmp_path, monkeypatch):
+    """The address in the page; the TOML, the Python and the commands in the package: one and the same motion."""
+    found = node(SHARING)
+    assert found["wrong"] == []
+    assert found["same"]
+    assert found["plain"] == "#v=1&preset=paper-exponential"
+    wanted = paper("lugre").case.system.with_parameters(
+        {"machine.mass_ratio": 3.25, "friction.static_coefficient": 0.1 + 0.2}
+    )
+    case = case_from_text(found["toml"])
+    assert (case.system, case.periods, case.tolerance) == (wanted, 12.5, 1e-9)
+    assert case.initial == {"angle": -1e-7, "bristle": 0.0026}
+    names = {}
+    exec(found["python"], names)
+    assert names["motion"] == case.simulate()
+    monkeypatch.chdir(tmp_path)
+    new, simulate = found["command"].splitlines()
+    assert main(new.split()[1:]) == 0
+    capsys.readouterr()
+    assert main([*simulate.split()[1:], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["state"] == names["motion"].state
+
+
+@needs_node
+def test_a_case_file_is_read_strictly(data, node):
+    text = node("const model = new Model(data); model.open('paper-lugre'); print(asToml(model));")
+    assert tomllib.loads(text)["friction"]["law"] == "lugre"
+    bad = [
+        text.replace("mass_ratio = 2.5", "mass_ratoi = 2.5"),
+        text.replace("mass_ratio = 2.5", "mass_ratio = nan"),
+        text.replace("mass_ratio = 2.5", "mass_ratio = -2.5"),
+        text.replace("static_coefficient = 0.45", "static_coefficient = 0.05"),
+        text.replace('"lugre"', '"dahl"'),
+        text.replace("[run]", "[runs]"),
+        text.replace("periods = 6.5", "periods ="),
+        text.replace("stribeck_exponent = 2.0", "stribeck_exponent = 3.0"),
+        text + "\n[run]\n",
+    ]
+    found = node(f"""
+    const texts = {json.dumps([text, *bad])};
+    print(texts.map((text) => {{
+      const model = new Model(data), before = JSON.stringify(model.state), wrong = readToml(model, text);
+      return {{ wrong, kept: JSON.stringify(model.state) === before, form: model.form.friction }};
+    }}));
+    """)
+    assert found[0] == {"wrong": [], "kept": False, "form": "lugre"}
+    words = [
+        "machine.mass_ratoi: no such key",
+        "mass_ratio should be a number",
+        "machine.mass_ratio: should be greater than 0, got -2.5",
+        "friction.static_coefficient: should be at least coulomb_coefficient, 0.15, got 0.05",
+        "friction.law: this page does not hold dahl",
+        "runs: no such section",
+        'is no "key = value"',
+        "friction.stribeck_exponent: is 2 in this page, got 3",
+        "stands twice",
+    ]
+    for one, word in zip(found[1:], words, strict=True):
+        assert one["kept"]
+        assert len(one["wrong"]) == 1
+        assert word in one["wrong"][0]
+
+
+@needs_node
+def test_an_address_that_is_wrong_is_said_so(node):
+    found = node("""
+    print(["#v=9&preset=paper-lugre", "#v=1&preset=none", "#v=1&machine.mass_ratio=abc", "#v=1&machine.mass_ratio=0",
+      "#v=1&machine.weight=3", "#v=1&friction=dahl",
+      "#v=1&friction.coulomb_coefficient=0.6&friction.static_coefficient=0.7",
+      "#v=1&shown=-1", "#v=1&machine.mass_ratio=%"].map((hash) => {
+      const model = new Model(data); return readFragment(model, hash).join("; "); }));
+    """)
+    words = ["another version", "this page has no none", "finite number, got abc", "greater than 0, got 0"]
+    words += ["there is no such number", "does not hold dahl", "", "should be another value", "got %"]
+    for said, word in zip(found, words, strict=True):
+        assert word in said
+        assert bool(said) == bool(word)
+
+
+def test_a_page_asks_for_nothing_and_holds_every_script(data):
+    text = page(data, title="a <b> & c")
+    assert "<title>a &lt;b&gt; &amp; c</title>" in text
+    for word in ("http://", "https://", "import(", "fetch(", "XMLHttpRequest", " src="):
+        assert word not in text.replace("http://www.w3.org/2000/svg", ""), word
+    for name in SCRIPTS:
+        assert source(name).startswith("// ")
+
+
+def test_the_forms_of_a_page(tmp_path):
+    """By default those of the paper; a case brings its own parts; laws by name come in their stead."""
+
+    def parts(chosen):
+        return [(each.machine.name, each.friction.name, each.drive.name) for each in chosen.forms]
+
+    usual = parts(contents())
+    assert usual[0] == ("pendulum-capsule", "exponential", "harmonic")
+    assert {law for _, law, _ in usual} == {"exponential", "lugre", "smoothed-exponential"}
+    assert {drive for _, _, drive in usual} == {"harmonic", "biharmonic"}
+    own = Preset("own", "own", "", vc.Case(vc.System(vc.Oscillator(), vc.Dahl(), vc.Constant())))
+    assert parts(contents(own))[0] == ("oscillator", "dahl", "constant")
+    only = parts(contents(law_names=["coulomb"], drive_names=["harmonic"]))
+    assert [law for _, law, _ in only] == ["coulomb", "smoothed-coulomb"]
+    assert [each.parts[0] for each in contents(machine_names=["oscillator"]).presets] == ["oscillator"]
+
+
+def test_wrong_input_of_the_command_is_refused_by_name(tmp_path, capsys):
+    assert main(["lab", "--out", str(tmp_path / "page.txt"), "--laws", "lugra"]) == 2
+    said = capsys.readouterr().err
+    assert "--out" in said
+    assert "--laws" in said
+    assert "lugre" in said
+    assert main(["lab", str(tmp_path / "none.toml")]) == 2
+    long = tmp_path / "long.toml"
+    vc.Case(paper("exponential").case.system, periods=2001).save(long)
+    assert main(["lab", str(long), "--out", str(tmp_path / "page.html")]) == 2
+    assert "run.periods" in capsys.readouterr().err
+    assert not (tmp_path / "page.html").exists()

@@ -1,0 +1,259 @@
+"""The page of `vibrocap lab` in a browser: all laws and machines, sliders, files, addresses, maps, and readers."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vibrocap as vc
+from browser import CHROMIUM, browser
+from vibrocap.cli.main import main
+from vibrocap.lab.bundle import Contents, bundle
+from vibrocap.lab.page import page
+from vibrocap.lab.presets import Preset
+from vibrocap.paper.presets import figures_5_to_8
+from vibrocap.physics.catalogue import laws, machines
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium is installed, in which the page is tested"),
+]
+SETTLED = "document.body.dataset.settled"
+FRESH = "delete document.body.dataset.settled"
+WHERE = """(() => {{
+  const {{ x, y, width, height }} = document.querySelector({!r}).getBoundingClientRect();
+  return [x, y, width, height];
+}})()"""
+READABLE = (Path(__file__).parent / "page_reader.js").read_text()
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """The page that the command writes, as an address."""
+    out = tmp_path_factory.mktemp("page") / "lab.html"
+    assert main(["lab", "--out", str(out)]) == 0
+    assert out.stat().st_size < 300_000
+    return out.as_uri()
+
+
+@pytest.fixture
+def shown(chromium, usual):
+    """The page, open and settled; at the end nothing was complained of and nothing was asked of a network."""
+    chromium.events.clear()
+    chromium.open(usual)
+    chromium.wait(SETTLED)
+    yield chromium
+    chromium.js("1")
+    assert chromium.complaints() == []
+
+
+def end(chromium, **keys):
+    """The final state of the motion on show."""
+    return chromium.js("[...lab.shown.final]")
+
+
+def place(chromium, selector):
+    """Middle and size of an element in the window, scrolled into it."""
+    chromium.js(f"document.querySelector({selector!r}).scrollIntoView({{block: 'center'}})")
+    x, y, width, height = chromium.js(WHERE.format(selector))
+    return x + width / 2, y + height / 2, width, height
+
+
+def changed(chromium, do):
+    """Do something that asks for another motion, and wait until it is there and measured."""
+    chromium.js(FRESH)
+    do()
+    chromium.wait(SETTLED)
+
+
+def test_the_page_says_what_the_package_says(shown):
+    """The motion of the first preset to the last bit of the plain kernel, and its drift as `simulate` has it."""
+    shown.js("document.getElementById('check').click()")
+    assert shown.wait("document.body.dataset.check") == "same"
+    preset = shown.js("lab.model.preset")
+    assert preset["key"] == "paper-5-8-exponential"
+    motion = vc.simulate(figures_5_to_8("exponential"), initial={"angle": preset["initial"]["angle"]})
+    drift = float(shown.js("document.getElementById('read-drift').firstChild.textContent").replace("−", "-"))
+    assert drift == pytest.approx(vc.drift(motion), abs=1e-8)
+    assert shown.js("document.getElementById('contact').textContent") in ("slips forward", "slips back", "sticks")
+
+
+def test_every_law_and_machine_of_the_catalogue_runs_and_is_the_plain_kernel(chromium, tmp_path):
+    """Every law on the pendulum capsule, and every machine."""
+    pairs = [(vc.PendulumCapsule, law) for law in laws().values()]
+    others = [machine for machine in machines().values() if machine is not vc.PendulumCapsule]
+    presets = []
+    for machine, law in [*pairs, *((machine, vc.Exponential) for machine in others), (vc.Oscillator, vc.LuGre)]:
+        system = vc.System(machine(), law(), vc.Harmonic(amplitude=1.8))
+        case = vc.Case(system, {system.state_names[0]: 0.5}, periods=2)
+        presets.append(Preset(f"{machine.name}-{law.name}", law.name, "", case))
+    out = tmp_path / "all.html"
+    out.write_text(page(bundle(Contents(tuple(each.case.system for each in presets), tuple(presets)))))
+    chromium.events.clear()
+    chromium.open(out.as_uri(), 1280, 700)
+    chromium.wait(SETTLED)
+    for preset in presets:
+        chromium.js(f"{FRESH}; delete document.body.dataset.check; lab.model.open({preset.key!r}); lab.rebuilt()")
+        chromium.wait(SETTLED)
+        chromium.js("checked(lab)")
+        assert chromium.wait("document.body.dataset.check") == "same", preset.key
+        assert chromium.js("lab.shown.status") == 1, preset.key
+    assert chromium.complaints() == []
+
+
+def test_sliders_follow_the_mouse_and_the_keyboard(shown):
+    before = end(shown)
+    slider = "#n-machine-mass_ratio"
+    x, y, _, _ = place(shown, f"{slider}")
+    shown.js(f"document.querySelector('{slider}').closest('.row').querySelector('[type=range]').id = 'under-test'")
+    x, y, width, _ = place(shown, "#under-test")
+    changed(shown, lambda: shown.click(x + 0.2 * width, y))
+    dragged = shown.js("lab.model.get('machine.mass_ratio')")
+    assert dragged > 2.5
+    assert end(shown) != before
+    changed(shown, lambda: shown.key("ArrowLeft"))
+    assert 0.9 * dragged < shown.js("lab.model.get('machine.mass_ratio')") < dragged
+    said = shown.js("document.getElementById('under-test').getAttribute('aria-valuetext')")
+    assert float(said) == pytest.approx(shown.js("lab.model.get('machine.mass_ratio')"))
+
+
+@pytest.mark.parametrize("text", ["", "abc", "NaN", "-1", "1,5", "1e999"])
+def test_what_is_no_number_is_refused_beside_its_box(shown, text):
+    """The last good motion stays."""
+    before = end(shown)
+    put = f"box.value = {text!r}; box.dispatchEvent(new Event('input'))"
+    shown.js(f"(() => {{ const box = document.getElementById('n-machine-mass_ratio'); {put}; }})()")
+    said = shown.js("document.getElementById('n-machine-mass_ratio-wrong').textContent")
+    assert said.startswith("should be")
+    assert (text or "nothing") in said
+    assert shown.js("document.getElementById('n-machine-mass_ratio').getAttribute('aria-invalid')") == "true"
+    assert shown.js("lab.model.get('machine.mass_ratio')") == 2.5
+    assert end(shown) == before
+
+
+def test_an_address_brings_the_same_motion(shown, usual):
+    set_ = "lab.model.set('drive.amplitude', 1.37); lab.model.set('initial.angle', -0.4)"
+    changed(shown, lambda: shown.js(f"{set_}; lab.model.state.beside = 'lugre'; lab.rebuilt()"))
+    motion = end(shown)
+    shown.wait("location.hash.includes('drive.amplitude=1.37')")
+    address = shown.js("location.href")
+    assert "friction" not in address
+    shown.open(address)
+    shown.wait(SETTLED)
+    assert end(shown) == motion
+    assert shown.js("lab.other.form.friction") == "lugre"
+    shown.open(f"{usual}#v=99&preset=paper-5-8-lugre")
+    shown.wait(SETTLED)
+    assert "another version" in shown.js("document.getElementById('notice').textContent")
+
+
+def test_a_file_is_dropped_and_what_is_copied_runs(shown, tmp_path):
+    """A case of the package goes in; the Python that comes out, run by another process, ends where the page does."""
+    case = vc.Case(figures_5_to_8("lugre"), {"angle": 0.7}, periods=9)
+    text = json.dumps(case.save(tmp_path / "case.toml").read_text())
+    drop = """(() => {{ const data = new DataTransfer(); data.items.add(new File([{}], "case.toml"));
+      window.dispatchEvent(new DragEvent("drop", {{ dataTransfer: data, cancelable: true }})); }})()"""
+    changed(shown, lambda: shown.js(drop.format(text)))
+    assert shown.js("[lab.model.form.friction, lab.model.state.periods]") == ["lugre", 9]
+    python = shown.js("asPython(lab.model)")
+    done = subprocess.run([sys.executable, "-c", python], capture_output=True, text=True, check=True, timeout=120)
+    assert list(eval(done.stdout).values()) == pytest.approx(end(shown), rel=1e-9)  # but for fused products
+    before = end(shown)
+    shown.js(drop.format(json.dumps(case.save(tmp_path / "case.toml").read_text().replace("damping", "dampness", 1))))
+    shown.wait("document.getElementById('notice').className === 'bad'")
+    assert "machine.dampness: no such key" in shown.js("document.getElementById('notice').textContent")
+    assert end(shown) == before
+    svg = shown.js("pictureSvg(lab)")
+    assert svg.startswith("<svg")
+    assert "NaN" not in svg
+    rows = shown.js("asCsv(lab.shown)").splitlines()
+    assert rows[0].startswith("time,side,angle,angle_rate,position,velocity,bristle,friction")
+    assert float(rows[-1].split(",")[4]) == pytest.approx(before[2], abs=1e-9)
+
+
+def test_a_map_is_computed_and_a_click_shows_the_motion(shown):
+    shown.js("lab.model.set('run.periods', 20); lab.mode('map')")
+    shown.wait("document.body.dataset.map", 120)
+    assert shown.js("lab.fields.set.map.cells.size") == 64 * 64
+    values = shown.js("[...lab.fields.set.map.cells.values()].filter((c) => c.found.response > 0).length")
+    assert values > 3000
+    x, y, width, height = place(shown, "#map")
+    changed(shown, lambda: shown.click(x + 0.1 * width, y - 0.1 * height))
+    cell = shown.js("lab.fields.cell")
+    wanted = shown.js("lab.fields.set.map.axes.map(({range}, i) => atShare(range, (lab.fields.cell[i] + 0.5) / 64))")
+    assert cell is not None
+    found = shown.js("['machine.mass_ratio', 'drive.amplitude'].map((path) => lab.model.get(path))")
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert shown.js("document.getElementById('map-view').hidden")
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (390, False)])
+def test_a_reader_finds_names_and_contrast(chromium, usual, width, dark):
+    for mode in ("motion", "map", "strip"):
+        chromium.open(
+            f"{usual}#v=1&preset=paper-5-8-exponential&beside=lugre&units=SI&scales=0.2,0.25,0.16", width, 800, dark
+        )
+        chromium.wait(SETTLED)
+        chromium.js(f"lab.mode({mode!r})")
+        assert chromium.js(READABLE) == []
+
+
+def test_a_law_of_ones_own_is_in_its_page(chromium, tmp_path):
+    """Written outside the package, named on the command line; with a machine that has nothing to say of its looks."""
+    (tmp_path / "mylaws.py").write_text(OWN)
+    case = tmp_path / "own.toml"
+    case.write_text(
+        '[machine]\nkind = "pendulum-capsule"\n[friction]\nlaw = "halved"\n'
+        '[drive]\nwaveform = "harmonic"\n[run]\nperiods = 8\n'
+    )
+    out = tmp_path / "own.html"
+    given = ["--parts", str(tmp_path / "mylaws.py"), "--laws", "halved", "--drives", "harmonic", "--out", str(out)]
+    assert main(["lab", str(case), *given]) == 0
+    chromium.events.clear()
+    chromium.open(out.as_uri())
+    chromium.wait(SETTLED)
+    assert chromium.js("lab.model.form.friction") == "halved"
+    chromium.js("checked(lab)")
+    assert chromium.wait("document.body.dataset.check") == "same"
+    changed(chromium, lambda: chromium.js("lab.model.set('friction.level', 0.2); lab.compute()"))
+    assert chromium.complaints() == []
+
+
+OWN = '''
+"""A law of one's own."""
+
+from typing import ClassVar
+
+from vibrocap.physics.friction.law import Law, Positive, parameter, parameters
+
+
+@parameters
+class Halved(Law):
+    """Half of a level."""
+
+    level: Positive = parameter(0.4, "eta", "twice the friction coefficient", "level")
+
+    name: ClassVar[str] = "halved"
+    kind: ClassVar = "set-valued"
+
+    def steady_force(self, speed, load):
+        return 0.5 * load * self.level
+
+    def force(self, velocity, internal, side, load):
+        return side * self.steady_force(side * velocity, load), ()
+
+    def holding_limit(self, load):
+        return 0.5 * load * self.level
+
+    @property
+    def passive(self):
+        return True
+'''

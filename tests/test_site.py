@@ -1,0 +1,195 @@
+"""The site of the documentation: its sources, made of the pages of the repository, and the site that Sphinx makes."""
+
+import enum
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vibrocap as vc
+from vibrocap.cli.command_examples import EXAMPLES
+from website.docstrings import as_rst, members
+from website.embeds import stage_report, with_lab
+from website.gallery import description, title_of
+from website.links import dead_links
+from website.reference import rooms, stage_commands, stage_names
+from website.staging import INDEX, LINK, ROOT, places, relinked, sections, stage, stage_first_page, stage_sections
+
+# --- pages -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory):
+    """The sources without what takes a run: the gallery is empty."""
+    folder = tmp_path_factory.mktemp("sources")
+    stage(folder)
+    stage_first_page(folder, "# Head\n", stage_sections(folder, {}))
+    return folder
+
+
+def test_every_page_stands_in_one_section():
+    entries = [entry.page for part in sections().values() for entry in part]
+    assert len(entries) == len(set(entries))
+    assert {page for page in places() if page.suffix != ".toml"} - {INDEX} == set(entries)
+    assert list(sections()) == ["Tutorials", "How-to guides", "Explanations", "Reference", "Project"]
+
+
+def test_links_of_the_sources_lead_to_sources(staged):
+    known = {staged / place for place in places().values()}  # pages of the gallery are made later
+    pages = [path for path in sorted(staged.rglob("*")) if path.suffix in (".md", ".ipynb")]
+    assert len(pages) > 25
+    count = 0
+    for page in pages:
+        text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for path, _ in LINK.findall(text):
+            there = (page.parent / path).resolve() if path else page
+            assert there in known or there.exists(), f"{page.name}: {path}"
+            count += bool(path)
+    assert count > 80
+
+
+def test_cards_and_contents_name_pages(staged):
+    for page in staged.glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        listed = [name for block in re.findall(r"```\{toctree\}\n:hidden:\n\n(.*?)\n```", text, re.DOTALL)
+                  for name in block.splitlines()]  # fmt: skip
+        for name in [*listed, *re.findall(r"^:link: (.+)$", text, re.MULTILINE)]:
+            assert [*staged.glob(f"{name}.*")], f"{page.name}: {name}"
+
+
+@pytest.mark.parametrize(
+    ("text", "page", "shown"),
+    [
+        ("[a](../../README.md#start)", "docs/tutorials/README.md", "[a](../readme.md#start)"),
+        ("[a](docs/sweeps.md)", "README.md", "[a](sweeps.md)"),
+        ("[a](../examples/bench-in-si.toml)", "docs/gpu.md", "[a](gallery/bench-in-si.md)"),
+        ("![a](../docs/images/b.png)", "examples/README.md", "![a](../images/b.png)"),
+        ("[a](sweeps.md) [b](#x) [c](https://d.e/f.md)", "docs/gpu.md", "[a](sweeps.md) [b](#x) [c](https://d.e/f.md)"),
+        ("```python\nx[0](../README.md)\n```", "docs/gpu.md", "```python\nx[0](../README.md)\n```"),
+    ],
+)
+def test_links_follow_their_pages(text, page, shown):
+    known = places()
+    assert relinked(text, ROOT / page, known[ROOT / page], known) == shown
+
+
+# --- what is read off the package ------------------------------------------------------------------------------------
+
+
+def test_every_public_name_has_a_place_in_the_reference(tmp_path):
+    stage_names(tmp_path)
+    text = "".join(path.read_text(encoding="utf-8") for path in (tmp_path / "api").glob("*.rst"))
+    assert sorted(re.findall(r"^\.\. auto\w+:: vibrocap\.(\w+)$", text, re.MULTILINE)) == sorted(vc.__all__)
+    assert {"Exponential", "LuGre"} <= set(rooms()["physics.friction"])
+
+
+def test_every_command_is_described_with_its_examples(tmp_path):
+    stage_commands(tmp_path)
+    text = next(tmp_path.glob("commands.*")).read_text(encoding="utf-8")
+    assert set(re.findall(r"^```console\n(\w+) ", text, re.MULTILINE)) == {"vibrocap"}
+    assert " -m " not in text
+    assert "--empty" not in text
+    for command, lines in EXAMPLES.items():
+        (part,) = re.findall(rf"^##+ vibrocap {command}\n(.*?)(?=^#|\Z)", text, re.MULTILINE | re.DOTALL)
+        assert all(line in part for line in lines), command
+
+
+def test_docstrings_become_paragraphs_equations_and_fields():
+    text = """Friction |R| at `side`, of `Exponential`s.
+
+        R = N |v|
+
+    It falls to the
+    level: no further. Then
+
+    velocity: sliding velocity [1]   side: +1 or -1
+    load, mass: N of the contact,
+        a number
+    Returns (R, ()).
+    """
+    assert as_rst(text, {"Exponential"}) == [
+        r"Friction \|R\| at ``side``, of :py:obj:`Exponential <vibrocap.Exponential>`\ s.", "",
+        "::", "", "      R = N |v|", "",
+        "It falls to the level: no further. Then", "",
+        "- **velocity**: sliding velocity [1]", "",
+        "- **side**: +1 or -1", "",
+        "- **load, mass**: N of the contact, a number", "",
+        "Returns (R, ()).", "",
+    ]  # fmt: skip
+
+
+def test_parts_show_their_parameters_and_enumerations_their_members():
+    assert "- **decay\\_rate** (a): rate of the drop from static to Coulomb level over speed" in members(vc.Exponential)
+    assert "- ``FINISHED``: finished" in members(vc.Status)
+    assert members(enum.Enum) == members(vc.simulate) == members(vc.Event) == []
+
+
+def test_an_example_is_introduced_by_its_own_words():
+    text = (ROOT / "examples" / "bench-in-si.toml").read_text(encoding="utf-8")
+    assert description(text).startswith("A capsule on the bench")
+    assert "vibrocap simulate" not in description(text)
+    assert title_of("bench-in-si") == "Bench in SI"
+    assert title_of("bristles-lugre") == "Bristles LuGre"
+
+
+def test_the_lab_stands_where_a_page_has_a_mark_for_it():
+    marked = "before\n\n<!-- lab: mirror-twin -->\n\nafter\n"
+    found = with_lab(marked, "gallery/a.md", {"mirror-twin": "lab.html#v=1&preset=mirror-twin"})
+    assert 'src="../lab.html#v=1&amp;preset=mirror-twin"' in found
+    assert with_lab(marked, "gallery/a.md", {}) == "before\n\n\n\nafter\n"
+
+
+def test_the_report_comes_with_the_files_that_it_links_to(tmp_path):
+    out, extra = tmp_path / "out", tmp_path / "extra"
+    (out / "figures").mkdir(parents=True)
+    assert stage_report(extra, out / "report.html") == ""
+    (out / "report.html").write_text('<a href="figures/fig05.csv">data</a><a href="#top"></a><img src="data:,">')
+    (out / "figures" / "fig05.csv").write_text("1")
+    (out / "motion.nc").write_text("of the user")
+    assert "report/report.html" in stage_report(extra, out / "report.html")
+    copied = {path.relative_to(extra).as_posix() for path in extra.rglob("*.*")}
+    assert copied == {"report/report.html", "report/figures/fig05.csv"}
+
+
+# --- what Sphinx makes of it -----------------------------------------------------------------------------------------
+
+
+def test_dead_links_are_found(tmp_path):
+    (tmp_path / "a.html").write_text(
+        '<p id="top"><a href="b.html#here"></a><a href="#top"></a><a href="b.html#v=1"></a>'
+    )
+    (tmp_path / "b.html").write_text('<a name="here"></a><img src="c.png"><a href="a.html?q=1#top">a</a>')
+    (tmp_path / "c.png").touch()
+    assert dead_links(tmp_path) == []
+    (tmp_path / "b.html").write_text('<a href="gone.html"></a><a href="#gone"></a><script src="//cdn.x/y.js"></script>')
+    assert dead_links(tmp_path) == [
+        "a.html: b.html#here (no such anchor)",
+        "b.html loads //cdn.x/y.js",
+        "b.html: #gone (no such anchor)",
+        "b.html: gone.html",
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_nb", "pydata_sphinx_theme")),
+    reason="the extra `docs` is not installed (`make site` installs it)",
+)
+def test_the_site_is_built_without_a_warning_or_a_dead_link(tmp_path):
+    """The tutorials are run by tests/test_docs.py, not here."""
+    words = [sys.executable, "-m", "website", "--out", str(tmp_path), "--no-notebooks"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    html = tmp_path / "html"
+    for place in places().values():
+        assert (html / place).with_suffix(".html").exists(), place
+    page = (html / "gallery" / "travels-by-stick-slip.html").read_text(encoding="utf-8")
+    assert "0.16434775" in page
+    assert 'href="../lab.html#v=' in page
+    assert 'src="lab.html#v=' in (html / "index.html").read_text(encoding="utf-8")
+    assert 'id="vibrocap.Exponential.steady_force"' in (html / "api" / "physics.friction.html").read_text("utf-8")
+    assert Path(html / "objects.inv").stat().st_size > 0

@@ -1,0 +1,80 @@
+"""`python -m website [--out FOLDER]`: the site, in FOLDER/html (build/site/html); a warning or a dead link fails."""
+
+import argparse
+import os
+import shutil
+import sys
+import time
+from pathlib import Path
+
+from website.embeds import (
+    FIRST,
+    HEAD,
+    PICTURE,
+    lab_addresses,
+    lab_frame,
+    stage_lab_frames,
+    stage_report,
+    stage_wheel,
+)
+from website.gallery import stage_gallery
+from website.links import dead_links
+from website.reference import stage_commands, stage_names
+from website.staging import Card, stage, stage_first_page, stage_sections
+
+MADE: dict[str, list[Card]] = {
+    "Reference": [
+        ("Commands", "commands", "every command with its options and examples"),
+        ("Python", "api/index", "every public name, by what it is about"),
+    ]
+}
+HERE = Path(__file__).resolve().parent
+
+
+def main(words: list[str] | None = None) -> int:
+    """Lay out the sources, have Sphinx build them, check the links; 0 where all went well."""
+    parser = argparse.ArgumentParser(prog="python -m website", description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("build/site"), help="folder for the site (build/site)")
+    parser.add_argument("--no-notebooks", action="store_true", help="do not run the tutorials")
+    options = parser.parse_args(words)
+    began = time.monotonic()
+    sources, extra, html = (options.out / name for name in ("sources", "extra", "html"))
+    for folder in (sources, extra, html):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+
+    lab = lab_addresses(extra)
+    stage(sources)
+    stage_gallery(sources, lab)
+    stage_commands(sources)
+    stage_names(sources)
+    stage_lab_frames(sources, lab)
+    head = "\n".join((HEAD, lab_frame(lab[FIRST]) if FIRST in lab else PICTURE, stage_report(extra)))
+    stage_first_page(sources, head, stage_sections(sources, MADE))
+    with (sources / "tutorials" / "README.md").open("a", encoding="utf-8") as page:
+        page.write(stage_wheel(extra))
+
+    # Kernels that know no settings of the user, and say nothing of how they are reached (over this machine alone).
+    profile = (options.out / "ipython" / "profile_default").resolve()
+    profile.mkdir(parents=True, exist_ok=True)
+    (profile / "ipython_kernel_config.py").write_text("get_config().IPKernelApp.log_level = 40\n", encoding="utf-8")
+    os.environ["IPYTHONDIR"] = str(profile.parent)
+
+    from sphinx.cmd.build import build_main
+
+    settings = {"html_extra_path": str(extra.resolve())}
+    if options.no_notebooks:
+        settings["nb_execution_mode"] = "off"
+    told = [word for name, value in settings.items() for word in ("-D", f"{name}={value}")]
+    if build_main(["-q", "-W", "--keep-going", "-j", "2", "-c", str(HERE), *told, str(sources), str(html)]):
+        return 1
+    dead = dead_links(html)
+    for link in dead:
+        print(f"dead link: {link}", file=sys.stderr)
+    if not dead:
+        print(f"The site: {html / 'index.html'}, made in {time.monotonic() - began:.0f} s")
+    return 1 if dead else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+"""What the site takes in besides its pages: the lab, the report on the paper, and the wheel of the package."""
+
+import html
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from vibrocap.cli import main as cli
+from website.links import LinkedPage, elsewhere
+from website.staging import ROOT
+
+FIRST = "travels-by-stick-slip"  # the example with which the lab begins
+MARK = re.compile(r"^<!-- lab: ([\w-]+) -->$", re.MULTILINE)  # a place in a page for the lab, at an example
+HEAD = """# vibrocap
+
+Simulation, analysis and design of vibro-driven capsules: machines without legs or wheels that travel by shaking an
+inner mass against friction. The contact that sticks and slips is solved exactly, and every motion comes with a
+certificate of how exact it is. [How to install and start it](readme.md).
+"""
+LAB = """```{raw} html
+<iframe class="lab" src="FILE" title="The lab: drag a slider and the exact motion follows" loading="lazy"></iframe>
+<p><a href="FILE">The lab on a page of its own</a></p>
+```
+"""
+REPORT = """```{raw} html
+<p><a href="report/report.html">The report on the paper</a>: its figures from our own runs, every claim with its verdict.</p>
+```
+"""
+WHEEL = """
+## The wheel
+
+```{raw} html
+<p><a href="../FILE" download>FILE</a>, of the sources from which this site was made.</p>
+```
+"""
+PICTURE = "![One drive period of a capsule, its velocity, and its travel](images/travel.png)\n"
+
+
+def lab_addresses(extra: Path) -> dict[str, str]:
+    """Write the lab beside the pages; returns its address at each of its presets, {} where the package has no lab."""
+    if "lab" not in list(cli.app) or cli.main(["lab", "--out", str(extra / "lab.html")]) != 0:
+        return {}
+    page = (extra / "lab.html").read_text(encoding="utf-8")
+    data = json.loads(re.search(r'<script[^>]* id="data">(.*?)</script>', page, re.DOTALL)[1])
+    return {preset["key"]: f"lab.html#v={data['layout']}&preset={preset['key']}" for preset in data["presets"]}
+
+
+def lab_frame(address: str, place: str = "") -> str:
+    """The lab within a page that stands at a place among the sources."""
+    return LAB.replace("FILE", html.escape(os.path.relpath(address, Path(place).parent)))
+
+
+def with_lab(text: str, place: str, addresses: dict[str, str]) -> str:
+    """The text of a page with the lab where the page has a mark for it."""
+    return MARK.sub(lambda mark: lab_frame(addresses[mark[1]], place) if mark[1] in addresses else "", text)
+
+
+def stage_lab_frames(folder: Path, addresses: dict[str, str]) -> None:
+    """Put the lab into the pages that have marks for it."""
+    for page in folder.rglob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        shown = with_lab(text, page.relative_to(folder).as_posix(), addresses)
+        if shown != text:
+            page.write_text(shown, encoding="utf-8")
+
+
+def stage_report(extra: Path, made: Path = ROOT / "out" / "report.html") -> str:
+    """Copy the report of `make reproduce`, with the files that it links to, where it has been made; returns a link."""
+    if not made.exists():
+        return ""
+    report = LinkedPage(made)
+    for link in {url.partition("#")[0] for url in report.targets | report.loaded if not elsewhere(url)} | {made.name}:
+        if (made.parent / link).is_file():
+            copy = extra / "report" / link
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(made.parent / link, copy)
+    return REPORT
+
+
+def stage_wheel(extra: Path) -> str:
+    """Make the wheel of the package, which hosted notebooks install; returns the piece of a page with its link."""
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--quiet", "--no-deps"]
+    subprocess.run([*pip, "--no-build-isolation", "--wheel-dir", str(extra), str(ROOT)], check=True)
+    (wheel,) = extra.glob("vibrocap-*.whl")
+    return WHEEL.replace("FILE", wheel.name)

@@ -1,0 +1,83 @@
+"""Pages that are read off the package: the commands with their options, and the public names with their docstrings."""
+
+import importlib
+import re
+from pathlib import Path
+
+import vibrocap as vc
+from vibrocap.cli.command_examples import EXAMPLES
+from vibrocap.cli.main import app
+from website.staging import cards, toctree
+
+# Rooms with public names, as a reader calls them. A room that is not named here stands under its own name.
+TITLES = {
+    "physics": "Systems",
+    "physics.machines": "Machines",
+    "physics.friction": "Friction laws",
+    "physics.drives": "Drives",
+    "motion": "Motions",
+    "measures": "Measures",
+    "studies": "Studies",
+    "orbits": "Steady motions",
+    "laboratory": "The laboratory",
+    "records": "Records",
+    "identification": "Identification",
+    "case": "Cases",
+    "contracts": "Contracts",
+    "plotting": "Pictures",
+    "io": "Files and tables",
+}
+
+
+def stage_commands(folder: Path) -> None:
+    """Write commands.md: every command with its arguments, options and examples."""
+    text = app.generate_docs(output_format="markdown", usage_name="vibrocap")
+    text = re.sub(
+        r"(?<=^```console\n)(vibrocap[ \w-]*?) -m \w+", r"\1", text, flags=re.MULTILINE
+    )  # how this Python runs
+    head, *commands = re.split(r"^## (?=vibrocap )", text, flags=re.MULTILINE)
+    summary = head.partition("**Commands**:")[2]
+    parts = ["# Commands\n", "Every command explains itself: `vibrocap COMMAND --help`.\n", summary.strip() + "\n"]
+    for command in commands:
+        pieces = re.split(r"^### (?=vibrocap )", command, flags=re.MULTILINE)
+        for level, piece in zip(["##", *["###"] * len(pieces)], pieces, strict=False):
+            title, _, body = piece.partition("\n")
+            examples = "\n".join(EXAMPLES.get(title.removeprefix("vibrocap "), ()))
+            fence = f"\n**Examples**:\n\n```sh\n{examples}\n```\n" if examples else ""
+            parts.append(f"{level} {title}\n{body.rstrip()}\n{fence}")
+    text = re.sub(r"(?m)^( *)\* ", r"\1- ", "\n".join(parts))
+    (folder / "commands.md").write_text(text, encoding="utf-8")
+
+
+def rooms() -> dict[str, list[str]]:
+    """Public names by the room in which they stand, in the order in which a reader meets them."""
+    found: dict[str, list[str]] = {}
+    for name in vc.__all__:
+        _, room, below, *_ = getattr(vc, name).__module__.split(".")
+        key = f"{room}.{below}"
+        found.setdefault(key if key in TITLES else room, []).append(name)
+    return found
+
+
+def first_sentence(module: str) -> str:
+    """What a room says it is."""
+    text = importlib.import_module(f"vibrocap.{module}").__doc__ or ""
+    return " ".join(text.partition("\n\n")[0].split())
+
+
+def stage_names(folder: Path) -> None:
+    """Write api/: a page of public names for every room, in reStructuredText, and the index of them."""
+    (folder / "api").mkdir()
+    found, table = rooms(), []
+    for room, names in found.items():
+        title = TITLES.get(room, room.capitalize())
+        page = f"{title}\n{'=' * len(title)}\n\n{first_sentence(room)}\n\n"
+        for name in names:
+            thing = getattr(vc, name)
+            kind = "autoclass" if isinstance(thing, type) else "autofunction"
+            page += f".. {kind}:: vibrocap.{name}\n" + ("   :members:\n\n" if kind == "autoclass" else "\n")
+        (folder / "api" / f"{room}.rst").write_text(page, encoding="utf-8")
+        shown = ", ".join(f"`{name}`" for name in names)
+        table.append((title, room, shown))
+    text = f"# Python\n\nThe public names of `import vibrocap as vc`, {sum(map(len, found.values()))} of them.\n\n"
+    (folder / "api" / "index.md").write_text(text + cards(table) + toctree(list(found)), encoding="utf-8")

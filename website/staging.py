@@ -1,0 +1,122 @@
+"""The pages of the repository laid out as sources of the site, with links that lead from place to place.
+
+`docs/index.md` says how they are arranged: a heading above a table of pages is a section of the site.
+"""
+
+import dataclasses
+import os
+import re
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+INDEX = ROOT / "docs" / "index.md"
+LINK = re.compile(r"(?<=\]\()(?!\w+:)([^)#\s]*)(#[^)\s]*)?(?=\))")
+FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
+GALLERY = "gallery/index"
+WIDE = "---\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"  # a page without the list of its headings
+ROW = re.compile(r"^\| \[([^\]]+)\]\(([^)]+)\) \| (.+) \|$", re.MULTILINE)
+
+Card = tuple[str, str, str]  # the title of a page, the page, what it answers
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """A row of the index: a page, where it stands in the repository, and what it answers."""
+
+    title: str
+    page: Path
+    answer: str
+
+
+def sections() -> dict[str, list[Entry]]:
+    """The sections of `docs/index.md` with their pages, in order."""
+    found = {}
+    for part in re.split(r"^## ", INDEX.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
+        rows = ROW.findall(part)
+        if rows:
+            entries = [Entry(title, (INDEX.parent / target).resolve(), answer) for title, target, answer in rows]
+            found[part.partition("\n")[0]] = entries
+    return found
+
+
+def places() -> dict[Path, str]:
+    """Where every page of the repository stands among the sources of the site."""
+    found = {path: path.relative_to(ROOT / "docs").as_posix() for path in sorted((ROOT / "docs").rglob("*.md"))}
+    found |= {path: path.relative_to(ROOT / "docs").as_posix() for path in sorted((ROOT / "docs").rglob("*.ipynb"))}
+    found |= {ROOT / f"{name}.md": f"{name.lower()}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")}
+    found |= {path: f"gallery/{path.stem}.md" for path in sorted((ROOT / "examples").glob("*.toml"))}
+    found[ROOT / "examples" / "README.md"] = "gallery/index.md"
+    return found
+
+
+def relinked(text: str, page: Path, place: str, known: Mapping[Path, str]) -> str:
+    """The text of a page with its links changed to where their targets stand; a file without a page keeps its path."""
+
+    def target(match: re.Match) -> str:
+        path, anchor = match[1], match[2] or ""
+        if not path:
+            return anchor
+        there = known.get((page.parent / path).resolve())
+        if there is None:
+            there = (page.parent / path).resolve().relative_to(ROOT).as_posix().removeprefix("docs/")
+        return os.path.relpath(there, Path(place).parent).replace(os.sep, "/") + anchor
+
+    pieces = FENCE.split(text)
+    return "".join(piece if i % 2 else LINK.sub(target, piece) for i, piece in enumerate(pieces))
+
+
+def stage(folder: Path) -> None:
+    """Write the pages, their pictures and the files that they link to into a folder."""
+    known = places()
+    for page, place in known.items():
+        if page.suffix == ".toml":
+            continue  # a page of the gallery
+        copy = folder / place
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        text = page.read_text(encoding="utf-8")
+        copy.write_text(relinked(text, page, place, known), encoding="utf-8")
+    shutil.copytree(ROOT / "docs" / "images", folder / "images", ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    for name in ("LICENSE", "CITATION.cff"):
+        shutil.copy(ROOT / name, folder)
+
+
+def cards(entries: list[Card], pictures: Mapping[str, str] | None = None) -> str:
+    """A grid of cards, with pictures above where there are any."""
+    made = []
+    for title, page, text in entries:
+        picture = f":img-top: {pictures[page]}\n:img-alt: {title}\n" if pictures and page in pictures else ""
+        made.append(f":::{{grid-item-card}} {title}\n:link: {page}\n:link-type: doc\n{picture}\n{text}\n:::\n")
+    return "::::{grid} 1 2 2 3\n:gutter: 3\n\n" + "\n".join(made) + "::::\n"
+
+
+def toctree(pages: list[str]) -> str:
+    """A hidden table of contents, for the navigation."""
+    lines = ["```{toctree}", ":hidden:", "", *pages, "```"]
+    return "\n" + "\n".join(lines) + "\n"
+
+
+def stage_sections(folder: Path, made: Mapping[str, list[Card]]) -> list[Card]:
+    """Write a page of cards for each section; returns the cards of these pages, the gallery among them.
+
+    made: by section, the pages that are made for the site alone
+    """
+    known, found = places(), []
+    for section, entries in sections().items():
+        rows = [(entry.title, known[entry.page].rpartition(".")[0], entry.answer) for entry in entries]
+        gallery = [row for row in rows if row[1] == GALLERY]  # a section of its own
+        rows = [row for row in rows if row not in gallery] + made.get(section, [])
+        name = section.lower().replace(" ", "-")
+        text = f"# {section}\n\n{cards(rows)}{toctree([page for _, page, _ in rows])}"
+        (folder / f"{name}.md").write_text(text, encoding="utf-8")
+        found += [*gallery, (section, name, ", ".join(title for title, _, _ in rows))]
+    return found
+
+
+def stage_first_page(folder: Path, head: str, below: list[Card]) -> None:
+    """Write index.md anew: a head, cards in the place of the tables, and the text below them."""
+    page = folder / "index.md"
+    text = page.read_text(encoding="utf-8")
+    text = text[text.index("## The idea") :]
+    page.write_text(f"{WIDE}{head}\n{cards(below)}\n{text}{toctree([page for _, page, _ in below])}", encoding="utf-8")
