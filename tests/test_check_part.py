@@ -32,6 +32,20 @@ def counting(self, t):
     return self.amplitude * cos(self.frequency * t) + 1e-3 * self.__dict__["calls"]
 
 
+class DYNAMIC(vc.PendulumCapsule):
+    """A capsule under the load that it makes."""
+
+    follows_load = True
+
+    def load(self):
+        return self.mass_ratio + 1.0
+
+
+def lifted(self, t, y, drive):
+    inertia, own, slope = vc.PendulumCapsule.reaction(self, t, y, drive)
+    return inertia, own + 0.1 * drive, slope
+
+
 def sprung(self, t, y, drive, force):
     return y[1], (drive - force) / self.mass
 
@@ -83,6 +97,14 @@ FAULTS = {
         "contact_state: should be one of position, ",
     ),
     "channels": (of(CAPSULE, channels=("motor", "damper")), "channels: should hold 'drive' and 'damper'"),
+    "heavier": (
+        of(DYNAMIC, vertical_momentum=lambda self, t, y: 0.5 * CAPSULE.vertical_momentum(self, t, y)),
+        "reaction, vertical_momentum: the load is",
+    ),
+    "lifted one way": (
+        of(DYNAMIC, reaction=lifted, vertical_momentum=lambda self, t, y: None),
+        "reaction: should be the same in the mirrored state",
+    ),
     "no mass": (of(CAPSULE, masses=lambda self: {"angle_rate": 1.0}), "masses: should have that of the body at the"),
     "unknown mass": (of(CAPSULE, masses=lambda self: {"speed": 1.0}), "masses: should be named by states, got speed"),
     "mass of an angle": (

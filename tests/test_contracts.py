@@ -45,7 +45,7 @@ MACHINES += FURTHER
 each_machine = pytest.mark.parametrize("machine", MACHINES, ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)])
 each_drive = pytest.mark.parametrize("drive", DRIVES, ids=[f"{part.name} {i}" for i, part in enumerate(DRIVES)])
 LAWS_IN_SYSTEMS = [varied(law_of(name), 1) for name in (*laws(), "anisotropic-stribeck", "backlash-anisotropic-lugre")]
-# every machine with every drive that it takes, the laws in turn
+# every machine with every drive that it can take, the laws in turn
 PAIRS = [
     (machine, drive)
     for machine, drive in itertools.product([*instances(machines().values())[1::3], *FURTHER], DRIVES[1::3])
@@ -119,13 +119,14 @@ def test_a_second_harmonic_breaks_the_symmetry():
 def system_draw(system, draw):
     """(t, y, side), the velocity agreeing with the side."""
     machine = system.placed
-    mechanical = list(random_state(machine.states, draw))
+    mechanical, t = list(random_state(machine.states, draw)), draw.uniform(0, 9)
     contact = machine.states.index(machine.contact_state)
     side = draw.choice((1, -1))
-    mechanical = list(settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0))
-    mechanical[contact] = side * abs(mechanical[contact])
-    internal = random_internal(system.friction, mechanical[contact], side, system.machine.load(), draw)
-    return draw.uniform(0, 9), (*mechanical, *internal), side
+    mechanical = list(settled_branch(machine, t, tuple(mechanical), 0.0, 0.0))
+    speed = abs(mechanical[contact])
+    mechanical[contact] += side * speed - machine.contact_velocity(t, mechanical)
+    internal = random_internal(system.friction, side * speed, side, system.machine.load(), draw)
+    return t, (*mechanical, *internal), side
 
 
 UNEVEN = {"second_amplitude", "level", "rate", "start", "force"}  # parameters of drives that are odd only without them
@@ -141,10 +142,7 @@ EVEN = {  # parameters of drives that are odd only with these; no stroke from 0 
 
 @each_system
 def test_half_period_symmetry(system):
-    """S: (y, side, t) -> (-y, -side, t + T/2) maps rates to their mirror image for an odd drive, to rounding.
-
-    Where the drive moves the contact, friction sees the rounding of the drive, many times enlarged near rest.
-    """
+    """S: (y, side, t) -> (-y, -side, t + T/2) maps rates to their mirror image for an odd drive, to rounding."""
     even = EVEN.get(system.drive.name, {})
     if even is None:
         assert not system.mirrored
@@ -153,8 +151,10 @@ def test_half_period_symmetry(system):
     drive = dataclasses.replace(system.drive, **{**dict.fromkeys(names & UNEVEN, 0.0), **even})
     machine = system.machine
     if not machine.symmetric:
-        others = {"back_gap": machine.gap} if hasattr(machine, "back_gap") else {"belt_speed": 0.0}
-        machine = dataclasses.replace(machine, **others)
+        names = {info.name for info in parameter_table(machine)}
+        others = {"back_gap": machine.gap} if "back_gap" in names else {}
+        level = names & {"belt_speed", "track_angle", "contact_stiffness"}
+        machine = dataclasses.replace(machine, **others, **dict.fromkeys(level, 0.0))
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)
@@ -167,7 +167,7 @@ def test_half_period_symmetry(system):
         mirrored = odd.rates(t + odd.drive.period / 2, mirror, -side)
         size = 1.0 + max(map(abs, rates))
         for sign, rate, found in zip(odd.symmetry, rates, mirrored, strict=True):
-            assert abs(found - sign * rate) <= (1e-9 if isinstance(machine, Imposed) else 64 * EPSILON) * size
+            assert abs(found - sign * rate) <= 64 * EPSILON * size * (1.0 + t)  # phases are rounded with the time
 
 
 @each_system
@@ -180,7 +180,8 @@ def test_asymmetric_drive_breaks_the_symmetry(system):
         times = [share * system.drive.period for share in half_points(segment_table(system.drive))]
     mirror = tuple(sign * v for sign, v in zip(system.symmetry, y, strict=True))
     pairs = [(system.rates(t + system.drive.period / 2, mirror, -side), system.rates(t, y, side)) for t in times]
-    assert max(abs(mirrored[i] + rates[i]) for mirrored, rates in pairs for i in range(2)) > 1e-3
+    driven = 0, 1, system.machine.states.index(system.machine.contact_state)
+    assert max(abs(mirrored[i] + rates[i]) for mirrored, rates in pairs for i in driven) > 1e-3
 
 
 @each_system
@@ -198,7 +199,7 @@ def test_energy_of_a_system(system):
             growth = along(system.placed.energy, t, y[:count], flow.rates[:count])
             graph = Graph()
             z = tuple(graph.node("state", i) for i in range(len(y) - count))
-            stored = graph.expression(system.friction.stored_energy(z))
+            stored = graph.expression(0.0 if system.stores_under_load else system.friction.stored_energy(z))
             slopes = evaluate([derivative(stored, i) for i in range(len(z))], t, y[count:], 1.0, ())
             growth += sum(slope * rate for slope, rate in zip(slopes, flow.rates[count:], strict=True))
             size = max(map(abs, (*flow.rates, *flow.powers, 1.0))) ** 2
@@ -222,7 +223,7 @@ def test_motions_from_random_starts_are_finite(system):
     for draw in draws(3):
         _, y, _ = system_draw(system, draw)
         motion = vc.simulate(system, periods=2, initial=dict(zip(system.state_names, y, strict=True)), samples=16)
-        assert motion.status.ok
+        assert motion.status.ok or (motion.status is vc.Status.LIFT_OFF and system.machine.follows_load)
         assert all(np.all(np.isfinite(motion[name])) for name in motion.names)
 
 

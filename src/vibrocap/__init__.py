@@ -100,13 +100,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
-    from vibrocap.physics.machines.imposed_crawler import ImposedCrawler
-    from vibrocap.physics.machines.imposed_pendulum import ImposedPendulum
+    from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
+    from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
+    from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
@@ -298,14 +299,15 @@ __all__ = [
     "SIScales",
     "Environment",
     "Oscillator",
-    "ImposedCrawler",
-    "ImposedPendulum",
+    "TwoMassCrawler",
+    "PendulumCrawler",
     "TwoMassCapsule",
     "VibroImpactCapsule",
     "RigidStopCapsule",
     "TwoBodyCrawler",
     "ThreeBodyCrawler",
     "crawler",
+    "ModeCouplingBlock",
     "PendulumCapsuleWithStops",
     "InnerMassScales",
     "Constant",

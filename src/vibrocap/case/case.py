@@ -215,7 +215,8 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             sections |= plain
             said = len(complaints)  # about what was given; the others are about fields without units
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
-    states = state_names(classes) if all(classes.get(name) for name in (*CHOICES, *classes)) else None
+    moving = {"machine", "friction", *classes} - {"drive", "environment"}  # the parts that have states
+    states = state_names(classes) if all(classes.get(name) for name in moving) else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None
@@ -229,7 +230,10 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
         later = [as_given(each, given, sections) for each in complaints[said:]]
         raise CaseError([*complaints[:said], *later], source)
     initial = {name: float(value) for name, value in sections["initial"].items()}
-    return Case(system, initial, **sections["run"], scales=scales if kept else None)
+    try:
+        return Case(system, initial, **sections["run"], scales=scales if kept else None)
+    except ArgumentError as error:  # a stop stands where the motion would start
+        raise CaseError([as_given(error.complaint, given, sections)], source) from None
 
 
 def case_text(case: Case, units: str | None = None) -> str:

@@ -126,12 +126,15 @@ def symmetric(machine: Any) -> str | None:
         back = machine.driven_by(ImposedSample(-1.0))
         found = back.rates(t, mirror, -drive, -force)
         guards, mirrored = sorted(machine.switches(t, y, drive, force)), back.switches(t, mirror, -drive, -force)
+        loads = _load(back, t, mirror, -drive, -force), _load(machine, t, y, drive, force)
         if not machine.symmetric:
-            pairs = [*zip(found, expected, strict=True), *zip(sorted(mirrored), guards, strict=True)]
+            pairs = [*zip(found, expected, strict=True), *zip(sorted(mirrored), guards, strict=True), loads]
             different += any(abs(a - b) > 1e-3 * abs(b) for a, b in pairs)
             continue
         if sorted(mirrored) != guards:
             return "switches: should be the same guards in the mirrored state"
+        if loads[0] != loads[1]:
+            return f"reaction: should be the same in the mirrored state, got {loads[0]:g} for {loads[1]:g}"
         if found != expected:
             return (
                 f"symmetry: mirrored rates should be {_shown(expected)}, got {_shown(found)}; mend the signs, or let "
@@ -144,6 +147,33 @@ def symmetric(machine: Any) -> str | None:
         if back.energy(t, mirror) != machine.energy(t, y):
             return "energy: should be the same in the mirrored state"
     return None if machine.symmetric or different else "symmetric: is False, but the equations are their mirror image"
+
+
+def _load(machine: Any, t: float, y: tuple, drive: float, force: float) -> float:
+    """The normal load under a friction force."""
+    if not machine.follows_load:
+        return machine.load()
+    inertia, own, slope = machine.reaction(t, y, drive)
+    return (own + slope * force) / inertia
+
+
+def load_made(machine: Any) -> str | None:
+    """A load that follows the motion is its mean and the rate of the momentum normal to the ground."""
+    for draw in draws(SAMPLES if machine.follows_load else 0):
+        t, y, drive, force = machine_draw(machine, draw)
+        if not machine.reaction(t, y, drive)[0] > 0.0:
+            return f"reaction: its first number should be positive, got {machine.reaction(t, y, drive)[0]:g}"
+        if machine.vertical_momentum(t, y) is None:
+            continue
+        rates = machine.rates(t, y, drive, force)
+        found, lift = _load(machine, t, y, drive, force), along(machine.vertical_momentum, t, y, rates)
+        size = 1.0 + max(map(abs, (*rates, found))) ** 2
+        if not abs(found - machine.load() - lift) <= 64 * EPSILON * size:
+            return (
+                f"reaction, vertical_momentum: the load is {found:g}, the mean and the rate of the momentum make "
+                f"{machine.load() + lift:g}; they should be equal (state {_shown(y)}, drive {drive:.3g}, R {force:.3g})"
+            )
+    return None
 
 
 def cyclic(machine: Any) -> str | None:
@@ -216,4 +246,16 @@ def _shown(values: tuple) -> str:
     return "(" + ", ".join(f"{value:.3g}" for value in values) + ")"
 
 
-MACHINE_CLAUSES = (declarations, held_at_rest, contact, energy, momentum, symmetric, cyclic, place, sizes, branches)
+MACHINE_CLAUSES = (
+    declarations,
+    held_at_rest,
+    contact,
+    energy,
+    momentum,
+    load_made,
+    symmetric,
+    cyclic,
+    place,
+    sizes,
+    branches,
+)

@@ -44,14 +44,15 @@ class Corners:
         return 1 + self.coefficients
 
     @functools.cached_property
-    def _all(self) -> list[Expression]:
+    def numbers(self) -> list[Expression]:
+        """Of each segment its length, then its coefficients."""
         return [e for length, shape in zip(self.lengths, self.shapes, strict=True) for e in (length, *shape)]
 
     @functools.cached_property
     def _moving(self) -> list[int]:
         """Numbers of the parameters on which the table depends."""
         graph = self.period.graph
-        nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in self._all]))
+        nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in self.numbers]))
         return [operands[0] for op, *operands in nodes if op == "parameter"]
 
     def tables(self, parameters: np.ndarray) -> np.ndarray:
@@ -59,7 +60,7 @@ class Corners:
         if np.all(parameters[:, self._moving] == parameters[:1, self._moving]):
             parameters = parameters[:1]
         runs = len(parameters)
-        values = evaluate(self._all, 0.0, (), 1.0, parameters.T)
+        values = evaluate(self.numbers, 0.0, (), 1.0, parameters.T)
         columns = [np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for value in values]
         found = np.stack(columns, axis=1).reshape(runs, -1, self.row_size)
         found[:, :, 0] = np.cumsum(found[:, :, 0], axis=1)

@@ -116,7 +116,8 @@ class Environment(Part):
             own = masses.pop(machine.contact_state)
             push, push_at_rest = push - own * along, push_at_rest - own * along
             total = total - (own + sum(masses.values())) * along
-            accelerations = tuple(-along if name in masses else 0.0 for name in machine.states)
+            falling = {*masses} - {*machine.contacts}
+            accelerations = tuple(-along if name in falling else 0.0 for name in machine.states)
             carried = machine.momentum(t, y) if masses else own * velocity
             powers = (*powers, -along * carried)
         return Outside(push, push_at_rest, total, accelerations, powers)

@@ -146,7 +146,8 @@ class System:
 
     @property
     def placed(self) -> Any:
-        """The machine under its drive, on the slope of its environment; of several contacts, as one on the first."""
+        """The machine under its drive as it stands in its environment, on the slope; on several contacts, seen as one
+        on the first."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
         return MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
@@ -261,6 +262,8 @@ class System:
         outcomes += [
             (*machine.after_switch(which, t, mechanical, drive, taken), *internal) for which in range(len(guards))
         ]
+        # A drive that imposes a motion works against all that acts on the body from outside.
+        worked_against = taken if isinstance(self.machine, Imposed) else force
         rates = machine.rates(t, mechanical, drive, taken)
         outer_force = machine.outer_force(t, mechanical, drive)
         if outside is not None:
@@ -282,7 +285,7 @@ class System:
             after_switch=tuple(outcomes),
             after_reversal=law.after_reversal(internal, side, load),
             powers=(
-                *machine.powers(t, mechanical, drive, taken if isinstance(self.machine, Imposed) else force),
+                *machine.powers(t, mechanical, drive, worked_against),
                 *(() if outside is None else outside.powers),
                 *contact,
             ),

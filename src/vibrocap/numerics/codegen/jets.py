@@ -99,6 +99,9 @@ class JetWriter:
             return self.entry(f"PARAMETER + {operands[0]} * LANES")
         if op == "state":
             return self._state(operands[0], k)
+        if self._under_its_load(index):
+            assert self.balance is not None
+            return self.balance.formula(index, op, operands, k) or "0.0"
         if k > 0:
             factor, base = self.forms.linear(index)
             scaled = self._scaled_exponential(factor, base)
@@ -126,7 +129,7 @@ class JetWriter:
         inner: of a node within a sum, which is taken apart only if no other node uses it too
         """
         op, *operands = self.graph.nodes[index]
-        shared = inner and self._uses[index] > 1
+        shared = inner and (self._uses[index] > 1 or self._under_its_load(index))
         factor, base = self.forms.linear(index) if k > 0 else (self.graph.constant(1.0), index)
         if base != index and not shared and self._scaled_exponential(factor, base) is None:
             return self._scaled_term(factor, self.coefficient(base, k))
@@ -134,6 +137,10 @@ class JetWriter:
             text = self.coefficient(index, k)
             return [] if text == "0.0" else [(1, text)]
         return combined(op, [self.signed_terms(i, k, inner=True) for i in operands])
+
+    def _under_its_load(self, index: int) -> bool:
+        """Whether a node is the acceleration under a load that it makes: what it is a multiple of contains it too."""
+        return self.is_acceleration(index) and self.balance is not None and self.balance.balance.normal is not None
 
     def is_acceleration(self, index: int) -> bool:
         """Whether a node is the acceleration that the balance of momentum gives."""

@@ -17,6 +17,7 @@ from vibrocap.physics.machines.machine import (
     parameters,
 )
 
+APART = 5.0  # of the middles of neighbouring bodies in pictures, where the springs are not stretched
 NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
 
 
@@ -61,6 +62,10 @@ class Crawler(Machine):
         """N_2, N_3, ..."""
         return self._all("normal_load", self.bodies)[1:]
 
+    def masses(self):
+        """m_1, m_2, ..."""
+        return dict(zip((self.contact_state, *self.contacts), self._all("mass", self.bodies), strict=True))
+
     def contact_velocity(self, t, y):
         """v_1."""
         return y[3]
@@ -75,11 +80,15 @@ class Crawler(Machine):
         return tuple((z, v[i + 1] - v[i]) for i, z in enumerate(openings))
 
     def _pushes(self, y, drive) -> list:
-        """All forces on each body but friction: T_i - T_(i-1)."""
+        """All forces on each body but friction: T_i - T_(i-1), and the weight along a slope of all but the first."""
         gaps = self._gaps(y)
         share = zip(gaps, *(self._all(name, len(gaps)) for name in ("stiffness", "damping", "actuation")), strict=True)
         pulls = [k * z + c * rate - a * drive for (z, rate), k, c, a in share]
-        return [pulls[0], *(ahead - behind for behind, ahead in itertools.pairwise(pulls)), -pulls[-1]]
+        found = [pulls[0], *(ahead - behind for behind, ahead in itertools.pairwise(pulls)), -pulls[-1]]
+        if self.level:
+            return found
+        weights = (mass * self.gravity[1] for mass in self._all("mass", self.bodies)[1:])
+        return [found[0], *(push - weight for push, weight in zip(found[1:], weights, strict=True))]
 
     def holding_force(self, t, y, drive):
         """R_1 that keeps v_1' = 0."""
@@ -123,10 +132,10 @@ class Crawler(Machine):
         return driven, damped
 
     def scene(self, t, y):
-        """Blocks in a row, one unit of length between them where the gaps are closed, and springs."""
+        """Blocks in a row, with springs; how far apart they stand at rest the equations do not say."""
         places = [y[2]]
         for z, _ in self._gaps(y):
-            places.append(places[-1] + 2.0 + z)
+            places.append(places[-1] + APART + z)
         found = []
         for i, x in enumerate(places, start=1):
             found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]

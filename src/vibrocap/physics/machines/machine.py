@@ -108,7 +108,8 @@ class Machine(Part):
         """Every mass on which gravity acts along the line, by the state that is its velocity, over the ground or
         relative to the body at the contact; the mass of that body stands at `contact_state`.
 
-        With these a machine whose masses all move along the line can stand on a slope. One whose masses also move
+        With these a machine whose masses all move along the line can stand on a slope; one with further contacts counts
+        the weight of their bodies to the forces on them itself, by `gravity`. One whose masses also move
         normal to it has their sum here and reads the rest of gravity's effect from `gravity`. Empty, the default: the
         machine does not know its weight.
         """

@@ -1,4 +1,4 @@
-"""The imposed crawler: a body in which an inner mass moves to and fro as it is told, whatever force that takes."""
+"""The two-mass crawler: a body in which an inner mass moves to and fro as it is told, whatever force that takes."""
 
 from typing import ClassVar
 
@@ -6,7 +6,7 @@ from vibrocap.physics.machines.machine import Imposed, NonNegative, Positive, pa
 
 
 @parameters
-class ImposedCrawler(Imposed):
+class TwoMassCrawler(Imposed):
     """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
 
     The drive is the displacement z(t) of the inner mass relative to the body. The state is p, the velocity of the
@@ -28,7 +28,7 @@ class ImposedCrawler(Imposed):
     mass_ratio: Positive = parameter(1.0, "lambda", "mass of the body over inner mass, M/m", "mass")
     normal_load: NonNegative = parameter(1.0, "N", "load on the contact", "load")
 
-    name: ClassVar[str] = "imposed-crawler"
+    name: ClassVar[str] = "two-mass-crawler"
     states: ClassVar = ("position", "centre_velocity")
     cyclic: ClassVar = "position"
     contact_state: ClassVar = "centre_velocity"
@@ -41,6 +41,10 @@ class ImposedCrawler(Imposed):
     def load(self):
         """N."""
         return self.normal_load
+
+    def masses(self):
+        """lambda + 1, of both; what moves between them is imposed."""
+        return {"centre_velocity": self.mass_ratio + 1.0}
 
     def contact_velocity(self, t, y):
         """X' = p - mu z'."""

@@ -21,7 +21,7 @@ def rubbing(forward, back, total):
 
 def crawler(share, forward, back, drive):
     """The crawler whose inner mass is this share of both."""
-    return vc.System(vc.ImposedCrawler(mass_ratio=1.0 / share - 1.0), rubbing(forward, back, 1.0 / share), drive)
+    return vc.System(vc.TwoMassCrawler(mass_ratio=1.0 / share - 1.0), rubbing(forward, back, 1.0 / share), drive)
 
 
 def two_phases(stroke, first, second):
@@ -149,7 +149,7 @@ def test_the_force_of_the_actuator_is_that_of_newton():
 @pytest.mark.parametrize("motion", ["angle", "displacement"])
 def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
     """The torque that the imposed motion takes, given to the free machine, makes that motion again: both equations."""
-    imposed = vc.System(vc.ImposedPendulum(motion=motion), vc.Exponential(), vc.Harmonic(amplitude=0.6, frequency=1.2))
+    imposed = vc.System(vc.PendulumCrawler(motion=motion), vc.Exponential(), vc.Harmonic(amplitude=0.6, frequency=1.2))
     free = vc.PendulumCapsule()
     run = vc.simulate(imposed, periods=1, tolerance=1e-12)
     for t in (0.3, 1.1, 2.9, 4.4):
@@ -170,7 +170,7 @@ def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
 
 
 def test_what_cannot_be_imposed_is_refused_by_name():
-    with pytest.raises(ArgumentError, match="drive: the waveform square jumps, while the imposed-crawler takes it for"):
-        vc.System(vc.ImposedCrawler(), vc.Coulomb(), vc.Square())
-    with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the imposed-crawler"):
-        vc.System(vc.ImposedCrawler(), vc.Coulomb(), vc.Ramp())
+    with pytest.raises(ArgumentError, match="drive: the waveform square jumps, while the crawler takes it for"):
+        vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Square())
+    with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the crawler, but does not"):
+        vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())

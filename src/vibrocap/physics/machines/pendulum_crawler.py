@@ -1,4 +1,4 @@
-"""The imposed pendulum: a pendulum capsule whose pendulum moves as it is told, whatever torque that takes."""
+"""The pendulum crawler: a pendulum capsule whose pendulum moves as it is told, whatever torque that takes."""
 
 from typing import Annotated, Any, ClassVar
 
@@ -28,7 +28,7 @@ Motion = Annotated[str, BeforeValidator(_checked_motion)]
 
 
 @parameters
-class ImposedPendulum(Imposed):
+class PendulumCrawler(Imposed):
     """Pendulum capsule whose angle theta(t), or sin(theta), is what the drive says: an ideal tracking of a motion.
 
     With s = sin(theta), the displacement of the bob along the line, the balance of momentum alone is left:
@@ -51,7 +51,7 @@ class ImposedPendulum(Imposed):
     normal_load: NonNegative = parameter(1.0, "N", "load on the contact over m g", "load")
     motion: Motion = parameter("angle", "motion", '"angle" (the drive is theta) or "displacement" (it is sin(theta))')
 
-    name: ClassVar[str] = "imposed-pendulum"
+    name: ClassVar[str] = "pendulum-crawler"
     states: ClassVar = ("position", "centre_velocity")
     cyclic: ClassVar = "position"
     contact_state: ClassVar = "centre_velocity"
