@@ -170,7 +170,9 @@ def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
 
 
 def test_what_cannot_be_imposed_is_refused_by_name():
-    with pytest.raises(ArgumentError, match="drive: the waveform square jumps, while the crawler takes it for"):
+    with pytest.raises(
+        ArgumentError, match="drive: the waveform square jumps, while the two-mass-crawler takes it for"
+    ):
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Square())
-    with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the crawler, but does not"):
+    with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the two-mass-crawler"):
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())
