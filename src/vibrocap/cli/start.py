@@ -44,7 +44,7 @@ def new(
     law
         of friction, as `vibrocap friction list` shows them
     drive
-        its waveform: harmonic, biharmonic, constant, ramp or loading
+        its waveform: harmonic, square, table and others, see docs/drives.md
     out
         FILE.toml to write instead of printing the case
     overwrite
