@@ -215,9 +215,15 @@ LAWS = [
 ]
 
 
+PAIRS = [
+    *((law, None) for law in LAWS),
+    (vc.LuGre(), vc.Coulomb(0.1, 0.15)),
+    (vc.SmoothedTanh(), vc.Coulomb(0.1, 0.15)),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
-@pytest.mark.parametrize("second", [None, vc.Coulomb(0.1, 0.15)], ids=["same", "coulomb"])
+@pytest.mark.parametrize(("law", "second"), PAIRS, ids=lambda law: "" if law is None else law.name)
 def test_balances_close_with_every_kind_of_law(law, second):
     machine = vc.ThreeBodyCrawler(mass_2=1.5, normal_load_3=2.0, actuation_2=-0.5)
     drive = vc.Harmonic(amplitude=1.2, frequency=0.9)
