@@ -2,7 +2,7 @@
 
 `python -m benchmarks.lab`. Asked of two quiet cores: the first motion within 300 ms, a slider's frame in 20 ms (median)
 and 50 ms (95th percentile) at 40 periods of both laws, a map of 64 x 64 settled motions within 4 s. The page itself
-measures; a frame is from the slider's input until the panels are drawn. Where the machine is not quiet the load is said.
+measures; a frame is from the slider's input until the panels are drawn. The load of the machine is said beside it.
 """
 
 import contextlib

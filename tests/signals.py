@@ -54,7 +54,7 @@ def made_up_motion(law, position, friction, periods=4, rests=(), stuck=(), toler
     ).transpose(2, 0, 1)
     marks = period * np.arange(periods + 1)
 
-    def observe(names, t, states, side, within):
+    def observe(names, t, states, side, drive):
         zero = np.zeros_like(t)
         known = {"friction": lambda: friction(t, side), "contact_velocity": lambda: states[3]}
         known["contact_sliding_work"] = lambda: -friction(t, side) * states[3]

@@ -49,6 +49,7 @@ SLOW = tuple(
         "fit",
         "stick-slip",
         "check",
+        "lab",
         "sweep own.toml",
     )
 )

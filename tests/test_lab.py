@@ -12,7 +12,7 @@ import vibrocap as vc
 from vibrocap.case.case import case_from_text
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
-from vibrocap.lab.page import SCRIPTS, page, source
+from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset
 from vibrocap.paper.presets import figures_5_to_8, start
 
@@ -29,7 +29,7 @@ const forms = () => data.forms.map((record) => new Form(record, pool));
 const limits = { events: 1e4, steps: 1e6, pieces: 1e5 };
 const runOf = (model) => model.request();
 """
-ALONE = ("engine.js", "dense.js", "charts.js", "model.js", "share.js", "maps.js")
+ALONE = (*WORKER[:2], "charts.js", "model.js", "share.js", "maps.js")
 
 
 def paper(law, **given):
@@ -93,6 +93,54 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         balance = [motion.at(motion.end, f"{channel}_work")[0] for channel in motion.system.channels]
         assert one["works"][1:-1] == pytest.approx(balance, rel=1e-8, abs=1e-9)
         assert one["residual"] < 1e-7
+
+
+@needs_node
+def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
+    """No step crosses a corner; its segments follow from the parameters as they are set in the page."""
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Trapezoid(amplitude=1.7))
+    preset = Preset("corners", "corners", "", vc.Case(system, {"angle": 0.5}, periods=2.5))
+    made = bundle(Contents((system,), (preset,)))
+    found = node(f"""
+    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
+    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0"));
+    const model = new Model(made), {{ parameters, initial }} = model.request();
+    const motion = recordedRun(form, parameters, initial, 2.5, 1e-9, limits), dense = new Dense(motion);
+    const rows = dense.rows(0, dense.end, 1e5), at = 2 + form.states.length + form.observed.indexOf("drive");
+    const drive = [], all = [], budget = model.budget(200);
+    for (let i = 0; i < rows.rows; i++) drive.push([rows.data[i * rows.width], rows.data[i * rows.width + at]]);
+    const keep = (_, result, begun) => all.push(measured(form, result, begun, 1e-6));
+    ensembleRun(form, [{{ parameters, initial }}], budget, keep);
+    print({{ final: [...motion.final], drive, measured: all[0] }});
+    """)
+    assert found["final"] == made["presets"][0]["check"]["state"]
+    motion = preset.case.simulate()
+    times, drive = np.array(found["drive"]).T
+    inside = np.min(np.abs(times[:, None] - np.append(motion.piece_start, motion.end)), axis=1) > 1e-6
+    assert np.max(np.abs(drive - motion.at(times, "drive"))[inside]) < 1e-12
+    given = {"initial": {"angle": 0.5}, "periods": 200, "settle": 1e-6, "tolerance": made["forms"][0]["tolerance"]}
+    wanted = vc.ensemble(system, {"drive.amplitude": [1.7]}, **given)
+    assert found["measured"]["response"] == wanted["response_period"][0] > 0
+    assert found["measured"]["values"]["mean_velocity"] == pytest.approx(wanted["mean_velocity"][0], rel=1e-7, abs=1e-9)
+
+
+@needs_node
+def test_a_start_beyond_a_stop_is_refused_by_name(node):
+    """By the bound that the parameters of the page make, not those of the case."""
+    system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
+    made = bundle(Contents((system,), (Preset("stop", "stop", "", vc.Case(system, periods=1)),)))
+    found = node(f"""
+    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
+    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const tried = (gap, displacement) => {{
+      model.set("machine.gap", gap);
+      model.set("initial.displacement", displacement);
+      const {{ parameters, initial }} = model.request();
+      try {{ form.beginning(parameters, initial); return ""; }} catch (error) {{ return error.message; }}
+    }};
+    print([tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
+    """)
+    assert found == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
 
 
 @needs_node
@@ -225,7 +273,7 @@ def test_a_page_asks_for_nothing_and_holds_every_script(data):
     assert "<title>a &lt;b&gt; &amp; c</title>" in text
     for word in ("http://", "https://", "import(", "fetch(", "XMLHttpRequest", " src="):
         assert word not in text.replace("http://www.w3.org/2000/svg", ""), word
-    for name in SCRIPTS:
+    for name in (*WORKER, *SCRIPTS):
         assert source(name).startswith("// ")
 
 

@@ -224,7 +224,8 @@ def test_film_shows_the_load(loaded):
     scene = Scene(motion, times)
     for number, (value, words) in enumerate(((load.max(), "true normal load"), (load.min(), "have to pull"))):
         scene.show(number)
-        (_, start), (_, tip) = scene.arrow._posA_posB
+        (x, start), (_, tip) = scene.arrow._posA_posB
+        assert x == pytest.approx(scene.position[number] - scene.camera[number])
         length = ARROW * value / np.abs(load).max()  # upwards to the ground, or down from it
         assert (start, tip) == pytest.approx((-length, 0.0) if value > 0.0 else (0.0, length))
         assert words in scene.load_words.get_text()

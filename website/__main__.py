@@ -1,6 +1,7 @@
 """`python -m website [--out FOLDER]`: the site, in FOLDER/html (build/site/html); a warning or a dead link fails."""
 
 import argparse
+import importlib.util
 import os
 import shutil
 import sys
@@ -13,9 +14,9 @@ from website.embeds import (
     PICTURE,
     lab_addresses,
     lab_frame,
+    stage_downloads,
     stage_lab_frames,
     stage_report,
-    stage_wheel,
 )
 from website.gallery import stage_gallery
 from website.links import dead_links
@@ -37,12 +38,17 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("build/site"), help="folder for the site (build/site)")
     parser.add_argument("--no-notebooks", action="store_true", help="do not run the tutorials")
     options = parser.parse_args(words)
+    for package in ("sphinx", "myst_nb", "pydata_sphinx_theme", "sphinx_design", "sphinx_copybutton"):
+        if importlib.util.find_spec(package) is None:
+            print(f"The site needs {package}: `make site` installs the extra docs.", file=sys.stderr)
+            return 2
     began = time.monotonic()
     sources, extra, html = (options.out / name for name in ("sources", "extra", "html"))
     for folder in (sources, extra, html):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
 
+    print("Running the examples ...")
     lab = lab_addresses(extra)
     stage(sources)
     stage_gallery(sources, lab)
@@ -51,8 +57,7 @@ def main(words: list[str] | None = None) -> int:
     stage_lab_frames(sources, lab)
     head = "\n".join((HEAD, lab_frame(lab[FIRST]) if FIRST in lab else PICTURE, stage_report(extra)))
     stage_first_page(sources, head, stage_sections(sources, MADE))
-    with (sources / "tutorials" / "README.md").open("a", encoding="utf-8") as page:
-        page.write(stage_wheel(extra))
+    stage_downloads(extra, sources / "tutorials")
 
     # Kernels that know no settings of the user, and say nothing of how they are reached (over this machine alone).
     profile = (options.out / "ipython" / "profile_default").resolve()
@@ -62,6 +67,7 @@ def main(words: list[str] | None = None) -> int:
 
     from sphinx.cmd.build import build_main
 
+    print("Making the pages ..." if options.no_notebooks else "Running the tutorials and making the pages ...")
     settings = {"html_extra_path": str(extra.resolve())}
     if options.no_notebooks:
         settings["nb_execution_mode"] = "off"

@@ -27,15 +27,17 @@ LAB = """```{raw} html
 ```
 """
 REPORT = """```{raw} html
-<p><a href="report/report.html">The report on the paper</a>: its figures from our own runs, every claim with its verdict.</p>
+<p><a href="report/report.html">The report on the paper</a>: our figures, every claim with its verdict.</p>
 ```
 """
-WHEEL = """
-## The wheel
+DOWNLOADS = """
+## The files
 
 ```{raw} html
-<p><a href="../FILE" download>FILE</a>, of the sources from which this site was made.</p>
+<p>The wheel: <a href="../WHEEL" download>WHEEL</a></p>
 ```
+
+The notebooks: NOTEBOOKS
 """
 PICTURE = "![One drive period of a capsule, its velocity, and its travel](images/travel.png)\n"
 
@@ -81,9 +83,11 @@ def stage_report(extra: Path, made: Path = ROOT / "out" / "report.html") -> str:
     return REPORT
 
 
-def stage_wheel(extra: Path) -> str:
-    """Make the wheel of the package, which hosted notebooks install; returns the piece of a page with its link."""
+def stage_downloads(extra: Path, tutorials: Path) -> None:
+    """Make the wheel of the package beside the pages; add it and the notebooks to the page on how to run these."""
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--quiet", "--no-deps"]
     subprocess.run([*pip, "--no-build-isolation", "--wheel-dir", str(extra), str(ROOT)], check=True)
     (wheel,) = extra.glob("vibrocap-*.whl")
-    return WHEEL.replace("FILE", wheel.name)
+    notebooks = ", ".join(f"{{download}}`{path.name}`" for path in sorted(tutorials.glob("*.ipynb")))
+    with (tutorials / "README.md").open("a", encoding="utf-8") as page:
+        page.write(DOWNLOADS.replace("WHEEL", wheel.name).replace("NOTEBOOKS", notebooks))

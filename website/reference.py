@@ -7,7 +7,7 @@ from pathlib import Path
 import vibrocap as vc
 from vibrocap.cli.command_examples import EXAMPLES
 from vibrocap.cli.main import app
-from website.staging import cards, toctree
+from website.staging import toctree
 
 # Rooms with public names, as a reader calls them. A room that is not named here stands under its own name.
 TITLES = {
@@ -50,13 +50,13 @@ def stage_commands(folder: Path) -> None:
 
 
 def rooms() -> dict[str, list[str]]:
-    """Public names by the room in which they stand, in the order in which a reader meets them."""
-    found: dict[str, list[str]] = {}
+    """Public names by the room in which they stand, rooms as they are titled above."""
+    found: dict[str, list[str]] = {room: [] for room in TITLES}
     for name in vc.__all__:
         _, room, below, *_ = getattr(vc, name).__module__.split(".")
         key = f"{room}.{below}"
         found.setdefault(key if key in TITLES else room, []).append(name)
-    return found
+    return {room: names for room, names in found.items() if names}
 
 
 def first_sentence(module: str) -> str:
@@ -77,7 +77,7 @@ def stage_names(folder: Path) -> None:
             kind = "autoclass" if isinstance(thing, type) else "autofunction"
             page += f".. {kind}:: vibrocap.{name}\n" + ("   :members:\n\n" if kind == "autoclass" else "\n")
         (folder / "api" / f"{room}.rst").write_text(page, encoding="utf-8")
-        shown = ", ".join(f"`{name}`" for name in names)
-        table.append((title, room, shown))
-    text = f"# Python\n\nThe public names of `import vibrocap as vc`, {sum(map(len, found.values()))} of them.\n\n"
-    (folder / "api" / "index.md").write_text(text + cards(table) + toctree(list(found)), encoding="utf-8")
+        shown = ", ".join(f"{{py:obj}}`{name} <vibrocap.{name}>`" for name in names)
+        table.append(f"| [{title}]({room}.rst) | {shown} |\n")
+    head = "# Python\n\nThe public names of `import vibrocap as vc`.\n\n| about | names |\n| --- | --- |\n"
+    (folder / "api" / "index.md").write_text(head + "".join(table) + toctree(list(found)), encoding="utf-8")

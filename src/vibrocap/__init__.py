@@ -102,8 +102,10 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
+    from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
+    from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
@@ -295,6 +297,8 @@ __all__ = [
     "SIScales",
     "Environment",
     "Oscillator",
+    "TwoMassCrawler",
+    "PendulumCrawler",
     "TwoMassCapsule",
     "VibroImpactCapsule",
     "RigidStopCapsule",

@@ -45,10 +45,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "branch": ("vibrocap branch case.toml --over drive.amplitude=1:1.5 --plot branch.png",),
     "basins": ("vibrocap basins case.toml --plane angle,angle_rate --resolution 20",),
     "crossing": ("vibrocap crossing case.toml --over drive.amplitude=1:3 --points 20",),
-    "lab": (
-        "vibrocap lab --out lab.html",
-        "vibrocap lab examples/travels-by-stick-slip.toml --laws exponential,coulomb --out lab.html",
-    ),
+    "lab": ("vibrocap lab examples/travels-by-stick-slip.toml --laws exponential --drives harmonic --out lab.html",),
     "friction": ("vibrocap friction test lugre --plot tests.png",),
     "friction list": ("vibrocap friction list",),
     "friction show": (

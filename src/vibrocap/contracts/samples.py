@@ -1,5 +1,6 @@
 """Samples of parts: parameters, states and motions at random, always the same ones, in which no term is zero."""
 
+import dataclasses
 import random
 from collections.abc import Iterable
 from typing import Any
@@ -81,6 +82,25 @@ def mirrored(law: Any, internal: tuple) -> tuple:
     """Internal states of the mirrored motion."""
     signs = law.internal_symmetry or (-1,) * len(law.internal)
     return tuple(sign * state for sign, state in zip(signs, internal, strict=True))
+
+
+@dataclasses.dataclass(frozen=True)
+class ImposedSample:
+    """A motion that a machine may be told to make: a parabola in time, or its mirror image."""
+
+    sign: float = 1.0
+
+    def value(self, t):
+        """a + b t + c t^2, within 0.3 for times up to 9."""
+        return self.sign * (0.2 - 0.11 * t + 0.013 * t * t)
+
+    def slope(self, t):
+        """b + 2 c t."""
+        return self.sign * (-0.11 + 0.026 * t)
+
+    def curvature(self, t):
+        """2 c."""
+        return self.sign * 0.026
 
 
 def machine_draw(machine: Any, draw: random.Random) -> tuple[float, tuple, float, float]:

@@ -2,5 +2,5 @@
 
 Given a case, or the kinds of parts that it should offer, `bundle` makes the data of the page: kernels in JavaScript by
 form of system, records of parameters, presets with the numbers that they are checked by. `page` puts them, styles and
-scripts (`page/`) into one file that asks nothing of any network.
+scripts (`web/`) into one file that asks nothing of any network.
 """

@@ -16,9 +16,9 @@ from vibrocap.case.case import CHOICES, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
-from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import series_order
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.states import FURTHER
 from vibrocap.physics.system import System
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
@@ -73,12 +73,6 @@ def contents(
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
             environment = None if own is None else own.environment
             systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
-    for system in systems:
-        if equations(system).corners is not None:
-            name = system.drive.name
-            raise ArgumentError(
-                "drive.waveform", f"should be a drive without corners: a page does not hold {name!r} yet"
-            )
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
@@ -123,7 +117,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         if tell is not None:
             tell((len(chosen.forms) + i + 1) / work)
     efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
-    parts: dict[str, dict[str, Any]] = {name: {} for name in (*CHOICES, "environment")}
+    parts: dict[str, dict[str, Any]] = {}
     for system in chosen.forms:
         for name, record in system.parts.items():
             part = type(record)
@@ -133,7 +127,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "layout": LAYOUT,
         "version": version("vibrocap"),
         "parts": parts,
-        "keys": {name: key for name, (key, _) in CHOICES.items()},
+        "keys": {name: key for name, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, CHOICES["friction"][0]),
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
         "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
         "forms": [form.record | each for form, each in zip(forms, kernels, strict=True)],

@@ -36,7 +36,7 @@ def part_record(part: type, effort: str) -> dict[str, Any]:
     doc = (part.__doc__ or "").strip().split("\n\n")[0]
     return {
         "name": part.name,  # type: ignore[attr-defined]
-        "about": " ".join(doc.split()),
+        "about": " ".join(doc.replace("`", "").split()),
         "python": _python(part),
         "ordered": list(LEVELS) if _orders_levels(part) else [],
         "parameters": [_parameter(part, info, effort) for info in parameter_table(part)],

@@ -4,10 +4,10 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
-from vibrocap.arguments import ArgumentError
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
-from vibrocap.motion.equations import equations, recorded_scene
+from vibrocap.motion.corners import Corners
+from vibrocap.motion.equations import equations, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, memory, series_order
@@ -27,6 +27,7 @@ PLACES = (
     *("PIECES", "PIECE_LIMIT", "RECORDED_EVENTS", "RECORDED_EVENT_LIMIT", "PIECE_START", "RECORDED_EVENT_START"),
     *("RUN", "STEP_LIMIT", "WINDOW", "PERIOD_BUDGET", "ASKED", "RESULT_START", "NEXT_RUN", "LAST_RUN", "MORE"),
     *("TIME", "PERIOD", "HOLD_RATE", "TAIL", "SIDE", "TOLERANCE", "UNSAFE_SPEED", "FAR_SPEED", "CONTACT_RESIDUAL"),
+    *("SEGMENT", "SEGMENT_COUNT", "TABLE", "TABLE_START", "TABLE_STRIDE", "UNTIL"),
     *("STATE", "PARAMETER", "SCALE", "THRESHOLD", "MARKS", "WORK"),
 )
 
@@ -44,13 +45,8 @@ class Form:
 
 
 def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
-    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order.
-
-    ArgumentError for a drive with corners.
-    """
+    """The form of a system, its kernels translated; tolerance: of its motions, which decides their order."""
     recording = equations(system)
-    if recording.corners is not None:
-        raise ArgumentError("drive", f"has corners ({system.drive.name}), which the engine of a page does not know")
     shapes, load = recorded_scene(system)
     observed = {name: recording.observables[name] for name in OBSERVED}
     follows = "reaction" in recording.observables and system.machine.follows_load
@@ -60,7 +56,9 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     drawn = [coordinate for shape in shapes for point in shape.points for coordinate in point]
     functions = [*(_on(load.graph, each) for each in observed.values()), *drawn]
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
-    motion, ensemble = browser_kernels(recording, functions, tolerance, looser)
+    room = recorded_room(system)
+    bounds = [bound for each in room.values() for bound in each]
+    motion, ensemble = browser_kernels(recording, functions, tolerance, looser, bounds)
     fixed = {
         f"{part}.{info.name}": getattr(record, info.name)
         for part, record in system.parts.items()
@@ -68,11 +66,8 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         if f"{part}.{info.name}" not in recording.parameter_paths
     }
     record = {
-        "machine": system.machine.name,
-        "friction": system.friction.name,
-        "drive": system.drive.name,
         "sections": list(system.parts),
-        "environment": "" if system.environment is None else system.environment.name,
+        **{part: record.name for part, record in system.parts.items()},
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
@@ -83,7 +78,9 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "sticks": recording.hold is not None,
         "channels": list(system.channels),
         "observed": list(observed),
-        "parameters": list(recording.parameter_paths),
+        "parameters": [path for path in recording.parameter_paths if path.split(".")[0] in system.parts],
+        "room": list(room),
+        "corners": None if recording.corners is None else _corners(recording.corners),
         "fixed": fixed,
         "scene": [
             {"kind": shape.kind, "name": shape.name, "points": len(shape.points), "size": list(shape.size)}
@@ -96,6 +93,11 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "measures": measure_records(system, ensemble.layout),
     }
     return Form(record, motion, ensemble)
+
+
+def _corners(corners: Corners) -> dict[str, int]:
+    """Of a drive with corners: how many segments, coefficients of each, and place of the present one."""
+    return {"segments": len(corners.lengths), "coefficients": corners.coefficients, "place": corners.place}
 
 
 def _units(system: System, names: Iterable[str]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from string import Template
 from typing import Any
 
 # In the order in which they use each other; the worker's come to it as text.
-WORKER = ("engine.js", "dense.js", "worker.js")
+WORKER = ("worker/engine.js", "worker/dense.js", "worker/worker.js")
 SCRIPTS = (
     *("charts.js", "scene.js", "model.js", "panels.js", "share.js", "maps.js"),
     *("controls.js", "readouts.js", "fields.js", "main.js", "sharing.js"),
@@ -18,8 +18,8 @@ SCRIPTS = (
 
 
 def source(name: str) -> str:
-    """A file of the page."""
-    return (importlib.resources.files("vibrocap.lab") / "page" / name).read_text(encoding="utf-8")
+    """A file of `web/`."""
+    return importlib.resources.files("vibrocap.lab").joinpath("web", *name.split("/")).read_text(encoding="utf-8")
 
 
 def script(names: tuple[str, ...]) -> str:

@@ -62,8 +62,9 @@ def gallery(folder: Path) -> list[Preset]:
 
 
 def defaults(system: System, tolerance: float) -> Preset:
-    """A system with its default numbers, from a small push."""
-    start = {system.state_names[0]: 0.5}
+    """A system with its default numbers, from a small push where there is room for one."""
+    state = system.state_names[0]
+    start = {} if state in system.machine.room() else {state: 0.5}
     title = f"{system.machine.name}, defaults".replace("-", " ").capitalize()
     return Preset(f"defaults-{system.machine.name}", title, "", Case(system, start, tolerance=tolerance))
 
@@ -98,6 +99,7 @@ def preset_record(preset: Preset) -> dict[str, Any]:
         "initial": {name: float(case.initial.get(name, 0.0)) for name in case.system.state_names},
         "periods": case.periods,
         "tolerance": case.tolerance,
+        "units": "none" if case.system.units is None else "SI",
         "scales": None if scales is None else [scales.mass_kg, scales.length_m, scales.time_s],
         "check": _check(case),
     }
@@ -117,4 +119,9 @@ def _check(case: Case) -> dict[str, Any]:
         case.max_steps,
         literal=True,
     )
-    return {"state": found.final.tolist(), "events": len(found.events), "pieces": len(found.pieces)}
+    return {
+        "state": found.final.tolist(),
+        "events": len(found.events),
+        "pieces": len(found.pieces),
+        "status": found.status,
+    }

@@ -112,7 +112,8 @@ class Stretch:
 
     def _observed(self, name: str, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
         side = np.full(len(t), float(self.side))
-        return self.motion.observe((name,), t, self._states(t, piece), side, self.motion.piece_middle(piece))[0]
+        drive = self.motion.drive_at(piece, t - self.motion.piece_start[piece])
+        return self.motion.observe((name,), t, self._states(t, piece), side, drive)[0]
 
 
 def contact_place(motion: Trajectory, t: np.ndarray, piece: np.ndarray | None = None) -> np.ndarray:

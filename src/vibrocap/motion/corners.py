@@ -44,14 +44,15 @@ class Corners:
         return 1 + self.coefficients
 
     @functools.cached_property
-    def _all(self) -> list[Expression]:
+    def numbers(self) -> list[Expression]:
+        """Of each segment its length, then its coefficients."""
         return [e for length, shape in zip(self.lengths, self.shapes, strict=True) for e in (length, *shape)]
 
     @functools.cached_property
     def _moving(self) -> list[int]:
         """Numbers of the parameters on which the table depends."""
         graph = self.period.graph
-        nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in self._all]))
+        nodes = (graph.nodes[i] for i in reachable(graph, [e.index for e in self.numbers]))
         return [operands[0] for op, *operands in nodes if op == "parameter"]
 
     def tables(self, parameters: np.ndarray) -> np.ndarray:
@@ -59,7 +60,7 @@ class Corners:
         if np.all(parameters[:, self._moving] == parameters[:1, self._moving]):
             parameters = parameters[:1]
         runs = len(parameters)
-        values = evaluate(self._all, 0.0, (), 1.0, parameters.T)
+        values = evaluate(self.numbers, 0.0, (), 1.0, parameters.T)
         columns = [np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for value in values]
         found = np.stack(columns, axis=1).reshape(runs, -1, self.row_size)
         found[:, :, 0] = np.cumsum(found[:, :, 0], axis=1)
@@ -81,17 +82,20 @@ class Corners:
         rows[:, self.place :] = present.T
         return rows.reshape(np.shape(parameters))
 
-    def present(self, tables: np.ndarray, periods: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def present(
+        self, tables: np.ndarray, periods: np.ndarray, time: np.ndarray, near: float = NEAR
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(number of the segment [n], its numbers in the parameter vector [2 + coefficients, n]) at times [n].
 
         tables: [n or 1, segments, row_size]; periods: [n or 1]; time: since the start of the period
+        near: share of the period from which on a segment that is left counts as over
         """
         time = np.asarray(time, dtype=float)
         if len(tables) == 1:
-            share = time / periods + NEAR
+            share = time / periods + near
             number = np.searchsorted(tables[0, :, 0], share, side="right")
         else:
-            number = np.sum(tables[:, :, 0] <= (time / periods + NEAR)[:, None], axis=1)
+            number = np.sum(tables[:, :, 0] <= (time / periods + near)[:, None], axis=1)
         number = np.minimum(number, tables.shape[1] - 1)
         which = np.arange(len(time)) if len(tables) > 1 else np.zeros(len(time), dtype=int)
         start = np.where(number > 0, tables[which, number - 1, 0], 0.0) * periods

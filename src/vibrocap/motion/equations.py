@@ -9,12 +9,13 @@ import numpy as np
 
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance
-from vibrocap.numerics.expressions.graph import Expression, Graph
-from vibrocap.physics.drives.drive import Piecewise
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
 from vibrocap.physics.system import LOCATED, Flow, System
+
+FAR = 1e300  # a bound that is none
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -85,14 +86,14 @@ def parameter_values(system: System) -> tuple[float, ...]:
 
 
 def parameters_at(system: System, time: np.ndarray) -> tuple:
-    """The parameter vector with the segment of the drive that holds at times [n] since the start of its period.
+    """The parameter vector of a system whose drive has corners, at times [n] since the start of its period.
 
-    Where the drive has corners the numbers of the segment are arrays [n].
+    The numbers of the segment that holds are arrays [n].
     """
     found, corners = parameter_values(system), equations(system).corners
     if corners is None:
         return found
-    return (*found[: corners.place], *corners.present(*corners.of_one(found), time)[1])
+    return (*found[: corners.place], *corners.present(*corners.of_one(found), time, 0.0)[1])
 
 
 def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
@@ -147,11 +148,10 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     for part, record in system.parts.items():
         object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
     corners = _recorded_corners(system, paths)
-    if isinstance(recorded.drive, Piecewise):
-        _, *segment = paths_of_segment = segment_paths(recorded.drive)
-        start, *coefficients = (graph.node("parameter", len(paths) + 1 + k) for k in range(len(segment)))
-        object.__setattr__(recorded, "drive", recorded.drive.on_segment(start, tuple(coefficients)))
-        paths = (*paths, *paths_of_segment)
+    if corners is not None:
+        _put_on_segment(recorded, graph, corners.place)
+        drive: Any = system.drive
+        paths = (*paths, *segment_paths(drive))
     y = tuple(graph.node("state", i) for i in range(len(system.state_names)))
     flow = recorded.flow(graph.node("time"), y, graph.node("side"))
     placed = recorded.placed
@@ -190,6 +190,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
     if from_outside or flow.further:
         observables["outer_force"] = flow.outer_force
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.friction)
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -221,9 +222,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
-        balance=None
-        if flow.further or not balance.holds([expression(rate) for rate in flow.rates], len(paths))
-        else balance,
+        balance=None if flow.further or not _balances(balance, flow, len(paths)) else balance,
         corners=corners,
     )
 
@@ -240,6 +239,21 @@ def _resting(system: System) -> list[str]:
     return [name for name, law in pairs if law.kind == "set-valued"]
 
 
+def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:
+    """Whether the acceleration follows from the balance of momentum, and vanishes with that of a contact at rest."""
+    rates = [balance.momentum.graph.expression(rate) for rate in flow.rates]
+    still = derivative(balance.momentum.graph.expression(flow.contact_velocity), -1)
+    return still.value == 0.0 and balance.holds(rates, parameters)
+
+
+def _put_on_segment(recorded: System, graph: Graph, place: int) -> None:
+    """Let the drive of a recorded system be that of the segment whose numbers are parameters from a place on."""
+    drive: Any = recorded.drive
+    _, *segment = segment_paths(drive)
+    start, *coefficients = (graph.node("parameter", place + 1 + k) for k in range(len(segment)))
+    object.__setattr__(recorded, "drive", drive.on_segment(start, tuple(coefficients)))
+
+
 def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
     """The corners of the drive, recorded in a graph of their own: a table may have very many."""
     graph = Graph()
@@ -249,19 +263,35 @@ def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:
 
 def recorded_scene(system: System) -> tuple[tuple[Shape, ...], Expression]:
     """(shapes of the machine, its constant or mean load), recorded on a graph that begins with the equations' own."""
-    recording = equations(system)
-    graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
-    symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
-    machine = recorded.placed
+    graph, machine = _recorded_machine(system)
     y = tuple(graph.node("state", i) for i in range(len(system.machine.states)))
     shapes = tuple(
         dataclasses.replace(shape, points=tuple((graph.expression(x), graph.expression(z)) for x, z in shape.points))
         for shape in machine.scene(graph.node("time"), y)
     )
     return shapes, graph.expression(machine.load())
+
+
+def recorded_room(system: System) -> dict[str, tuple[Expression, Expression]]:
+    """Between which values states may begin, by name (`Machine.room`), recorded on such a graph too."""
+    graph, machine = _recorded_machine(system)
+    return {
+        name: (graph.expression(max(low, -FAR) if isinstance(low, float) else low), graph.expression(high))
+        for name, (low, high) in machine.room().items()
+    }
+
+
+def _recorded_machine(system: System) -> tuple[Graph, Any]:
+    """The machine in its environment with symbols for its numbers, on a graph that begins with the equations' own."""
+    recording = equations(system)
+    graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
+    symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
+    recorded = object.__new__(System)
+    for part, record in system.parts.items():
+        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    if recording.corners is not None:
+        _put_on_segment(recorded, graph, recording.corners.place)
+    return graph, recorded.placed
 
 
 def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flow) -> NormalBalance | None:

@@ -140,11 +140,7 @@ def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[flo
 def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:
     """How much observables change, at most, where every state changes by its natural size."""
     start, zero = np.arange(len(motion.piece_start)), 0.0 * motion.piece_length
-    states, local, parameters = (
-        motion.piece_states(start, zero),
-        motion.drive_time(start, zero),
-        motion.piece_parameters(start),
-    )
+    states, (local, parameters) = motion.piece_states(start, zero), motion.drive_at(start, zero)
     total = 0.0
     for i, scale in enumerate(scales):
         slopes = evaluate(
@@ -199,8 +195,8 @@ def _contradiction(motion: Trajectory, recording: Equations, stored: Expression,
     terms = [derivative(stored, i) * rate for i, rate in enumerate(recording.rates)]
     terms += [derivative(stored, -1), *(-each for each in inflows)]
     start, side = np.arange(len(motion.piece_start)), motion.piece_side
-    zero, parameters = 0.0 * motion.piece_length, motion.piece_parameters(start)
-    states, local = motion.piece_states(start, zero), motion.drive_time(start, zero)
+    zero = 0.0 * motion.piece_length
+    states, (local, parameters) = motion.piece_states(start, zero), motion.drive_at(start, zero)
     values = [np.broadcast_to(each, local.shape) for each in evaluate(terms, local, states, side, parameters)]
     gap, size = np.abs(np.sum(values, axis=0)), np.sum(np.abs(values), axis=0)
     worst = int(np.argmax(gap - INCONSISTENT * size))
@@ -240,8 +236,7 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
 
 def _left(motion: Trajectory, scales: np.ndarray, index: np.ndarray, s: np.ndarray, stiff_from: float) -> np.ndarray:
     """h |y' - f(t, y)| over the natural size of a state; what is above `stiff_from`, along stiff directions."""
-    recording, parameters = equations(motion.system), motion.piece_parameters(index)
-    local = motion.drive_time(index, s)
+    recording, (local, parameters) = equations(motion.system), motion.drive_at(index, s)
     with np.errstate(all="ignore"):  # of an implicit step the dense output may pass rest
         rates = evaluate(recording.rates, local, motion.piece_states(index, s), motion.piece_side[index], parameters)
     left = np.zeros(len(index))

@@ -22,7 +22,7 @@ def moving_shapes(motion: Trajectory, times: np.ndarray) -> list[MovingShape]:
     """The shapes of the machine at times of a motion, in the order in which they are drawn."""
     shapes, _ = recorded_scene(motion.system)
     index = motion.piece_at(times)
-    local, parameters = motion.drive_time(index, times - motion.piece_start[index]), motion.piece_parameters(index)
+    local, parameters = motion.drive_at(index, times - motion.piece_start[index])
     states = motion.states(times)
     found = []
     for shape in shapes:

@@ -163,12 +163,13 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         event_times=origin + (events[:, 0] * period + events[:, 1]),
         event_kinds=kinds,
         event_states=events[:, memory.EVENT_HEAD :],
-        observe=Observer(system, origin),
+        observe=Observer(system),
         observable_names=tuple(recording.observables),
         certify=Certifier(recorded, limits),
         samples=samples,
         start_time=time,
         start_phase=phase,
+        piece_drive_time=None if recording.corners is None else pieces[:, 1],
     )
     if phase and len(pieces):  # the run's own marks are those of the drive
         done = math.floor((motion.end - time) / period + 1e-12)

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.certificate import Certificate
-from vibrocap.motion.equations import parameters_at
+from vibrocap.motion.equations import parameter_values, parameters_at
 from vibrocap.motion.in_si import MotionInSI
-from vibrocap.motion.observer import drive_time
 from vibrocap.results import Result, Rows
 
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
@@ -145,14 +144,15 @@ class Trajectory(Result):
     event_times: np.ndarray  # [events]
     event_kinds: np.ndarray  # [events] of names
     event_states: np.ndarray  # [events, states]
-    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[np.ndarray]] = (
+    observe: Callable[[tuple[str, ...], np.ndarray, np.ndarray, np.ndarray, tuple], list[np.ndarray]] = (
         dataclasses.field(compare=False)
-    )  # (names, times, states [states, n], sides, times within the pieces) -> observables and rates of integrals
+    )  # (names, times, states [states, n], sides, `drive_at`) -> values of observables and rates of integrals
     observable_names: tuple[str, ...]
     certify: Callable[["Trajectory"], Certificate] = dataclasses.field(compare=False)
     samples: int = 256  # per period, of the grid `time`
     start_time: float = 0.0
     start_phase: float = 0.0  # of the drive at the start, a share of its period
+    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: no corners
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: the fields, and of what was made from them only the certificate, which costs a run."""
@@ -194,18 +194,17 @@ class Trajectory(Result):
         done = self.periods if self.run_status.ok else (self.end - self.start_time) / self.period
         return (self.start_phase + done) % 1.0
 
-    def drive_time(self, index: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Time since the drive began its period, at times s of the pieces; at the end of a period not 0."""
-        origin = self.start_time - self.start_phase * self.period
-        return drive_time(self.piece_start[index] + s, self.piece_middle(index), origin, self.period)
+    def drive_at(self, index: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, tuple]:
+        """(time since the drive began its period, parameter vector) at times s since the start of the pieces.
 
-    def piece_middle(self, index: np.ndarray) -> np.ndarray:
-        """A time inside of each of the pieces: at their ends the drive may have a corner."""
-        return self.piece_start[index] + 0.5 * self.piece_length[index]
-
-    def piece_parameters(self, index: np.ndarray) -> tuple:
-        """The parameter vector on each of the pieces; where the drive has corners, arrays [n] for its segments."""
-        return parameters_at(self.system, self.drive_time(index, 0.5 * self.piece_length[index]))
+        At the end of a piece the drive is still that of the piece, also where it jumps. Where it has corners, the
+        numbers of its segment in the parameter vector are arrays.
+        """
+        if self.piece_drive_time is not None:
+            start = self.piece_drive_time[index]
+            return start + s, parameters_at(self.system, start + 0.5 * self.piece_length[index])
+        local = self.piece_start[index] + s - (self.start_time - self.start_phase * self.period)
+        return local - self.period * np.floor(local / self.period), parameter_values(self.system)
 
     @functools.cached_property
     def time(self) -> np.ndarray:
@@ -286,13 +285,13 @@ class Trajectory(Result):
             pieces, local = index[block], s[block]
             t, side = self.piece_start[pieces] + local, self.piece_side[pieces]
             states = self.piece_states(pieces, local)
-            within = self.piece_middle(pieces)
-            found = np.asarray(self.observe(names, t, states, side, within))
+            found = np.asarray(self.observe(names, t, states, side, self.drive_at(pieces, local)))
             stiff = np.flatnonzero(self.piece_implicit[pieces])
             if forces and len(stiff):
                 states = states[:, stiff] + self.piece_correction(pieces[stiff], local[stiff])
                 asked = tuple(names[i] for i in forces)
-                values = self.observe(asked, t[stiff], states, side[stiff], within[stiff])
+                drive = self.drive_at(pieces[stiff], local[stiff])
+                values = self.observe(asked, t[stiff], states, side[stiff], drive)
                 for i, value in zip(forces, values, strict=True):
                     found[i, stiff] = value
             result[:, block] = found
@@ -304,8 +303,7 @@ class Trajectory(Result):
 
         return correction(
             self.system,
-            self.drive_time(index, s),
-            self.piece_parameters(index),
+            *self.drive_at(index, s),
             self.piece_states(index, s),
             self.piece_slopes(index, s),
             self.piece_side[index],

@@ -129,11 +129,12 @@ class Runs:
     def loaded_sweep(self, friction: str, light: bool = False) -> tuple[LoadedRun, ...]:
         """The motions of Fig. 9 under the load that the pendulum makes; light: of light capsules, on a finer grid."""
         ratios = np.linspace(*LIGHT_RATIOS, LIGHT_POINTS) if light else np.linspace(*MASS_RATIOS, SWEEP_POINTS)
-        return tuple(self._loaded(friction, round(float(ratio), 6)) for ratio in ratios)
+        periods = SHOWN_PERIODS if light else SWEEP_PERIODS
+        return tuple(self._loaded(friction, round(float(ratio), 6), periods) for ratio in ratios)
 
-    def _loaded(self, friction: str, ratio: float) -> LoadedRun:
+    def _loaded(self, friction: str, ratio: float, periods: int) -> LoadedRun:
         system = with_load(figures_9_to_11(friction, ratio), "dynamic")
-        motion = run(system, SWEEP_PERIODS, complete=False)
+        motion = run(system, periods, complete=False)
         at_rest = system.friction.kind == "set-valued" and bool(np.all(motion.piece_side == STUCK))
         load, force = (float(motion.at(motion.end, name)[0]) for name in ("reaction", "friction"))
         coefficient = abs(force / load) if load > 0.0 else 0.0

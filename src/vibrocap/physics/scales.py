@@ -5,9 +5,9 @@ its pendulum, the oscillator in whatever units its parameters have.
 """
 
 from vibrocap.physics.parameters import Positive, parameter, parameters
-from vibrocap.physics.roles import FORCE, TORQUE, Dimension
+from vibrocap.physics.roles import FORCE, LENGTH, NUMBER, TORQUE, Dimension
 
-EFFORTS = {"force": FORCE, "torque": TORQUE}
+EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "number": NUMBER}
 
 
 class Scales:

@@ -9,7 +9,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.machines.machine import Imposed, Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
@@ -124,8 +124,19 @@ class System:
         for number, (law, load) in enumerate(zip(self.further_laws, self.machine.further_loads(), strict=True), 2):
             if law.internal and load == 0:
                 raise ArgumentError(f"machine.normal_load_{number}", f"should be > 0 with the {law.name} law, got 0")
+        if isinstance(self.machine, Imposed):
+            self._check_imposed()
         if self.environment is not None:
             self.environment.check(self.machine)
+
+    def _check_imposed(self) -> None:
+        """ArgumentError for a drive that cannot impose a motion."""
+        if type(self.drive).slope is Drive.slope:
+            what = f"imposes a motion on the {self.machine.name}, but does not say how fast that is (slope, curvature)"
+            raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
+        if not self.drive.continuous:
+            what = f"jumps, while the {self.machine.name} takes it for a displacement, of which only the rate may jump"
+            raise ArgumentError("drive", f"the waveform {self.drive.name} {what}")
 
     @property
     def parts(self) -> dict[str, Any]:
@@ -135,8 +146,10 @@ class System:
 
     @property
     def placed(self) -> Any:
-        """The machine as it stands in its environment, on the slope; on several contacts, seen as one on the first."""
-        machine = self.machine if self.environment is None else self.environment.placed(self.machine)
+        """The machine under its drive as it stands in its environment, on the slope; on several contacts, seen as one
+        on the first."""
+        machine = self.machine.driven_by(self.drive)
+        machine = machine if self.environment is None else self.environment.placed(machine)
         return MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
 
     @property
@@ -249,6 +262,8 @@ class System:
         outcomes += [
             (*machine.after_switch(which, t, mechanical, drive, taken), *internal) for which in range(len(guards))
         ]
+        # A drive that imposes a motion works against all that acts on the body from outside.
+        worked_against = taken if isinstance(self.machine, Imposed) else force
         rates = machine.rates(t, mechanical, drive, taken)
         outer_force = machine.outer_force(t, mechanical, drive)
         if outside is not None:
@@ -270,7 +285,7 @@ class System:
             after_switch=tuple(outcomes),
             after_reversal=law.after_reversal(internal, side, load),
             powers=(
-                *machine.powers(t, mechanical, drive, force),
+                *machine.powers(t, mechanical, drive, worked_against),
                 *(() if outside is None else outside.powers),
                 *contact,
             ),

@@ -49,9 +49,11 @@ QUANTITIES = {
     "contact_energy": "J",
     "momentum": "N s",
     "outer_force": "N",
+    "actuator_force": "N",
+    "actuator_torque": "N m",
     "impulse": "N s",
 }
-DRIVE_UNITS = {"force": "N", "torque": "N m"}
+DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "number": "1"}
 
 
 @dataclasses.dataclass(frozen=True)

@@ -203,7 +203,7 @@ class Scene:
             drift = position - self.motion.at(earlier, self.place)[0]
             lines.append(f"drift over the last period = {drift * size:+.4f}{unit}")
         if self.load is not None:
-            self._show_load(float(self.load[number]), position - camera)
+            self._show_load(float(self.load[number]), float(position - camera))
         self.clock.set_text("\n".join(lines))
         stopped = not self.motion.run_status.ok and time == self.motion.end
         self.state.set_text(f"ends: {self.motion.run_status.value}" if stopped else words)
@@ -219,10 +219,11 @@ class Scene:
         self.arrow.set_visible(length > 1e-3)
         system = self.motion.system
         size, unit = scale("reaction", system), "" if system.units is None else " N"
-        words = rf"normal load $N$ = {round(load * size, 3) + 0.0:.3f}{unit}"  # no minus before a zero
+        shown = round(load * size, 3) + 0.0  # no minus before a zero
+        words = rf"normal load $N$ = {shown:.3f}{unit}"
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
-        self.load_words.set_text(words + ("\nthe ground would have to pull" if load < 0.0 else ""))
+        self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact

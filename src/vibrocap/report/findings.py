@@ -146,7 +146,7 @@ def travel(found: SteadyTravel, maps: Path, branches: Path) -> str:
     head = ("runs", "settled and travelling", "did not go to their end", "a constant load hid a lift-off")
     lift_off = Status.LIFT_OFF.value
     map_caption = (
-        f"{POINTS} x {POINTS} settled runs for each law and load. Grey: no travel. The sign depends on the start, "
+        f"{POINTS} x {POINTS} settled runs for each load. Grey: no travel. The sign depends on the start, "
         "which chooses between mirror twins. Pink: runs that did not go to their end, most with the status "
         f"“{lift_off}”. Hatched to the left: under a constant load, which does not notice it, the true load would be "
         "negative. The paper's ρ is 4."

@@ -18,7 +18,7 @@ TITLES = {"LM": "LM (LuGre)", "EM": "EM (exponential)"}
 
 
 def draw_map(found: SteadyTravel, path: Path) -> Path:
-    """The map into a file: mean velocity over mass ratio and spring, a panel for each law under each load."""
+    """The map into a file: mean velocity over mass ratio and spring, a panel for each load."""
     view = View(
         "mean_velocity",
         "of the settled motion",

@@ -270,17 +270,20 @@ def integrands_source(
     return Integrands(text, summed, len(own_extremes))
 
 
-def instants_source(equations: Any, observed: Sequence[Expression]) -> str:
-    """`observables` and `beginning` of one lane, for a page.
+def instants_source(equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = ()) -> str:
+    """`observables`, `beginning` and `drive_table` of one lane, for a page.
 
     observed: may be recorded on a graph that begins with the nodes of the equations
+    room: between which values some states may begin, on such a graph too
     """
-    found = [f"OBSERVABLES = {len(observed)}", ""]
-    begun = (*equations.scales, equations.period, equations.contact_velocity)
-    for name, values in (("observables", observed), ("beginning", begun)):
-        writer = ScalarWriter(values[0].graph)
+    table = () if equations.corners is None else equations.corners.numbers  # recorded on a graph of their own
+    begun = (*room, *equations.scales, equations.period, equations.contact_velocity)
+    found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
+    for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):
+        writer = ScalarWriter(values[0].graph if values else equations.graph)
         body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
-        found += [f"def {name}(real, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+        found.append(f"def {name}(real, t, point, side, lane, out):")
+        found += [*_indented([*writer.lines, *body] or ['"""There is none."""'], 4), ""]
     return "\n".join(found)
 
 

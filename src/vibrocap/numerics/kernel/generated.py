@@ -52,6 +52,8 @@ INTEGRANDS = SUMMED = FRICTION = 0
 IMPACT = -1  # place among them of the channel that takes the energy lost in impacts; -1: there is none
 MIRROR = (-1,)
 OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
+ROOM = 0  # bounds of states at the start, two for each state that has any
+TABLE_NUMBERS = 0  # of the segments of a drive with corners: length and coefficients of each
 
 # First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
 # force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
@@ -172,5 +174,10 @@ def observables(real, t, point, side, lane, out):
 
 
 def beginning(real, t, point, side, lane, out):
-    """Natural size of every state, period of the drive and contact velocity; to real[out:out + STATES + 2]."""
+    """Room of the states, natural size of every state, period and contact velocity; ROOM + STATES + 2 numbers."""
+    raise NotImplementedError
+
+
+def drive_table(real, t, point, side, lane, out):
+    """Of each segment of a drive with corners its length and its coefficients; to real[out:out + TABLE_NUMBERS]."""
     raise NotImplementedError

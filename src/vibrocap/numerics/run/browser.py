@@ -41,18 +41,22 @@ class BrowserKernel:
 
 
 def browser_kernels(
-    equations: Any, observed: Sequence[Expression], tolerance: float, ensemble_tolerance: float
+    equations: Any,
+    observed: Sequence[Expression],
+    tolerance: float,
+    ensemble_tolerance: float,
+    room: Sequence[Expression] = (),
 ) -> tuple[BrowserKernel, BrowserKernel]:
     """(kernel of recorded motions, of many of which only measures are kept), at these and nearby tolerances.
 
     The first is that of `recorded_run`, with what looks at a motion; the second that of `ensemble_run`, one by one.
     Both have one layout but for the order, so that of equal order they share most of their statements.
-    observed: what can be seen besides the states, at least one; see `instants_source`
+    observed: what can be seen besides the states, at least one; room: where they may begin; see `instants_source`
     """
     layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, loop="browser")
     ensemble = BrowserKernel(layout, javascript_statements(text, ENSEMBLE_ENTRIES), text)
     layout = dataclasses.replace(layout, order=series_order(tolerance))
-    generated = [generated_source(equations, layout), instants_source(equations, observed)]
+    generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
     recipe = shown_motion_recipe(equations.hold is None, bool(equations.guards), equations.corners is not None)
     text = linked_source("\n\n".join(generated), recipe)
     return BrowserKernel(layout, javascript_statements(text, MOTION_ENTRIES), text), ensemble

@@ -3,7 +3,7 @@
 import math
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters
+from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters, sin
 
 
 @parameters
@@ -21,6 +21,16 @@ class Biharmonic(Drive):
         """h cos(omega t) + h2 cos(2 omega t + psi)."""
         first = self.amplitude * cos(self.frequency * t)
         return first + self.second_amplitude * cos(2.0 * self.frequency * t + self.second_phase)
+
+    def slope(self, t):
+        """-h omega sin(omega t) - 2 h2 omega sin(2 omega t + psi)."""
+        second = 2.0 * self.second_amplitude * sin(2.0 * self.frequency * t + self.second_phase)
+        return -(self.frequency * (self.amplitude * sin(self.frequency * t) + second))
+
+    def curvature(self, t):
+        """-h omega^2 cos(omega t) - 4 h2 omega^2 cos(2 omega t + psi)."""
+        second = 4.0 * self.second_amplitude * cos(2.0 * self.frequency * t + self.second_phase)
+        return -(self.frequency * self.frequency * (self.amplitude * cos(self.frequency * t) + second))
 
     @property
     def period(self) -> float:

@@ -21,6 +21,14 @@ class Constant(Drive):
         """F."""
         return self.force
 
+    def slope(self, t):
+        """0."""
+        return 0.0
+
+    def curvature(self, t):
+        """0."""
+        return 0.0
+
     @property
     def period(self) -> float:
         """T."""

@@ -3,7 +3,7 @@
 import math
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters
+from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters, sin
 
 
 @parameters
@@ -18,6 +18,14 @@ class Harmonic(Drive):
     def value(self, t):
         """h cos(omega t)."""
         return self.amplitude * cos(self.frequency * t)
+
+    def slope(self, t):
+        """-h omega sin(omega t)."""
+        return -(self.amplitude * self.frequency * sin(self.frequency * t))
+
+    def curvature(self, t):
+        """-h omega^2 cos(omega t)."""
+        return -(self.amplitude * self.frequency * self.frequency * cos(self.frequency * t))
 
     @property
     def period(self) -> float:

@@ -14,6 +14,7 @@ from vibrocap.physics.scene import Shape, block
 
 __all__ = [
     "IMPACT",
+    "Imposed",
     "Machine",
     "NonNegative",
     "Number",
@@ -53,7 +54,8 @@ class Machine(Part):
     contacts: of a machine with several contacts, the states that are the sliding velocities of the others, in order.
     Each contact is on a body of its own: how fast it is slowed down depends on no friction but its own.
     place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
-    effort: what the drive exerts, a force along the line of sliding or a torque.
+    effort: what the drive is, a force along the line of sliding or a torque; or a displacement or an angle (a number)
+    that it imposes.
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
     case in SI. si_names: names in SI of parameters that are ratios without units. si_load: what may be given in SI as
     the load besides a force. state_units: SI units of states that no other machine has, "rad/s" for instance.
@@ -72,7 +74,7 @@ class Machine(Part):
     contacts: ClassVar[tuple[str, ...]] = ()
     bound_kinds: ClassVar[tuple[str, ...]] = ()
     channels: ClassVar[tuple[str, ...]]
-    effort: ClassVar[Literal["force", "torque"]] = "force"
+    effort: ClassVar[Literal["force", "torque", "displacement", "number"]] = "force"
     place: ClassVar[str | None] = None
     si_scales: ClassVar[type[Scales]] = FreeScales
     si_names: ClassVar[Mapping[str, str]] = {}
@@ -89,6 +91,14 @@ class Machine(Part):
     def scales(self, time=1.0):
         """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
         return (1.0,) * len(self.states)
+
+    def driven_by(self, drive) -> "Machine":
+        """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""
+        return self
+
+    def actuator(self, t, y, force) -> Mapping[str, Any]:
+        """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
+        return {}
 
     def ground_speed(self):
         """Speed at which the ground moves under the contact."""
@@ -205,3 +215,18 @@ class Machine(Part):
         """What is drawn of the machine: shapes, see `Shape`; by default a block where the travelling state says."""
         place = self.place or self.cyclic
         return block(0.0 if place is None else y[self.states.index(place)], self.name)
+
+
+class Imposed(Machine):
+    """A machine in which the drive is a motion, of which its functions need the slope and the curvature too.
+
+    Their contact velocity depends on the time, and jumps where the slope of the drive does.
+    """
+
+    imposed: ClassVar[Any] = None  # the drive, of a machine that `driven_by` gave
+
+    def driven_by(self, drive) -> Any:
+        """The same machine, which knows the drive."""
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self) | {"imposed": drive})
+        return copy

@@ -208,8 +208,10 @@ def jumped(real, whole, tape, lane):
 
     Whatever makes it jump (a corner of an imposed motion, an impact) has set the state, the time and the parameters
     before. A set-valued contact whose velocity is zero to rounding is set to rest, where the force decides, see
-    `decide`; one that rested and does not move rests on.
+    `decide`; one that rested and does not move rests on. A smooth law knows no side.
     """
+    if not (SET_VALUED or KINKED):
+        return
     for i in range(STATES):
         real[WORK + i] = real[STATE + i * LANES + lane]
     v = contact_velocity(real, real[TIME + lane], WORK, lane)

@@ -4,6 +4,7 @@ from vibrocap.numerics.kernel.generated import (
     LANES,
     OBSERVABLES,
     ORDER,
+    ROOM,
     ROWS,
     SCALE,
     SERIES,
@@ -12,12 +13,14 @@ from vibrocap.numerics.kernel.generated import (
     STATES,
     STEP,
     STIFF,
+    TABLE_NUMBERS,
     TIME,
     WORK,
     beginning,
+    drive_table,
     observables,
 )
-from vibrocap.numerics.kernel.interface import fitting_point
+from vibrocap.numerics.kernel.interface import begin_drive, fitting_point
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value
 
@@ -26,23 +29,30 @@ SEEN = INSTANT + STATES
 
 
 def begin(real, whole, tape, out):
-    """Write natural sizes of the states, period, contact velocity and holding rate to tape[out:out + STATES + 3].
+    """Write to the tape: room and natural sizes of the states, period, contact velocity, holding rate, segments.
 
-    Of the parameters and the states in memory; the sizes are put where the run looks for them, too.
+    From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
     for i in range(STATES):
         real[INSTANT + i] = real[STATE + i * LANES]
     beginning(real, 0.0, INSTANT, 1.0, 0, SEEN)
-    for i in range(STATES + 2):
+    for i in range(ROOM + STATES + 2):
         tape[out + i] = real[SEEN + i]
-    tape[out + STATES + 2] = hold_rate(real[SEEN + STATES], ORDER)
+    tape[out + ROOM + STATES + 2] = hold_rate(real[SEEN + ROOM + STATES], ORDER)
     for i in range(STATES):
-        real[SCALE + i * LANES] = real[SEEN + i]
+        real[SCALE + i * LANES] = real[SEEN + ROOM + i]
+    drive_table(real, 0.0, INSTANT, 1.0, 0, SEEN)
+    for i in range(TABLE_NUMBERS):
+        tape[out + ROOM + STATES + 3 + i] = real[SEEN + i]
 
 
 def take_piece(real, whole, tape, place):
-    """Put the piece that begins at tape[place] into memory, as if the run stood at its start."""
+    """Put the piece that begins at tape[place] into memory, as if the run stood at its start.
+
+    Of a drive with corners the table stands at TABLE_START, and the segment of the piece becomes the present one.
+    """
     real[TIME] = tape[place + 1]
+    begin_drive(real, whole, tape, 0, 0)
     real[STEP] = tape[place + 2]
     real[SIDE] = tape[place + 3]
     whole[STIFF] = 1 if tape[place + 4] != 0.0 else 0

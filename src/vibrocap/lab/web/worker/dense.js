@@ -1,11 +1,11 @@
 // A recorded motion at the instants that are drawn: states and observables on its pieces, and integrals of powers.
 
-// Gauss-Legendre nodes and weights on [0, 1], eight: exact to order 15, beyond that of the pieces.
-const GAUSS = (() => {
-  const half = [[0.1834346424956498, 0.362683783378362], [0.525532409916329, 0.3137066458778873],
-    [0.7966664774136267, 0.2223810344533745], [0.9602898564975363, 0.1012285362903763]];
-  return half.flatMap(([x, w]) => [[0.5 - x / 2, w / 2], [0.5 + x / 2, w / 2]]).sort((a, b) => a[0] - b[0]);
-})();
+// Gauss-Legendre nodes and weights on [0, 1]: eight for Taylor steps, exact to order 15; four, exact to order 7, for
+// implicit steps, which are short and of order 5.
+const onUnit = (half) => half.flatMap(([x, w]) => [[0.5 - x / 2, w / 2], [0.5 + x / 2, w / 2]]);
+const GAUSS = onUnit([[0.1834346424956498, 0.362683783378362], [0.525532409916329, 0.3137066458778873],
+  [0.7966664774136267, 0.2223810344533745], [0.9602898564975363, 0.1012285362903763]]);
+const GAUSS_OF_STIFF = onUnit([[0.3399810435848563, 0.6521451548625461], [0.8611363115940526, 0.3478548451374538]]);
 
 class Dense {
   constructor(motion) {
@@ -19,7 +19,11 @@ class Dense {
     this.seen = this.states + form.observed.length + this.coordinates;
     this.real = new Float64Array(sizes.real);
     this.whole = new Float64Array(sizes.whole);
-    this.tape = new Float64Array(sizes.piece + this.seen);
+    const table = motion.drive ? motion.drive.table : [];
+    this.tape = new Float64Array(sizes.piece + this.seen + table.length);
+    this.tape.set(table, sizes.piece + this.seen);
+    this.whole[at.TABLE_START] = sizes.piece + this.seen;
+    this.whole[at.SEGMENT_COUNT] = form.corners ? form.corners.segments : 0;
     this.real.set(motion.parameters, at.PARAMETER);
     this.real.set(motion.scales, at.SCALE);
     this.real[at.PERIOD] = motion.period;
@@ -53,7 +57,7 @@ class Dense {
   // States, observables and coordinates of the scene at a share of the way through the piece that was taken.
   look(share) {
     this.form.kernel.look_at(this.real, this.whole, this.tape, share, this.size);
-    return this.tape.subarray(this.size);
+    return this.tape.subarray(this.size, this.size + this.seen);
   }
 
   // Rows (time, side, states, observables, coordinates) over a stretch of time; both ends of every piece, so that what
@@ -107,7 +111,8 @@ class Dense {
       const h = this.length(i), begin = this.start(i);
       const low = Math.max(0, (from - begin) / h), high = Math.min(1, (to - begin) / h);
       if (i === first) { this.look(low); initial = stored(); data[0] = begin + low * h; }
-      for (const [node, weight] of GAUSS) {
+      const stiff = this.motion.pieces[i * this.size + 4] !== 0;
+      for (const [node, weight] of stiff ? GAUSS_OF_STIFF : GAUSS) {
         const seen = this.look(low + (high - low) * node);
         for (let j = 0; j < powers.length; j++) works[j] += weight * (high - low) * h * seen[powers[j]];
       }

@@ -102,7 +102,7 @@ const PANELS = [
     key: "phase", title: "Phase plane",
     draw(pen, theme, { shown, beside, units }) {
       const [one, two] = shown.form.states;
-      return plane(pen, theme, shown, beside, units, one, two, `phase plane: ${wordy(one)}, ${wordy(two)}`);
+      return plane(pen, theme, shown, beside, units, one, two, "phase plane");
     },
   },
   {

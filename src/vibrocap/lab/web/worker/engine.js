@@ -27,16 +27,41 @@ class Form {
     return this._ensemble;
   }
 
-  // What a run begins with: natural sizes of the states, period, contact velocity, holding rate.
+  // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
+  // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
-    const { at, sizes } = this.motion, n = this.states.length;
+    const { at, sizes } = this.motion, n = this.states.length, { corners } = this, first = 2 * this.room.length;
+    const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0;
+    const whole = new Float64Array(first + n + 3 + numbers), tape = whole.subarray(first); // behind the bounds of `room`
     this._real ??= new Float64Array(sizes.real);
     this._real.set(initial, at.STATE);
     this._real.set(parameters, at.PARAMETER);
-    const tape = new Float64Array(n + 3);
-    this.kernel.begin(this._real, new Float64Array(sizes.whole), tape, 0);
-    return { scales: tape.slice(0, n), period: tape[n], velocity: tape[n + 1], holdRate: tape[n + 2] };
+    const begin = () => this.kernel.begin(this._real, new Float64Array(sizes.whole), whole, 0);
+    begin();
+    this.room.forEach((name, i) => {
+      const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
+      const wanted = value < whole[2 * i] - near ? `at least ${whole[2 * i]}` : value > whole[2 * i + 1] + near ? `at most ${whole[2 * i + 1]}` : "";
+      if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where a stop stands, got ${value}`);
+    });
+    const drive = corners && firstSegment(corners, tape.slice(n + 3), tape[n]);
+    if (drive) { this._real.set(drive.present, at.PARAMETER + corners.place); begin(); }
+    return {
+      scales: tape.slice(0, n), period: tape[n], velocity: tape[n + 1], holdRate: tape[n + 2], drive,
+      parameters: drive ? [...parameters, ...drive.present] : parameters,
+    };
   }
+}
+
+// The table of a drive with corners, a row per segment: the share of the period at its end, then its coefficients; and
+// the segment with which a period begins, as `motion/corners.py` finds it.
+function firstSegment({ segments, coefficients }, table, period) {
+  const width = coefficients + 1;
+  for (let i = 1; i < segments; i++) table[i * width] += table[(i - 1) * width];
+  let number = 0;
+  while (number < segments - 1 && table[number * width] <= 2 * Number.EPSILON) number++;
+  const present = [period, number > 0 ? table[(number - 1) * width] * period : 0];
+  for (let k = 0; k < coefficients; k++) present.push(table[number * width + 1 + k] * (1 / period) ** k);
+  return { table, number, present, until: number === segments - 1 ? period : Math.min(table[number * width] * period, period) };
 }
 
 // One motion, of which everything is kept: what `recorded_run` does.
@@ -46,7 +71,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
   const real = new Float64Array(sizes.real), whole = new Float64Array(sizes.whole);
   const begun = form.beginning(parameters, initial), period = begun.period;
   real.set(initial, at.STATE);
-  real.set(parameters, at.PARAMETER);
+  real.set(begun.parameters, at.PARAMETER);
   real.set(begun.scales, at.SCALE);
   const wholePeriods = Math.floor(periods + 1e-12);
   real[at.UNSAFE_SPEED] = real[at.FAR_SPEED] = Infinity;
@@ -62,8 +87,16 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
   else { real[at.SIDE] = 1; whole[at.ZEROS] = 1; }
   const pieceRoom = Math.floor(Math.min(PIECE_ROOM, 250 * periods + 200));
   const eventStart = (wholePeriods + 1) * rows, pieceStart = eventStart + EVENT_ROOM * sizes.event;
-  const tape = new Float64Array(pieceStart + pieceRoom * sizes.piece);
+  const tableStart = pieceStart + pieceRoom * sizes.piece, { drive } = begun;
+  const tape = new Float64Array(tableStart + (drive ? drive.table.length : 0));
   tape.set(initial, 0);
+  whole[at.TABLE] = tableStart;
+  if (drive) {
+    tape.set(drive.table, tableStart);
+    whole[at.SEGMENT] = drive.number;
+    whole[at.SEGMENT_COUNT] = form.corners.segments;
+    real[at.UNTIL] = drive.until;
+  }
   whole[at.RECORDED_EVENT_START] = eventStart;
   whole[at.RECORDED_EVENT_LIMIT] = EVENT_ROOM;
   whole[at.PIECE_START] = pieceStart;
@@ -89,7 +122,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
     final: real.slice(at.STATE, at.STATE + rows),
     residual: real[at.CONTACT_RESIDUAL],
     steps: [whole[at.TAYLOR_STEPS], whole[at.IMPLICIT_STEPS]],
-    scales: begun.scales, parameters: Float64Array.from(parameters), form,
+    scales: begun.scales, parameters: Float64Array.from(begun.parameters), drive, form,
   };
 }
 
@@ -103,20 +136,27 @@ function joined(parts) {
 
 // Many motions of one form, one by one, of which only measures are kept: what `ensemble_run` does.
 // runs: [{ parameters, initial }]; budget: { periods, window, threshold, tolerance, events, steps, asked }
-// each: called with the result of every run (a view that changes) and its stroboscopic states
+// each: called with the number of every run, its result (a view that changes; null for a start that is none), what it
+// began with, and the kernel's memory
 function ensembleRun(form, runs, budget, each) {
   const { at, sizes } = form.ensemble, n = form.states.length;
   const real = new Float64Array(sizes.real), whole = new Float64Array(sizes.whole);
-  const tape = new Float64Array(sizes.run + sizes.result);
+  const tableStart = sizes.run + sizes.result, { corners } = form;
+  const tape = new Float64Array(tableStart + (corners ? corners.segments * (corners.coefficients + 1) : 0));
   const entry = form.ensembleKernel.advance_ensemble;
   runs.forEach((run, number) => {
-    const begun = form.beginning(run.parameters, run.initial);
+    let begun;
+    try { begun = form.beginning(run.parameters, run.initial); } catch { each(number, null); return; }
     tape.set(run.initial, 0);
-    tape.set(run.parameters, n);
-    tape.set(begun.scales, n + run.parameters.length);
-    tape[sizes.run - 3] = begun.period;
-    tape[sizes.run - 2] = Math.sign(begun.velocity);
-    tape[sizes.run - 1] = 0; // begins with the drive
+    tape.set(begun.parameters, n);
+    tape.set(begun.scales, n + begun.parameters.length);
+    if (begun.drive) tape.set(begun.drive.table, tableStart);
+    whole[at.TABLE_START] = tableStart;
+    whole[at.TABLE_STRIDE] = 0;
+    whole[at.SEGMENT_COUNT] = corners ? corners.segments : 0;
+    tape[sizes.run - 3] = 0; // time: it begins with the drive
+    tape[sizes.run - 2] = begun.period;
+    tape[sizes.run - 1] = Math.sign(begun.velocity);
     whole[at.STATUS] = DONE;
     whole[at.RUN] = -1;
     whole[at.EVENT_LIMIT] = budget.events;

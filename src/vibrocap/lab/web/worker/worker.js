@@ -1,7 +1,7 @@
 // The worker: it keeps the kernels and the motions on show, and answers the page. One message in, one out.
 
 const show = { forms: [], motions: {}, limits: {} };
-const MOST_ROWS = 4000, MOST_OVERVIEW = 3000;
+const MOST_ROWS = 2400, MOST_OVERVIEW = 2000;
 
 async function inflated(base64) {
   const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -45,13 +45,15 @@ const answers = {
 
   cells({ form, runs, budget }) {
     const record = show.forms[form], found = [];
-    ensembleRun(record, runs, budget, (_, result, begun) => found.push(measured(record, result, begun, budget.threshold)));
+    const keep = (_, result, begun) => found.push(result && measured(record, result, begun, budget.threshold));
+    ensembleRun(record, runs, budget, keep);
     return { found };
   },
 
   strip({ form, runs, budget, state, marks }) {
     const record = show.forms[form], found = [];
     ensembleRun(record, runs, { ...budget, asked: 0 }, (_, result, begun, real) => {
+      if (!result) { found.push(null); return; }
       const response = result[record.ensemble.head.response_period];
       found.push({
         status: result[record.ensemble.head.status], response,

@@ -1,23 +1,29 @@
 // The scene: the machine as its own description says, on ground with ticks, its contact in the colour of what it does.
 
-const ARROW = 1.1; // height of the friction arrow's longest, in lengths of the equations
+const ARROW = 1.1, LOAD_ARROW = 0.3; // the longest arrows of friction and load, in lengths of the equations
 
-// now: { position, side, friction, shapes: coordinates by shape, camera, start }
+// now: { side, friction, load, perForce, perLoad, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit }
 function drawScene(pen, theme, form, now) {
   const low = -0.42, high = 1.95, scale = pen.height / (high - low), middle = pen.width / 2;
-  const px = (x) => middle + (x - now.camera) * scale, py = (y) => pen.height - (y - low) * scale;
-  const half = pen.width / 2 / scale;
+  const along = Math.min(scale, (pen.width / 2 - scale) / now.reach); // a machine that goes far is seen from afar
+  const px = (x) => middle + (x - now.camera) * along, py = (y) => pen.height - (y - low) * scale;
+  const half = pen.width / 2 / along;
   pen.path([0, py(0), pen.width, py(0)], theme.axis, 1.5);
-  const step = half > 6 ? 1 : 0.25, unit = now.unit;
+  const unit = now.unit, each = ticks(0, 2 * half * unit, 11)[1] / unit, step = each / 5;
   for (let k = Math.floor((now.camera - half) / step); k <= (now.camera + half) / step + 1; k++) {
-    const x = k * step, whole = Math.abs(x - Math.round(x)) < 1e-9;
+    const x = k * step, whole = Math.abs(x / each - Math.round(x / each)) < 1e-9;
     pen.path([px(x), py(0), px(x), py(whole ? -0.1 : -0.05)], theme.axis, 1);
     if (whole) pen.text(px(x), py(-0.13), said(x * unit, 4), { fill: theme.soft, size: 11, align: "center", base: "top" });
   }
   flag(pen, px(now.origin), py(0), theme);
   form.scene.forEach((shape, number) => drawn(pen, theme, shape, now.shapes[number], px, py, scale, now.side));
   const contact = form.scene.findIndex((shape) => shape.kind === "contact");
-  if (contact >= 0) arrow(pen, theme, px(now.shapes[contact][0]), py(-0.24), -now.friction * now.perForce * scale);
+  if (contact < 0) return;
+  const x = px(now.shapes[contact][0]), edge = (form.scene[contact].size[0] * scale) / 2;
+  arrow(pen, theme, x, py(-0.3), -now.friction * now.perForce * scale, 0);
+  pen.text(x - Math.sign(-now.friction || 1) * 6, py(-0.3), "R", { fill: theme.ink, size: 12, align: now.friction > 0 ? "left" : "right", base: "middle" });
+  arrow(pen, theme, x + 0.8 * edge, py(-0.02), 0, Math.max(0, now.load) * now.perLoad * scale);
+  pen.text(x + 0.8 * edge + 7, py(-0.2), "N", { fill: theme.ink, size: 12, base: "middle" });
 }
 
 // Where the motion began.
@@ -46,10 +52,16 @@ function coil(x0, y0, x1, y1) {
   return [...points, x1, y1];
 }
 
-// The force of the ground on the machine.
-function arrow(pen, theme, x, y, length) {
-  if (Math.abs(length) < 3) { pen.disc(x, y, 2.5, theme.ink); return; }
-  const way = Math.sign(length), tip = x + length, head = Math.min(9, Math.abs(length));
+// A force of the ground on the machine: along it from (x, y), or up to there.
+function arrow(pen, theme, x, y, along, up) {
+  const length = Math.abs(along) + up, head = Math.min(9, length);
+  if (length < 3) { pen.disc(x, y, 2.5, theme.ink); return; }
+  if (up) {
+    pen.path([x, y + up, x, y + head * 0.8], theme.ink, 2.5);
+    pen.shape([x, y, x - 5, y + head, x + 5, y + head], theme.ink);
+    return;
+  }
+  const way = Math.sign(along), tip = x + along;
   pen.path([x, y, tip - way * head * 0.8, y], theme.ink, 2.5);
   pen.shape([tip, y, tip - way * head, y - 5, tip - way * head, y + 5], theme.ink);
 }

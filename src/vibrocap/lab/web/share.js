@@ -14,7 +14,7 @@ function fragmentOf(model) {
   if (state.beside) put("beside", state.beside);
   for (const [path, value] of Object.entries(state.besideValues)) put(`beside.${path}`, value);
   if (state.units !== fresh.units) put("units", state.units);
-  if (state.units !== "none") put("scales", state.scales.join(","));
+  if (state.units === "SI" && state.scales.join() !== fresh.scales.join()) put("scales", state.scales.join(","));
   return `#${parts.join("&")}`;
 }
 
@@ -46,16 +46,15 @@ function readFragment(model, fragment) {
   for (const [key, value] of left) {
     wrong.push(model.paths.includes(key) ? `${key}: ${model.complaint(key, typed(value))}, got ${value}` : `${key}: there is no such number in this system`);
   }
+  const scales = (given.get("scales") ?? "").split(",").map(typed);
+  if (scales.length === 3 && scales.every((each) => each > 0)) model.state.scales = scales;
   for (const [key, value] of given) {
     if (["v", "preset", "scales", ...PARTS].includes(key) || (key.includes(".") && !key.startsWith("beside."))) continue;
     if (key === "shown" && typed(value) > 0) model.state.shown = typed(value);
     else if (key === "beside" && model.formOf({ ...partsOf(model.form), friction: value }) >= 0) model.state.beside = value;
     else if (key.startsWith("beside.") && Number.isFinite(typed(value))) model.state.besideValues[key.slice(7)] = typed(value);
-    else if (key === "units" && value === "SI") {
-      const scales = (given.get("scales") ?? "").split(",").map(typed);
-      model.state.units = "SI";
-      if (scales.length === 3 && scales.every((each) => each > 0)) model.state.scales = scales;
-    } else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
+    else if (key === "units" && ["SI", "none"].includes(value)) model.state.units = value;
+    else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
   }
   return wrong;
 }
@@ -167,7 +166,11 @@ function readToml(model, text) {
   try { sections = parsedToml(text); } catch (error) { return [error.message]; }
   const wrong = [], trial = new Model(model.data), { data } = model;
   for (const name of Object.keys(sections)) {
-    if (name === "environment" && model.form.environment) continue;
+    if (model.form.sections.includes(name) && !PARTS.includes(name)) {
+      const key = data.keys[name];
+      if (key && sections[name][key] !== model.form[name]) wrong.push(`${name}.${key}: is ${model.form[name]} in this page`);
+      continue;
+    }
     if (name === "") wrong.push(...Object.keys(sections[""]).map((key) => `${key}: stands in no section; this page reads cases without units`));
     else if (![...PARTS, "initial", "run"].includes(name)) wrong.push(`${name}: no such section in this page`);
   }

@@ -31,7 +31,7 @@ class Model {
       shown: 4,
       beside: "",
       besideValues: {},
-      units: "none",
+      units: preset.units,
       scales: preset.scales ?? [1, 1, 1],
       limits: { ...this.data.limits },
     };

@@ -1,12 +1,15 @@
 // The readouts: what a motion is, each with one line on what that means.
 
+// A travel as a person reads it: what is left of zero by rounding is zero.
+const travel = (value, digits) => (Math.abs(value) < 1e-12 ? "0 to rounding" : said(value, digits));
+
 function readoutsOf(model, shown, details, units, other) {
   const { data } = model, { form } = shown, status = data.statuses[shown.status] ?? { name: "unknown", text: "" };
   const unit = (name) => (units.si && form.units[name] ? ` ${form.units[name][0]}` : "");
   const found = [{ name: "Status", value: status.name, words: status.text, bad: !status.ok }];
   if (shown.drift !== null) {
     const drift = shown.drift * units.factor("position");
-    found.push({ name: "Drift per period", key: "drift", value: said(drift, 8) + unit("position"), words: "travel in the last whole period of this run" });
+    found.push({ name: "Drift per period", key: "drift", value: travel(drift, 8) + unit("position"), words: "travel in the last whole period of this run" });
   }
   if (other && other.drift !== null && shown.drift !== null) {
     const less = 100 * (other.drift / shown.drift - 1);
@@ -27,7 +30,7 @@ function readoutsOf(model, shown, details, units, other) {
         words: details.mirrored ? "half a period later it is its mirror image, so it cannot travel" : "it differs from its mirror image, so it may travel",
       });
       if ("mean_velocity" in details.values) {
-        found.push({ name: "Mean velocity", value: said(details.values.mean_velocity * units.factor("velocity"), 6) + unit("velocity"), words: "travel per time, settled" });
+        found.push({ name: "Mean velocity", value: travel(details.values.mean_velocity * units.factor("velocity"), 6) + unit("velocity"), words: "travel per time, settled" });
       }
     }
     if (details.word) found.push({ name: "Word of a period", value: details.word, words: "F forward, S stuck, B back" });

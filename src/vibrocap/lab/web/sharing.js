@@ -97,7 +97,7 @@ async function checked(lab) {
   trial.open(preset.key);
   const answer = await lab.asked.ask({ ask: "motion", side: 2, ...trial.request() });
   const form = trial.form, same = form.states.every((_, i) => Object.is(answer.final[i], preset.check.state[i]) || answer.final[i] === preset.check.state[i]);
-  const alike = same && answer.pieces === preset.check.pieces && answer.events.length / 2 === preset.check.events;
+  const alike = same && answer.status === preset.check.status && answer.pieces === preset.check.pieces && answer.events.length / 2 === preset.check.events;
   const lines = form.states.map((name, i) => `${wordy(name)}: this page ${answer.final[i]}, plain kernel ${preset.check.state[i]}`);
   lab.notice(`Check of “${preset.title}”, the end of ${preset.periods} periods, ${answer.pieces} steps and ${answer.events.length / 2} events: ${alike ? "the same to the last bit" : "NOT the same"}.\n${lines.join("\n")}\n`
     + "The second number was computed when this page was written. `vibrocap simulate` differs in the last digits where the processor rounds a product and a sum once.", !alike);

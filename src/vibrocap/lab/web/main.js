@@ -64,6 +64,7 @@ class Lab {
       }
     } catch (error) {
       this.notice(`The motion could not be computed: ${error.message}. The last one stays.`, true);
+      this.controls.complain([error.message]);
     } finally { this.busy = false; }
   }
 
@@ -123,8 +124,9 @@ class Lab {
     const position = state ? shown.of(row, state) : 0;
     const camera = state ? position - (position - this.straight(time)) * 0.9 : 0;
     drawScene(new CanvasPen($$("scene")), theme, shown.form, {
-      side: row[1], friction: shown.of(row, "friction"), perForce: ARROW / (this.largest || 1), shapes: shown.shapes(row),
-      camera, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
+      side: row[1], friction: shown.of(row, "friction"), load: shown.of(row, "load"),
+      perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
+      camera, reach: this.reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
     });
     const words = contactWords(shown.form, row[1]);
     if ($$("contact").textContent !== words) $$("contact").textContent = words;
@@ -142,9 +144,26 @@ class Lab {
     return xs[0] + ((xs[xs.length - 1] - xs[0]) * (time - shown.from)) / (span || 1);
   }
 
-  get largest() {
-    if (this.shown._largest === undefined) this.shown._largest = Math.max(...this.shown.column("friction").map(Math.abs));
-    return this.shown._largest;
+  // How far the contact gets from the camera, at least one length.
+  get reach() {
+    const { shown } = this;
+    if (shown._reach === undefined) {
+      const place = shown.form.scene.findIndex(({ kind }) => kind === "contact"), { data, width, rows } = shown.rows;
+      const first = shown.form.scene.slice(0, Math.max(0, place)).reduce((sum, { points }) => sum + 2 * points, shown.names.length);
+      let far = 1;
+      for (let i = 0; place >= 0 && i < rows; i++) {
+        const x = data[i * width + first], middle = shown.form.cyclic >= 0 ? x - 0.9 * (x - this.straight(data[i * width])) : 0;
+        far = Math.max(far, Math.abs(x - middle));
+      }
+      shown._reach = far;
+    }
+    return shown._reach;
+  }
+
+  // The largest value of a force over the stretch on show.
+  largest(name) {
+    const known = (this.shown._largest ??= {});
+    return (known[name] ??= this.shown.column(name).reduce((most, value) => Math.max(most, Math.abs(value)), 0));
   }
 
   tick(now) {

@@ -1,0 +1,77 @@
+"""The two-mass crawler: a body in which an inner mass moves to and fro as it is told, whatever force that takes."""
+
+from typing import ClassVar
+
+from vibrocap.physics.machines.machine import Imposed, NonNegative, Positive, parameter, parameters
+
+
+@parameters
+class TwoMassCrawler(Imposed):
+    """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
+
+    The drive is the displacement z(t) of the inner mass relative to the body. The state is p, the velocity of the
+    common centre of mass, which goes on where the relative velocity z' jumps; the body moves with
+
+        X' = p - mu z',     (lambda + 1) p' = -R,     mu = m/(M + m) = 1/(lambda + 1)
+
+    With z' piecewise constant or piecewise linear these are the two-phase and three-phase crawlers of Chernousko
+    (2002), whose progress is known in closed form. At rest the contact holds R = -z'', in units of m.
+
+    The energy is that of the common centre, (lambda + 1) p^2/2, and the work of the drive what reaches it. The energy
+    of the relative motion, (1 - mu) z'^2/2, goes from the drive into the inner mass and back within each period. Both
+    powers, and the force between the masses, are in `actuator_power` and `actuator_force`; where z' jumps by d that
+    force has the impulse (1 - mu) d besides.
+
+    Mass is counted in m, length and time in units of one's choice; the load is a force in those.
+    """
+
+    mass_ratio: Positive = parameter(1.0, "lambda", "mass of the body over inner mass, M/m", "mass")
+    normal_load: NonNegative = parameter(1.0, "N", "load on the contact", "load")
+
+    name: ClassVar[str] = "two-mass-crawler"
+    states: ClassVar = ("position", "centre_velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "centre_velocity"
+    symmetry: ClassVar = (-1, -1)
+    channels: ClassVar = ("drive", "damper")
+    effort: ClassVar = "displacement"
+    si_names: ClassVar = {"mass_ratio": "body_mass"}
+    state_units: ClassVar = {"centre_velocity": "m/s"}
+
+    def load(self):
+        """N."""
+        return self.normal_load
+
+    def masses(self):
+        """lambda + 1, of both; what moves between them is imposed."""
+        return {"centre_velocity": self.mass_ratio + 1.0}
+
+    def contact_velocity(self, t, y):
+        """X' = p - mu z'."""
+        return y[1] - self.imposed.slope(t) / (self.mass_ratio + 1.0)
+
+    def holding_force(self, t, y, drive):
+        """R that keeps X'' = 0: -z''."""
+        return -self.imposed.curvature(t)
+
+    def rates(self, t, y, drive, force):
+        """y' = (X', p')."""
+        return self.contact_velocity(t, y), -force / (self.mass_ratio + 1.0)
+
+    def energy(self, t, y):
+        """H = (lambda + 1) p^2/2, of the common centre."""
+        return 0.5 * (self.mass_ratio + 1.0) * y[1] * y[1]
+
+    def momentum(self, t, y):
+        """(lambda + 1) p; its rate is -R."""
+        return (self.mass_ratio + 1.0) * y[1]
+
+    def powers(self, t, y, drive, force):
+        """What of the power of the drive moves the common centre, -mu z' R; there is no damper."""
+        return -(self.imposed.slope(t) * force) / (self.mass_ratio + 1.0), 0.0
+
+    def actuator(self, t, y, force):
+        """The force between the masses, (p + (1 - mu) z')', and its power."""
+        total = self.mass_ratio + 1.0
+        push = (self.mass_ratio * self.imposed.curvature(t) - force) / total
+        return {"actuator_force": push, "actuator_power": push * self.imposed.slope(t)}

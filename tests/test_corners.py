@@ -1,0 +1,231 @@
+"""Drives with corners and jumps: no step crosses one, and what holds on either side is what the equations say there."""
+
+import math
+
+import numpy as np
+import pytest
+
+import independent
+import vibrocap as vc
+from independent import BACK, FORWARD, REVERSAL, STICK, until_switch
+from vibrocap.measures.during_run import measured
+from vibrocap.physics.drives.drive import segment_table
+
+EPSILON = float(np.finfo(float).eps)
+START = {"angle": 1.0, "angle_rate": -0.3, "velocity": 0.1}
+DRIVES = [
+    vc.Square(amplitude=1.5, duty=0.4),
+    vc.Triangle(amplitude=2.0, rise=0.3),
+    vc.Trapezoid(amplitude=1.6),
+    vc.PulseWidth(amplitude=2.5),
+    vc.Phases(level_3=0.8, duration_3=1.5, duration_5=0.7, level_5=1.2),
+    vc.ThreePhase(stroke=2.0),
+    vc.SevenPhase(stroke=2.0, back_cruise=0.0),
+    vc.DriveTable(amplitude=1.5, stretch=1.4),
+    vc.DriveTable((0.0, 1.0, 2.5, 4.0), (0.0, 2.0, -1.0, 0.0), interpolation="linear"),
+]
+QUICK = ("square", "table")  # the others are compiled anew
+each_drive = pytest.mark.parametrize(
+    "drive",
+    [pytest.param(each, marks=[] if each.name in QUICK else [pytest.mark.slow], id=each.name) for each in DRIVES],
+)
+KINDS = {"stick": STICK, "slip_forward": FORWARD, "slip_back": BACK, "reversal": REVERSAL}
+
+
+def system_of(law=None, drive=None, **machine):
+    return vc.System(
+        vc.PendulumCapsule(**machine), law or vc.Exponential(), drive or vc.Square(amplitude=1.5, duty=0.4)
+    )
+
+
+# --- an independent solver that stops at the corners ------------------------------------------------------------------
+
+
+def square_motion(parameters, initial, periods, period, duty, rtol=1e-13):
+    """(final state, events) under a square wave: DOP853 in each mode, stopped and restarted at every corner.
+
+    The equations are those of tests/independent.py, whose drive is replaced by a level of either sign.
+    """
+    p = dict(parameters)
+    exponential = p["law"] == "exponential"
+    rates = independent.exponential_rates if exponential else independent.lugre_rates
+    limit = p["static_coefficient"] * p["normal_load"]
+    t, y, side, events = 0.0, np.array(initial, float), int(np.sign(initial[3])), []
+    for number in range(periods):
+        for level, share in ((1.0, duty), (-1.0, 1.0)):
+            p["amplitude"] = level * parameters["amplitude"]
+            end = (number + share) * period
+
+            def hold(state, p=p):
+                return independent.holding_force(0.0, state, p)
+
+            def flow(time, state, side):
+                return rates(0.0, state, p, side)
+
+            if side == 0 and abs(hold(y)) > limit:
+                side = int(math.copysign(1, hold(y)))
+                events.append((t, FORWARD if side > 0 else BACK))
+            while t < end:
+
+                def watched(time, state, side=side):
+                    return side * state[3] if side else limit - abs(independent.holding_force(0.0, state, p))
+
+                t, y, switched = until_switch(
+                    lambda time, state, side=side: flow(time, state, side), watched, t, y, end, period / 60, rtol, 1e-14
+                )
+                if not switched:
+                    continue
+                before = side
+                if side == 0:
+                    side = int(math.copysign(1, hold(y)))
+                else:
+                    y[3] = 0.0
+                    if exponential:
+                        side = 0 if abs(hold(y)) < limit else int(math.copysign(1, hold(y)))
+                    else:
+                        side = -side
+                kind = {0: STICK, 1: FORWARD, -1: BACK}[side]
+                events.append((t, REVERSAL if before == -side else kind))
+    return y, events
+
+
+@pytest.mark.parametrize("law", ["exponential", pytest.param("lugre", marks=pytest.mark.slow)])
+def test_square_wave_against_an_event_solver(law):
+    """State and event times to 1e-9, with the contact sticking, slipping and turning."""
+    friction = {"coulomb_coefficient": 0.15, "static_coefficient": 0.45}
+    if law == "exponential":
+        friction |= {"decay_rate": 10.0}
+    else:
+        friction |= {"bristle_stiffness": 20.0, "bristle_damping": 0.4, "viscous_damping": 0.1}
+        friction |= {"stribeck_velocity": 0.1, "stribeck_exponent": 1.0}
+    machine = {"mass_ratio": 2.5, "stiffness": 2.0, "damping": 1.0, "normal_load": 1.0}
+    parameters = {"law": law, "amplitude": 1.5, "frequency": 1.0} | machine | friction
+    part = vc.Exponential(**friction) if law == "exponential" else vc.LuGre(**friction)
+    system = system_of(part, **machine)
+    motion = vc.simulate(system, periods=2, initial=START, tolerance=1e-13)
+    start = [START.get(name, 0.0) for name in system.state_names]
+    state, events = square_motion(parameters, start, 2, system.drive.period, 0.4)
+    assert motion.status.ok
+    assert np.array(list(motion.state.values())) == pytest.approx(state, abs=1e-9)
+    assert [KINDS[event.kind] for event in motion.events] == [kind for _, kind in events]
+    assert [event.time for event in motion.events] == pytest.approx([time for time, _ in events], abs=1e-9)
+    assert len(events) >= 5
+
+
+# --- corners are the borders of steps ---------------------------------------------------------------------------------
+
+
+def corner_times(drive, periods):
+    """Every corner of a motion that begins with a period of the drive."""
+    shares = [row[0] for row in segment_table(drive)[:-1]] + [1.0]
+    return np.array([(number + share) * drive.period for number in range(periods) for share in shares])
+
+
+@each_drive
+def test_no_step_crosses_a_corner(drive):
+    """Every corner is a border of two pieces to rounding, and the certificate of the motion finds no fault."""
+    motion = vc.simulate(system_of(drive=drive), periods=3, initial=START)
+    assert motion.status.ok, motion.certificate.failures
+    assert motion.certificate.ok
+    ends = motion.piece_start + motion.piece_length
+    nearest = np.min(np.abs(corner_times(drive, 3)[:, None] - ends), axis=1)
+    assert np.max(nearest) <= 8 * EPSILON * motion.end
+    assert np.all(motion.piece_length > 4 * EPSILON * motion.end)  # none without length
+
+
+def test_the_drive_is_known_from_both_sides_of_a_jump():
+    """At the end of a piece it is that of the piece, and afterwards the other level; so are powers and forces."""
+    drive = vc.Square(amplitude=1.5, duty=0.4)
+    motion = vc.simulate(system_of(drive=drive), periods=2, initial=START)
+    corner = 0.4 * drive.period
+    before = int(motion.piece_at(np.array([corner - 1e-9]))[0])
+    ends = motion.piece_observables(("drive",), np.array([before, before + 1]), motion.piece_length[[before, before]])
+    assert ends[0, 0] == 1.5
+    assert motion.at([0.0, corner - 1e-9, corner, drive.period], "drive") == pytest.approx([1.5, 1.5, -1.5, 1.5])
+    last = motion.piece_observables(("drive",), np.array([len(motion.piece_start) - 1]), motion.piece_length[-1:])
+    assert last[0, 0] == -1.5  # at the very end of the motion, which is the end of a period
+
+
+def test_a_stuck_contact_breaks_loose_at_a_jump():
+    """At rest under a small force; where the force jumps beyond the limit, it slides at that instant, that way."""
+    for level, kind in ((3.0, "slip_forward"), (-3.0, "slip_back")):
+        drive = vc.Phases(level_1=0.05, duration_1=1.0, level_2=level, duration_2=1.0)
+        motion = vc.simulate(system_of(drive=drive), periods=1)
+        first = motion.events[0]
+        assert (first.time, first.kind) == (1.0, kind)
+        assert all(first.state[name] == motion.at([1.0], name)[0] for name in motion.state_names)
+        assert motion.phases[0].side == 0
+        assert motion.phases[1].start == 1.0
+
+
+@pytest.mark.parametrize("kind", ["slip_back", "reversal", "stick"])
+def test_an_event_at_the_very_instant_of_a_corner(kind):
+    """The corner is put where an event was, and some last digits beside: the motions stay neighbours."""
+
+    def system(corner):
+        levels = {"level_1": 2.0, "level_2": -2.0, "level_3": 2.0}
+        durations = {"duration_1": 3.0, "duration_2": corner - 3.0, "duration_3": 12.0 - corner}
+        return system_of(drive=vc.Phases(**levels, **durations))
+
+    found = vc.simulate(system(9.0), periods=0.7, initial=START)
+    instant = next(event.time for event in found.events if event.kind == kind and event.time > 3.1)
+    ends = []
+    for beside in (0, 1, -1, 2, -2, 5, -5, 40, -40, 10**4, -(10**4)):
+        motion = vc.simulate(system(instant + beside * math.ulp(instant)), periods=0.9, initial=START)
+        assert motion.status.ok
+        assert motion.certificate.ok, motion.certificate.failures
+        ends.append(list(motion.state.values()))
+    assert np.max(np.abs(np.array(ends) - ends[0])) <= 1e-8
+
+
+# --- starts, lanes, tangents ------------------------------------------------------------------------------------------
+
+
+@each_drive
+def test_a_motion_that_is_cut_goes_on(drive):
+    """Cut amid a segment, at a corner and at the end of a period: as if it had not been."""
+    system = system_of(drive=drive)
+    corner = segment_table(drive)[0][0]
+    whole = vc.simulate(system, periods=2.5, initial=START, tolerance=1e-12)
+    part = vc.simulate(system, periods=0.7 * corner, initial=START, tolerance=1e-12)
+    for length in (0.3 * corner, 1.0 - corner, 0.61, 0.89):
+        part = vc.simulate(system, periods=length, start=part, tolerance=1e-12)
+    assert part.end == pytest.approx(whole.end)
+    assert list(part.state.values()) == pytest.approx(list(whole.state.values()), abs=1e-9)
+
+
+NAMES = ["mean_velocity", "drive_work", "peak_friction", "largest_angle"]
+PATHS = [
+    (vc.Square(amplitude=1.5), "drive.duty", np.linspace(0.2, 0.8, 9)),
+    (vc.Trapezoid(amplitude=1.5), "drive.frequency", np.linspace(0.6, 1.5, 9)),
+    (vc.Phases(), "drive.duration_3", np.linspace(0.0, 2.0, 9)),
+]
+
+
+@pytest.mark.parametrize(
+    ("drive", "path", "values"),
+    [pytest.param(*given, marks=[pytest.mark.slow] if i else [], id=given[0].name) for i, given in enumerate(PATHS)],
+)
+def test_lanes_with_corners_of_their_own_are_single_runs(drive, path, values):
+    system = system_of(drive=drive)
+    start = {"angle": 1.0}
+    runs = vc.ensemble(system, {path: values}, periods=6, window=3, initial=start, measures=NAMES, tolerance=1e-10)
+    assert not runs["status"].any()
+    for i in (0, 4, 8):
+        motion = vc.simulate(
+            system.with_parameters({path: float(values[i])}), periods=6, initial=start, tolerance=1e-10
+        )
+        found = measured(motion, NAMES, window=3)
+        for name in NAMES:
+            assert runs[name][i] == pytest.approx(found[name], rel=1e-7, abs=1e-9)
+
+
+def test_one_table_serves_all_runs_whose_corners_are_alike():
+    from vibrocap.motion.equations import equations, parameter_values
+
+    corners = equations(system_of()).corners
+    rows = np.tile(parameter_values(system_of()), (5, 1))
+    rows[:, 0] = np.linspace(1.0, 2.0, 5)  # the mass ratio
+    assert len(corners.tables(rows)) == 1
+    rows[:, equations(system_of()).parameter_paths.index("drive.duty")] = np.linspace(0.2, 0.6, 5)
+    assert len(corners.tables(rows)) == 5
