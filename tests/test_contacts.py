@@ -2,6 +2,7 @@
 
 import collections
 import itertools
+import pickle
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import vibrocap as vc
+from vibrocap.physics.catalogue import machines
 
 TINY = 1e-13
 SAMPLES = 100  # per step at which guards are looked at
@@ -99,6 +101,13 @@ class TwoBlocks:
         return y, events, visited
 
 
+def crawler(**given):
+    """Two unequal blocks under a drive that is not odd: they stick and slip, and travel."""
+    machine = vc.TwoBodyCrawler(mass_2=2.4, damping=0.05, normal_load_2=1.2)
+    drive = vc.Biharmonic(amplitude=1.0, frequency=0.4, second_amplitude=0.5, second_phase=0.4)
+    return vc.System(machine, vc.Coulomb(0.06, 0.09), drive, **given)
+
+
 def test_two_blocks_against_an_independent_solver():
     """All nine pairs of modes, each for more than a whole unit of time."""
     machine = vc.TwoBodyCrawler(mass_2=3.6, stiffness=3.9, damping=0.05, normal_load=1.0, normal_load_2=1.7)
@@ -121,3 +130,181 @@ def test_two_blocks_against_an_independent_solver():
     assert motion.certificate.ok
     assert motion.certificate.energy_residual < 100 * motion.tolerance
     assert motion.certificate.momentum_residual < 100 * motion.tolerance
+
+
+def test_orbit_of_two_contacts_and_its_multipliers():
+    """Against central differences of motions; a stick phase of either contact takes one direction for good."""
+    system = crawler()
+    settled = vc.simulate(system, periods=30, initial={"velocity": 0.1})
+    found = vc.orbit(system, initial=settled.state)
+    assert found.drift is not None
+    assert found.drift > 0.01
+    kinds = set(found.motion().event_kinds)
+    assert {"stick", "stick_2", "slip_back_2", "reversal", "reversal_2"} <= kinds
+    names = ["displacement", "velocity_2", "velocity"]
+    start = np.array([found.state[name] for name in names])
+
+    def image(x):
+        end = vc.simulate(system, periods=1, initial=dict(zip(names, x, strict=True)), tolerance=1e-13).state
+        return np.array([end[name] for name in names])
+
+    assert image(start) == pytest.approx(start, abs=1e-11)
+    nudges = 1e-6 * np.eye(3)
+    slopes = np.column_stack([(image(start + d) - image(start - d)) / 2e-6 for d in nudges])
+    expected = sorted(np.abs(np.linalg.eigvals(slopes)))
+    assert sorted(np.abs(found.multipliers)) == pytest.approx(expected, abs=1e-7)
+    assert expected[1] < 1e-7 < expected[2] < 1.0
+
+
+def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
+    """Its velocity is zero there, and nothing depends on it."""
+    base = crawler()
+    system = vc.System(base.machine, base.friction, base.drive, friction_2=vc.Coulomb(2.0, 4.0))
+    found = vc.orbit(system, initial=vc.simulate(system, periods=30, initial={"velocity": 0.1}).state)
+    assert found.state["velocity_2"] == 0.0
+    assert vc.stick_fraction(found.motion(), contact=2) == 1.0
+    assert np.sum(np.abs(found.multipliers) > 1e-12) <= 2
+    again = vc.simulate(system, periods=1, initial=found.state, tolerance=1e-13).state
+    for name in ("displacement", "velocity", "velocity_2"):
+        assert again[name] == pytest.approx(found.state[name], abs=1e-11)
+
+
+def test_a_branch_over_a_parameter_of_the_second_law():
+    system = crawler(friction_2=vc.Coulomb(0.06, 0.09))
+    start = vc.simulate(system, periods=30, initial={"velocity": 0.1}).state
+    found = vc.branch(system, over="friction_2.coulomb_coefficient", between=(0.055, 0.065), initial=start)
+    assert len(found) > 2
+    (orbit,) = found.orbits_at(0.06)
+    assert orbit.drift == pytest.approx(vc.orbit(crawler(), initial=start).drift, abs=1e-10)
+
+
+MEASURES = ["drift", "stick_fraction", "stick_fraction_2", "contact_sliding_work", "contact_sliding_2_work"]
+MEASURES += ["largest_velocity_2", "drive_work", "mean_friction"]
+
+
+@pytest.mark.parametrize(
+    "laws",
+    [
+        (vc.Coulomb(0.06, 0.09), None),
+        pytest.param((vc.LuGre(), vc.Coulomb(0.06, 0.09)), marks=pytest.mark.slow),
+        pytest.param((vc.Coulomb(0.06, 0.09), vc.LuGre()), marks=pytest.mark.slow),
+    ],
+)
+def test_measures_of_an_ensemble_are_those_of_single_motions(laws):
+    system = vc.System(crawler().machine, laws[0], crawler().drive, friction_2=laws[1])
+    amplitudes = np.linspace(0.8, 1.2, 5)
+    options = {"initial": {"velocity": 0.2, "velocity_2": -0.1}, "periods": 3, "tolerance": 1e-11}
+    found = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=MEASURES, window=3, **options)
+    for i, amplitude in enumerate(amplitudes):
+        motion = vc.simulate(system.with_parameters({"drive.amplitude": float(amplitude)}), **options)
+        assert motion.certificate.ok
+        alone = vc.measured(motion, MEASURES, window=3)
+        for name in MEASURES:
+            assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
+        if system.further_laws[0].kind == "set-valued":
+            assert found["stick_fraction_2"][i] == pytest.approx(vc.stick_fraction(motion, contact=2), abs=1e-9)
+
+
+LAWS = [
+    vc.Exponential(),
+    vc.LuGre(),
+    vc.ElastoPlastic(),
+    vc.MaxwellSlip(),
+    vc.SmoothedTanh(),
+    vc.anisotropic(vc.Coulomb)(),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+@pytest.mark.parametrize("second", [None, vc.Coulomb(0.1, 0.15)], ids=["same", "coulomb"])
+def test_balances_close_with_every_kind_of_law(law, second):
+    machine = vc.ThreeBodyCrawler(mass_2=1.5, normal_load_3=2.0, actuation_2=-0.5)
+    drive = vc.Harmonic(amplitude=1.2, frequency=0.9)
+    motion = vc.simulate(vc.System(machine, law, drive, friction_2=second), periods=5, initial={"velocity_2": 0.2})
+    assert motion.certificate.ok
+    assert motion.certificate.energy_residual < 100 * motion.tolerance
+    assert motion.certificate.momentum_residual < 100 * motion.tolerance
+    assert np.abs(motion["momentum"][-1] + motion["impulse"][-1] - motion["momentum"][0]) > 1e-3  # others rub as well
+
+
+def test_equal_contacts_of_one_body_and_two_are_the_same_motion():
+    """Without a spring, damper and drive between them, two bodies know nothing of each other."""
+    machine = vc.TwoBodyCrawler(stiffness=1e-300, damping=0.0, mass_2=2.0, normal_load_2=3.0, actuation=0.0)
+    motion = vc.simulate(
+        vc.System(machine, vc.Coulomb(0.2, 0.3), vc.Harmonic()),
+        initial={"velocity_2": 1.5, "velocity": -0.4},
+        periods=2,
+    )
+    # v^2/(2 mu N/m)
+    assert motion.state["position"] == pytest.approx(-(0.4**2) / (2 * 0.2), abs=1e-12)
+    assert motion.state["displacement"] - 0.4 == pytest.approx(1.5**2 / (2 * 0.2 * 1.5), abs=1e-12)
+    stops = {str(event.kind): event.time for event in motion.events if "stick" in event.kind}
+    assert stops == {"stick": pytest.approx(0.4 / 0.2, abs=1e-12), "stick_2": pytest.approx(1.5 / 0.3, abs=1e-12)}
+
+
+def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
+    """Under a drive that is not odd; an odd one leaves a mirror image half a period later, which travels back."""
+    drive = vc.Biharmonic(amplitude=1.5, frequency=0.8, second_amplitude=0.7, second_phase=0.5)
+
+    def settled(**given):
+        machine = vc.ThreeBodyCrawler(**given)
+        motion = vc.simulate(vc.System(machine, vc.Coulomb(0.1, 0.15), drive), periods=60)
+        assert motion.certificate.ok
+        return vc.mean_velocity(motion).value
+
+    # seen from the other side, with the bodies in reverse order, equal ones are the same machine
+    assert abs(settled()) < 1e-9
+    assert settled(normal_load=3.0) == pytest.approx(0.050743626572, abs=1e-9)
+    assert settled(normal_load_3=3.0) == pytest.approx(-0.050743626572, abs=1e-9)
+
+
+def test_ten_bodies_from_rest():
+    """All contacts may stop or start at one instant; nothing is undecided."""
+    machine = vc.crawler(10)()
+    motion = vc.simulate(vc.System(machine, vc.Coulomb(0.1, 0.1), vc.Harmonic(amplitude=1.5, frequency=0.7)), periods=3)
+    assert motion.certificate.ok
+    sides = [f"stick_{number}" for number in range(2, 11)]
+    assert len(motion.state_names) == 2 * 10 + 9
+    assert set(motion.event_kinds) & set(sides) or motion.events
+
+
+def test_a_case_with_a_law_for_each_contact(tmp_path):
+    system = crawler(friction_2=vc.LuGre(bristle_stiffness=80.0))
+    path = vc.save_case(system, tmp_path / "case.toml", initial={"velocity_2": 0.2})
+    assert "[friction_2]" in path.read_text()
+    assert vc.read_case(path).system == system
+    assert system.state_names == ("displacement", "velocity_2", "position", "velocity", "side_2", "bristle_2")
+    in_si = vc.System(system.machine, system.friction, system.drive, friction_2=system.friction_2, units=vc.SIScales())
+    path = vc.save_case(in_si, tmp_path / "si.toml")
+    assert "bristle_stiffness_N_per_m = 80" in path.read_text()
+    assert vc.read_case(path).system == in_si
+    assert in_si.si.unit("velocity_2") == in_si.si.unit("contact_velocity_2") == "m/s"
+    assert in_si.si.unit("friction_2") == "N"
+    assert in_si.si.unit("bristle_2") == "m"
+
+
+def test_what_contacts_there_are_not_is_refused_by_name():
+    with pytest.raises(ValueError, match=r"friction_3 should be left out: the two-body-crawler has 2 contacts"):
+        crawler(friction_3=vc.Coulomb())
+    with pytest.raises(ValueError, match=r"friction_2 should be left out: the pendulum-capsule has one contact"):
+        vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic(), friction_2=vc.Coulomb())
+    with pytest.raises(TypeError, match=r"friction_2 should be a law"):
+        crawler(friction_2=vc.Harmonic())
+    with pytest.raises(ValueError, match=r"friction_2.coulomb_coefficient: this contact has the law of the first"):
+        crawler().parameter("friction_2.coulomb_coefficient")
+    with pytest.raises(ValueError, match=r"machine.normal_load_2 should be > 0 with the lugre law, got 0"):
+        vc.System(vc.TwoBodyCrawler(normal_load_2=0.0), vc.LuGre(), vc.Harmonic())
+    with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 10, got 11"):
+        vc.crawler(11)
+    motion = vc.simulate(crawler(), periods=0.1)
+    with pytest.raises(ValueError, match=r"contact should be a whole number from 1 to 2, got 3"):
+        vc.stick_fraction(motion, contact=3)
+
+
+def test_machines_of_more_bodies_are_found_by_name():
+    machine = vc.crawler(5)
+    assert machines()["five-body-crawler"] is machine
+    assert list(machines()) == sorted(machines())
+    assert "eleven-body-crawler" not in machines()
+    assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)

@@ -153,7 +153,8 @@ def test_half_period_symmetry(system):
     if not machine.symmetric:
         names = {info.name for info in parameter_table(machine)}
         others = {"back_gap": machine.gap} if "back_gap" in names else {}
-        machine = dataclasses.replace(machine, **others, **dict.fromkeys(names & {"belt_speed", "track_angle"}, 0.0))
+        level = names & {"belt_speed", "track_angle", "contact_stiffness"}
+        machine = dataclasses.replace(machine, **others, **dict.fromkeys(level, 0.0))
     friction = system.friction
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)
@@ -179,7 +180,8 @@ def test_asymmetric_drive_breaks_the_symmetry(system):
         times = [share * system.drive.period for share in half_points(segment_table(system.drive))]
     mirror = tuple(sign * v for sign, v in zip(system.symmetry, y, strict=True))
     pairs = [(system.rates(t + system.drive.period / 2, mirror, -side), system.rates(t, y, side)) for t in times]
-    assert max(abs(mirrored[i] + rates[i]) for mirrored, rates in pairs for i in range(2)) > 1e-3
+    driven = 0, 1, system.machine.states.index(system.machine.contact_state)
+    assert max(abs(mirrored[i] + rates[i]) for mirrored, rates in pairs for i in driven) > 1e-3
 
 
 @each_system
@@ -221,7 +223,7 @@ def test_motions_from_random_starts_are_finite(system):
     for draw in draws(3):
         _, y, _ = system_draw(system, draw)
         motion = vc.simulate(system, periods=2, initial=dict(zip(system.state_names, y, strict=True)), samples=16)
-        assert motion.status.ok
+        assert motion.status.ok or (motion.status is vc.Status.LIFT_OFF and system.machine.follows_load)
         assert all(np.all(np.isfinite(motion[name])) for name in motion.names)
 
 

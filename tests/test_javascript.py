@@ -19,7 +19,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Refused, javascript_text
 from vibrocap.numerics.compiler.javascript import OWN
 from vibrocap.numerics.compiler.subset import LIBRARY
-from vibrocap.numerics.kernel.memory_layout import DONE
+from vibrocap.numerics.kernel.memory_layout import DONE, MACHINE_SWITCHED
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.motion import recorded_run
@@ -230,6 +230,24 @@ def test_motions_on_a_slope_are_those_of_plain_python(law, tmp_path, monkeypatch
     system = vc.System(capsule, laws()[law](), vc.Harmonic(amplitude=1.8), environment=outside)
     plain, found = motions(system, (plain_meaning, lambda text: InNode(text, tmp_path)), monkeypatch, 1.6)
     assert len(plain.events) > 0
+    assert_the_same(plain, found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["coulomb", "lugre"])
+@pytest.mark.parametrize(
+    "machine",
+    [
+        vc.VibroImpactCapsule(back_gap=0.1),
+        vc.RigidStopCapsule(gap=1.2, restitution=0.3),
+        vc.PendulumCapsuleWithStops(limit_angle=1.1, restitution=0.6),
+    ],
+    ids=lambda machine: machine.name,
+)
+def test_motions_with_stops_are_those_of_plain_python(machine, law, tmp_path, monkeypatch):
+    system = vc.System(machine, laws()[law](), vc.Harmonic(amplitude=1.8))
+    plain, found = motions(system, (plain_meaning, lambda text: InNode(text, tmp_path)), monkeypatch, 1.6)
+    assert {MACHINE_SWITCHED, MACHINE_SWITCHED + 2} & set(plain.events[:, 2])  # it strikes a stop
     assert_the_same(plain, found)
 
 

@@ -12,6 +12,13 @@ ORBIT |= {"velocity": 0.198433035833}
 DRIFTS = {0.95: 1.094851234224, 0.90: 1.0631859624, 0.87: 0.2780241279, 0.85: -0.3078969820}
 
 
+IMPACTS = {
+    "external": {"gap": 0.3, "restitution": 0.6, "actuation": "external", "normal_load": 0.4, "mass_ratio": 5.0},
+    "two-sided": {"gap": 0.3, "back_gap": 0.4, "restitution": 0.8},
+    "plastic": {"gap": 0.1, "restitution": 0.0},  # the masses stay together and part again
+}
+
+
 def capsule(frequency=0.95, **machine):
     friction = vc.Coulomb(coulomb_coefficient=1.0, static_coefficient=1.0)
     return vc.System(vc.VibroImpactCapsule(**machine), friction, vc.Harmonic(amplitude=1.6, frequency=frequency))
@@ -109,6 +116,39 @@ def test_linear_capsule_with_much_friction_is_an_oscillator():
     assert ends[0]["displacement"] == pytest.approx(free.state["position"], abs=1e-8)
 
 
+def test_starts_of_basins_lie_between_the_stops():
+    system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
+    with pytest.raises(ValueError, match=r"plane: displacement should lie between the stops, -inf to 0.3, got"):
+        vc.basins(system, {"displacement": (-1.0, 0.6), "displacement_rate": (-2.0, 2.0)}, 4)
+    with pytest.raises(ValueError, match=r"ranges: displacement should lie between the stops"):
+        vc.attractors(system, ranges={"displacement": (-1.0, 0.6)})
+    found = vc.basins(system, ("displacement", "displacement_rate"), 4)
+    assert found.x[0] < -1.0
+    assert found.x[-1] < 0.3
+    assert np.allclose(found.drift, -0.46153865, atol=1e-7)
+
+
+def test_a_case_that_starts_beyond_a_stop_is_refused_in_its_own_units(tmp_path, capsys):
+    from vibrocap.cli import main as cli
+
+    case = tmp_path / "case.toml"
+    parts = '[friction]\nlaw = "coulomb"\n[drive]\nwaveform = "harmonic"\n'
+    case.write_text(
+        '[machine]\nkind = "rigid-stop-capsule"\ngap = 0.1\n[initial]\ndisplacement = 0.5\n' + parts, "utf-8"
+    )
+    assert cli.main(["simulate", str(case)]) == 2
+    assert "initial.displacement: should be at most 0.1, where a stop stands, got 0.5" in capsys.readouterr().err
+    scales = "inner_mass_kg = 0.1\nlength_unit_m = 0.01\ntime_unit_s = 0.02\n"
+    machine = "capsule_mass_kg = 0.3\nstiffness_N_per_m = 250.0\ndamping_N_s_per_m = 0.5\nnormal_load_N = 1.0\n"
+    start = '[machine]\nkind = "rigid-stop-capsule"\ngap_m = 0.002\n[initial]\ndisplacement_m = 0.003\n'
+    drive = '[drive]\nwaveform = "harmonic"\namplitude_N = 1.0\nfrequency_Hz = 8.0\n'
+    text = 'units = "SI"\n' + start.replace("[initial]", scales + machine + "restitution = 0.5\n[initial]")
+    case.write_text(text + '[friction]\nlaw = "coulomb"\n' + drive, "utf-8")
+    assert cli.main(["simulate", str(case)]) == 2
+    said = "initial.displacement_m: should be at most 0.002 m, where a stop stands, got 0.003 m"
+    assert said in capsys.readouterr().err
+
+
 def bouncing(restitution):
     """A mass that a constant force drives against the wall of a free capsule: a ball that falls to the ground."""
     machine = vc.RigidStopCapsule(
@@ -146,13 +186,6 @@ def test_elastic_bouncing_keeps_all_energy():
     motion = vc.simulate(bouncing(1.0), periods=1.0, tolerance=1e-12)
     assert (motion.event_kinds == "impact").sum() == 5
     assert vc.energy_balance(motion, (0.0, motion.end)).impact == pytest.approx(0.0, abs=1e-14)
-
-
-IMPACTS = {
-    "external": {"gap": 0.3, "restitution": 0.6, "actuation": "external", "normal_load": 0.4, "mass_ratio": 5.0},
-    "two-sided": {"gap": 0.3, "back_gap": 0.4, "restitution": 0.8},
-    "plastic": {"gap": 0.1, "restitution": 0.0},  # the masses stay together and part again
-}
 
 
 @pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.4), pytest.param(vc.LuGre(), marks=pytest.mark.slow)])

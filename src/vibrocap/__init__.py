@@ -99,6 +99,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
+    from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
@@ -305,6 +306,7 @@ __all__ = [
     "TwoBodyCrawler",
     "ThreeBodyCrawler",
     "crawler",
+    "ModeCouplingBlock",
     "PendulumCapsuleWithStops",
     "InnerMassScales",
     "Constant",

@@ -225,7 +225,10 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
         later = [as_given(each, given, sections) for each in complaints[said:]]
         raise CaseError([*complaints[:said], *later], source)
     initial = {name: float(value) for name, value in sections["initial"].items()}
-    return Case(system, initial, **sections["run"], scales=scales if kept else None)
+    try:
+        return Case(system, initial, **sections["run"], scales=scales if kept else None)
+    except ArgumentError as error:  # a stop stands where the motion would start
+        raise CaseError([as_given(error.complaint, given, sections)], source) from None
 
 
 def case_text(case: Case, units: str | None = None) -> str:

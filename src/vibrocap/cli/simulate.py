@@ -23,7 +23,6 @@ from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.physics.scales import SIScales
 
 # kind of event: what happens
 EVENTS = {
@@ -201,7 +200,7 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.system.units is not None:
         units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
-    elif motion.system.machine.si_scales is SIScales:
+    elif type(motion.system.machine).gravity is None:  # whose units are not those of a pendulum
         units = "All quantities are in the units of the parameters."
     page.say(units, style="dim")
 

@@ -86,10 +86,7 @@ def surrounded(machine: Any) -> str | None:
     for i, rate in enumerate(formulas.rates):
         acceleration = acceleration + derivative(known["contact_velocity"], i) * rate
     for draw in draws(SAMPLES):
-        t, y, _, _ = machine_draw(machine, draw)
-        further = {f"side_{i}": machine.states.index(name) for i, name in enumerate(machine.contacts, 2)}
-        sides = {name: 1.0 if y[place] > 0.0 else -1.0 for name, place in further.items()}
-        y = (*y, *(sides.get(name, 0.0) for name in system.state_names[len(y) :]))
+        t, y, _, _ = machine_draw(placed, draw)
         side = 1.0 if placed.contact_velocity(t, y) > 0.0 else -1.0
         for what, (stored, inflows) in pairs.items():
             grown = [derivative(stored, -1)]

@@ -31,7 +31,8 @@ class Verdict:
 class Certificate:
     """Evidence that a motion is what the equations say.
 
-    stick_force_ratio: largest |R|/(N eta_s) while stuck; at most 1 to rounding (None: the law cannot stick).
+    stick_force_ratio: largest |R|/(N eta_s) while stuck; at most 1 to rounding (None: the law cannot stick). Of several
+    contacts the largest, and so for the least velocity.
     event_velocity: largest |contact velocity| at located events, before it was set to zero.
     sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
     energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.

@@ -1,5 +1,6 @@
 """What a certificate rests on, gathered from a motion: its steps, its contact, its balances and a second run."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -55,6 +56,11 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     slack = 64 * float(np.finfo(float).eps) * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
     ratio = _stick_force_ratio(motion, friction[stuck], index[stuck], s[stuck])
+    least = least if laws[0].kind != "smooth" else 0.0
+    event_velocity = recorded.contact_residual
+    for further in _further_contacts(motion, index, s):
+        ratio = further.ratio if ratio is None else max(ratio, further.ratio or 0.0)
+        least, event_velocity = min(least, further.least_velocity), max(event_velocity, further.event_velocity)
     defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
     estimate = _estimated_error(recorded, loose, scales, _lasting(motion), ratio_of_tolerances)
     verdicts = []
@@ -67,12 +73,12 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
         judge("stick_force_ratio", ratio, 1.0 + STICK_SLACK, text)
     judge(
         "event_velocity",
-        recorded.contact_residual,
+        event_velocity,
         EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"),
-        f"the contact still moves at {recorded.contact_residual:.2g} where it is said to rest or to turn: an event was "
+        f"the contact still moves at {event_velocity:.2g} where it is said to rest or to turn: an event was "
         f"not located to the tolerance",
     )
-    if motion.system.friction.kind != "smooth":
+    if any(law.kind != "smooth" for law in laws):
         judge("least_velocity", -least, slack, f"the velocity passes rest by {-least:.1e} without an event")
     errors = BALANCE_BOUND + BALANCE_PER_STEP * len(motion.piece_start)
     for field, value, observables, check in (
@@ -91,7 +97,7 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     reaction, warnings = _reaction(motion, index, s)
     return Certificate(
         stick_force_ratio=ratio,
-        event_velocity=recorded.contact_residual,
+        event_velocity=event_velocity,
         sign_kept=bool(least >= -slack),
         least_velocity=least,
         energy_residual=energy_residual,
@@ -119,6 +125,36 @@ def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, 
     force = np.abs(held - middle)
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
+
+
+@dataclasses.dataclass(frozen=True)
+class FurtherEvidence:
+    """Of one further contact: what `Certificate` says of the first under these names; ratio: of forces at rest."""
+
+    ratio: float | None
+    least_velocity: float
+    event_velocity: float
+
+
+def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
+    """Evidence of each further contact whose law is not smooth."""
+    system, found = motion.system, []
+    for number, (law, load) in enumerate(zip(system.further_laws, system.machine.further_loads(), strict=True), 2):
+        if law.kind == "smooth":
+            continue
+        sides = motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0]
+        velocity, friction = motion.piece_observables((f"contact_velocity_{number}", f"friction_{number}"), index, s)
+        stuck, ratio = sides[index] == 0.0, None
+        if law.kind == "set-valued":
+            force, limit = np.abs(friction[stuck] - law.holding_middle(load)), float(law.holding_limit(load))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
+        along = (sides[index] * velocity).reshape(-1, POINTS)
+        stops = np.append(sides[1:] != sides[:-1], False)  # pieces that end with an event of this contact
+        at_event = float(np.max(np.abs(along[stops, -1]), initial=0.0))
+        along[stops, -1] = 0.0
+        found.append(FurtherEvidence(ratio, float(np.min(along, initial=0.0)), at_event))
+    return found
 
 
 def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:

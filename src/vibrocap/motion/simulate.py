@@ -142,7 +142,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
     states = len(recording.rates)
     period = system.drive.period
     pieces, head = recorded.pieces, memory.PIECE_HEAD
-    kinds, kept = _contact_events(event_kinds(system)[recorded.events[:, 2].astype(int)], recorded.events)
+    kinds, kept = _contact_events(system, recorded.events)
     events = recorded.events[kept]
     origin = time - phase * period  # when the drive began the period in which the motion begins
     motion = Trajectory(
@@ -184,9 +184,15 @@ def event_kinds(system: System) -> np.ndarray:
     return np.array([*EVENT_KINDS, *unused, *system.placed.switch_events])
 
 
-def _contact_events(kinds: np.ndarray, events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(kinds, which events are kept): a further contact that stops and leaves at one instant has turned."""
-    kinds, kept = kinds.copy(), np.ones(len(kinds), dtype=bool)
+def _contact_events(system: System, events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(kinds of the events that are kept, which these are).
+
+    A further contact that stops and leaves at one instant has turned; where the run starts it is found to slide.
+    """
+    numbers = events[:, 2].astype(int)
+    kinds, kept = event_kinds(system)[numbers], np.ones(len(events), dtype=bool)
+    if system.machine.contacts and not system.friction.switched:
+        kept = numbers != memory.SWITCHED
     for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
         number = kinds[i].removeprefix("stick_")
         for k in range(i + 1, len(kinds)):

@@ -105,5 +105,7 @@ def check_room(system: System, start: Mapping[str, float]) -> None:
     for name, (low, high) in system.machine.room().items():
         rounding = WHOLE * (1.0 + abs(start[name]))
         if not low - rounding <= start[name] <= high + rounding:
-            wanted = f"at most {high:g}" if start[name] > high else f"at least {low:g}"
-            raise ArgumentError(f"initial.{name}", f"should be {wanted}, where a stop stands, got {start[name]:g}")
+            factor, unit = (1.0, "") if system.units is None else (system.si.factor(name), f" {system.si.unit(name)}")
+            given, bound = start[name] * factor, (high if start[name] > high else low) * factor
+            wanted = f"at {'most' if start[name] > high else 'least'} {bound:g}{unit}"
+            raise ArgumentError(f"initial.{name}", f"should be {wanted}, where a stop stands, got {given:g}{unit}")

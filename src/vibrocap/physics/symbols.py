@@ -53,6 +53,8 @@ STATES = {
     **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers)") for i in (2, 3)},
     "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
+    "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
+    "approach_rate": ("y'", "its rate"),
     "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
@@ -83,6 +85,8 @@ MECHANICAL = (
     "velocity_3",
     "centre_velocity",
     "sliding_velocity",
+    "approach",
+    "approach_rate",
     "touching",
 )
 QUANTITIES = {

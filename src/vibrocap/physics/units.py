@@ -33,6 +33,8 @@ QUANTITIES = {
     "angle_rate": "rad/s",
     "displacement": "m",
     "displacement_rate": "m/s",
+    "approach": "m",
+    "approach_rate": "m/s",
     "position": "m",
     "velocity": "m/s",
     "sliding_velocity": "m/s",

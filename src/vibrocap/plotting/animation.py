@@ -31,6 +31,7 @@ MOST_FRAMES = 750  # a longer film runs faster instead
 
 # side of the contact: (colour, words); the words too, so that nothing rests on colour alone
 CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
+MOST_NAMED = 3  # contacts whose modes are said in words
 WIDTH_OVER_HEIGHT = 16 / 9
 BELOW, ABOVE, BESIDE = 0.4, 0.35, 0.5  # room around the shapes: for the ground and its numbers, for words
 OUTLINE = "#303030"
@@ -104,7 +105,8 @@ class Scene:
         machine = motion.system.machine
         self.place = machine.place or machine.cyclic
         self.position = motion.at(times, self.place)
-        self.side = _shown_side(motion, times)
+        contacts = range(1, 2 + len(machine.contacts))
+        self.sides = [_shown_side(motion, times, contact) for contact in contacts]
         self.camera = np.polyval(np.polyfit(times, self.position, 1), times)
         self.load = motion.at(times, "reaction") if "reaction" in motion.observable_names else None
         if self.load is not None:
@@ -178,7 +180,7 @@ class Scene:
         self.axes.text(
             side,
             self.low + 0.02,
-            f"lengths in {'$l$' if self.motion.system.units is None else 'm'}; triangle: start of the film",
+            f"lengths in {_length_unit(self.motion.system)}; triangle: start of the film",
             ha="right",
             fontsize=7.5,
             color="#555555",
@@ -187,10 +189,15 @@ class Scene:
     def show(self, number: int) -> None:
         """Draw a frame."""
         camera, time, position = self.camera[number], self.times[number], self.position[number]
-        colour, words = CONTACT[int(self.side[number])]
+        modes = [CONTACT[int(side[number])] for side in self.sides]
+        colour, words = modes[0]
+        if len(modes) > 1:
+            colour, words = OUTLINE, ", ".join(f"{i} {said}" for i, (_, said) in enumerate(modes[:MOST_NAMED], start=1))
+        contact = 0
         for each, move in zip(self.shapes, self.movers, strict=True):
             x, y = each.points[:, 0, number] - camera, each.points[:, 1, number]
-            move(x, y, colour)
+            move(x, y, modes[min(contact, len(modes) - 1)][0])
+            contact += each.shape.kind == "contact"
         for mark, tick in zip(self.marks, self.ticks, strict=True):
             tick.set_xdata([mark - camera, mark - camera])
         for mark, label in self.numbers.items():
@@ -224,6 +231,12 @@ class Scene:
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
+
+
+def _length_unit(system: Any) -> str:
+    if system.units is not None:
+        return "m"
+    return "the units of the parameters" if type(system.machine).gravity is None else "$l$"
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact
@@ -266,12 +279,15 @@ def _coils(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x[0] + share * along[0] + aside * normal[0], y[0] + share * along[1] + aside * normal[1]
 
 
-def _shown_side(motion: Trajectory, times: np.ndarray) -> np.ndarray:
-    """The side of the contact; a stick shorter than the time between two frames is shown in one frame still."""
-    side = motion.at(times, "side").astype(int)
-    if motion.system.friction.kind != "set-valued":
-        return np.where(side == 0, np.sign(motion.at(times, "contact_velocity")).astype(int), side)
-    for phase in motion.phases:
+def _shown_side(motion: Trajectory, times: np.ndarray, contact: int) -> np.ndarray:
+    """The side of a contact; a stick shorter than the time between two frames is shown in one frame still."""
+    law, ending = (motion.system.friction, *motion.system.further_laws)[contact - 1], f"_{contact}" * (contact > 1)
+    if law.kind != "set-valued":
+        moving = np.sign(motion.at(times, f"contact_velocity{ending}")).astype(int)
+        side = motion.at(times, "side").astype(int)
+        return moving if contact > 1 else np.where(side == 0, moving, side)
+    side = motion.at(times, f"side{ending}").astype(int)
+    for phase in motion.phases_of(contact):
         if phase.side == STUCK and phase.end > times[0]:
             side[min(int(np.searchsorted(times, phase.start)), len(times) - 1)] = STUCK
     return side

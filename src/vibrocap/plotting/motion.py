@@ -79,7 +79,8 @@ def motion_figure(motion: Trajectory) -> Figure:
             legend.remove()  # as above
         right.align_ylabels()
         fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
-        footnote(fig, IN_SI if system.units is not None else DIMENSIONLESS if system.machine.cyclic else ANY_UNITS)
+        own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
+        footnote(fig, own if system.units is None else IN_SI)
     return fig
 
 
@@ -310,15 +311,20 @@ def _time_histories(axes: Any, motion: Trajectory) -> None:
 
 def _body_name(motion: Trajectory) -> str:
     """What slides."""
+    if motion.system.machine.contacts:
+        return "Body 1"
     return "Block" if motion.system.machine.cyclic is None else "Capsule"
 
 
 def _place_label(motion: Trajectory) -> str:
-    return "position $x$" if motion.system.machine.cyclic is None else LABELS["position"]
+    plain = motion.system.machine.cyclic is None or motion.system.machine.contacts
+    return "position $x$" if plain else LABELS["position"]
 
 
 def _inner_name(motion: Trajectory) -> str:
-    """What moves within the capsule, or the block."""
+    """What moves within the capsule, or the block; of a row of bodies, the first gap."""
+    if motion.system.machine.contacts:
+        return "Gap 1"
     if motion.system.machine.cyclic is None:
         return "Block"
     return "Pendulum" if motion.state_names[0] == "angle" else "Inner motion"
@@ -327,6 +333,8 @@ def _inner_name(motion: Trajectory) -> str:
 def _label(motion: Trajectory, name: str) -> str:
     """The axis label of a quantity, its name in words where there is none; with its unit where that is known."""
     label = _place_label(motion) if name == "position" else LABELS.get(name, name.replace("_", " "))
+    if motion.system.machine.contacts and name in ("velocity", "contact_velocity", "friction"):
+        label = {"velocity": "velocity $v_1$", "contact_velocity": "sliding velocity $v_1$"}.get(name, "friction $R_1$")
     return with_unit(label, name, motion.system)
 
 

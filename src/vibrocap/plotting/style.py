@@ -38,6 +38,8 @@ LABELS = {
     "periods": r"time in drive periods $\tau/T$",
     "angle": r"pendulum angle $\theta$",
     "angle_rate": r"angular velocity $\theta'$",
+    "displacement": r"inner displacement $z$",
+    "displacement_rate": r"inner velocity $z'$",
     "position": r"capsule position $X$",
     "velocity": r"capsule velocity $X'$",
     "contact_velocity": r"sliding velocity $X'$",

@@ -11,7 +11,7 @@ from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import memory
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
-from vibrocap.orbits.attractors.starts import check_state, visited_ranges
+from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
 from vibrocap.orbits.maps.drive_phase import at_next_section
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
@@ -168,8 +168,16 @@ def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tu
         if name != PHASE:
             check_state("plane", system, name)
     first, second = plane
-    pairs = [None if pair is None else checked_pair(f"plane: {name}", pair) for name, pair in plane.items()]
+    pairs = [None if pair is None else _checked_axis(system, name, pair) for name, pair in plane.items()]
     return (first, second), pairs
+
+
+def _checked_axis(system: System, name: str, pair: Any) -> tuple[float, float]:
+    return (
+        checked_pair(f"plane: {name}", pair)
+        if name == PHASE
+        else checked_start_range(f"plane: {name}", system, name, pair)
+    )
 
 
 def _checked_resolution(resolution: Any) -> tuple[int, int]:

@@ -24,8 +24,17 @@ def checked_ranges(name: str, system: System, given: Any) -> dict[str, tuple[flo
     found = {}
     for state, pair in given.items():
         check_state(name, system, state)
-        found[state] = checked_pair(f"{name}: {state}", pair)
+        found[state] = checked_start_range(f"{name}: {state}", system, state, pair)
     return found
+
+
+def checked_start_range(name: str, system: System, state: str, pair: Any) -> tuple[float, float]:
+    """(low, high) of the starts of a state; ValueError for what is no range, or lies beyond a rigid stop."""
+    low, high = checked_pair(name, pair)
+    least, most = system.machine.room().get(state, (-np.inf, np.inf))
+    if low < least or high > most:
+        raise ValueError(f"{name} should lie between the stops, {least:g} to {most:g}, got {pair!r}")
+    return low, high
 
 
 def check_state(name: str, system: System, state: Any) -> None:
@@ -38,7 +47,7 @@ def check_state(name: str, system: System, state: Any) -> None:
     if state == system.machine.cyclic:
         why = f"nothing depends on {state!r}: a start shifted along it makes the same motion"
     elif state in system.switched:
-        why = f"{state!r} is a mode of the law, no quantity"
+        why = f"{state!r} is a mode of the law or the machine, no quantity"
     raise ValueError(f"{name}: {why}; there are {', '.join(useful)}")
 
 
@@ -75,6 +84,10 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
     free = [i for i in map_.smooth_states if i < mechanical]
     probes = np.tile(start, (PROBES, 1))
     probes[:, free] = PROBED * sizes[free] * (2.0 * evenly_spread(PROBES, len(free)) - 1.0)
+    room = system.machine.room()
+    for name, (least, most) in room.items():
+        i = system.state_names.index(name)
+        probes[:, i] = np.clip(probes[:, i], least, most)
     rows = np.tile(parameters, (PROBES, 1))
     budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, memory.ASK_EXTREMES)
     ends = map_.run(budget, probes, rows)
@@ -88,6 +101,8 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
             high = max(high, float(fine[:, layout.gathered_slice("LARGEST")][:, i].max()))
         if system.mirrored and system.symmetry[i] < 0:
             low, high = -max(-low, high), max(-low, high)
+        least, most = room.get(name, (-np.inf, np.inf))
+        low, high = max(low, least), min(high, most)
         if name not in system.switched and np.isfinite(low) and low < high:
             found[name] = (float(low), float(high))
     return found

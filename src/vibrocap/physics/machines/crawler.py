@@ -17,6 +17,7 @@ from vibrocap.physics.machines.machine import (
     parameters,
 )
 
+APART = 5.0  # of the middles of neighbouring bodies in pictures, where the springs are not stretched
 NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
 
 
@@ -131,10 +132,10 @@ class Crawler(Machine):
         return driven, damped
 
     def scene(self, t, y):
-        """Blocks in a row, one unit of length between them where the gaps are closed, and springs."""
+        """Blocks in a row, with springs; how far apart they stand at rest the equations do not say."""
         places = [y[2]]
         for z, _ in self._gaps(y):
-            places.append(places[-1] + 2.0 + z)
+            places.append(places[-1] + APART + z)
         found = []
         for i, x in enumerate(places, start=1):
             found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
