@@ -159,6 +159,7 @@ def _load(machine: Any, t: float, y: tuple, drive: float, force: float) -> float
 
 def load_made(machine: Any) -> str | None:
     """A load that follows the motion is its mean and the rate of the momentum normal to the ground."""
+    machine = machine.driven_by(ImposedSample())
     for draw in draws(SAMPLES if machine.follows_load else 0):
         t, y, drive, force = machine_draw(machine, draw)
         if not machine.reaction(t, y, drive)[0] > 0.0:
