@@ -37,6 +37,7 @@ MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
 FURTHER = [
     dataclasses.replace(varied(vc.PendulumCapsule, 1), normal_load="weight"),
     dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal"),
+    dataclasses.replace(varied(vc.PendulumCapsuleWithStops, 1), restitution=0.4),
     dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external"),
 ]
 MACHINES += FURTHER
@@ -112,12 +113,12 @@ def test_a_second_harmonic_breaks_the_symmetry():
 
 def system_draw(system, draw):
     """(t, y, side), the velocity agreeing with the side."""
-    machine = system.machine
+    machine = system.placed
     mechanical = list(random_state(machine.states, draw))
     contact = machine.states.index(machine.contact_state)
     side = draw.choice((1, -1))
+    mechanical = list(settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0))
     mechanical[contact] = side * abs(mechanical[contact])
-    mechanical = settled_branch(machine, 0.0, tuple(mechanical), 0.0, 0.0)
     internal = random_internal(system.friction, mechanical[contact], side, system.machine.load(), draw)
     return draw.uniform(0, 9), (*mechanical, *internal), side
 
@@ -177,7 +178,7 @@ def test_asymmetric_drive_breaks_the_symmetry(system):
 @each_system
 def test_energy_of_a_system(system):
     """d(machine + contact)/dt = sum of the powers of all channels, sliding and stuck."""
-    count = len(system.machine.states)
+    count = len(system.placed.states)
     for draw in draws(SAMPLES // 3):
         t, y, side = system_draw(system, draw)
         for mode in (side, 0) if system.friction.kind == "set-valued" else (side,):
@@ -185,7 +186,7 @@ def test_energy_of_a_system(system):
                 contact = system.machine.states.index(system.machine.contact_state)
                 y = tuple(0.0 if i == contact else v for i, v in enumerate(y))
             flow = system.flow(t, y, mode)
-            growth = along(system.machine.energy, t, y[:count], flow.rates[:count])
+            growth = along(system.placed.energy, t, y[:count], flow.rates[:count])
             graph = Graph()
             z = tuple(graph.node("state", i) for i in range(len(y) - count))
             stored = graph.expression(system.friction.stored_energy(z))
@@ -260,8 +261,8 @@ def test_names_and_values_that_a_part_does_not_take_are_refused_in_our_words(par
     given = {name: 1.0 if value is PydanticUndefined else value for name, value in given.items()}
     name = next(name for name, value in given.items() if isinstance(value, float))
     with pytest.raises(ParameterError) as caught:
-        part(**{**{key: value for key, value in given.items() if key != name}, f"{name}_": 1.0})
-    assert f"{name}_: there is no such parameter; did you mean '{name}'?" in caught.value.complaints
+        part(**{**{key: value for key, value in given.items() if key != name}, f"{name}s": 1.0})
+    assert f"{name}s: there is no such parameter; did you mean '{name}'?" in caught.value.complaints
     with pytest.raises(ParameterError) as caught:
         part(**{**given, name: "much"})
     assert str(caught.value) == f"{part.__name__}: {name}: should be a number, got 'much'"

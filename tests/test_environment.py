@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import json
 import math
 from typing import ClassVar
 
@@ -11,6 +12,8 @@ import pytest
 import vibrocap as vc
 from independent import until_switch
 from law_instances import LAWS
+from vibrocap.cli.main import main
+from vibrocap.cli.terminal import OK
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.codegen.jets import JetWriter
@@ -222,7 +225,7 @@ def surrounded(machine, law):
 
 SYSTEMS = [
     surrounded(make(**given), law)
-    for make, law in itertools.product(machines().values(), LAWS[::4])
+    for make, law in itertools.product(machines().values(), LAWS[::8])
     for given in ([{"normal_load": "weight"}, {"normal_load": "dynamic"}] if make is vc.PendulumCapsule else [{}])
 ]
 LABELS = [
@@ -232,7 +235,7 @@ LABELS = [
 
 def sample(system, draw):
     """(time, state, side) of a contact that slides."""
-    t, y, _, _ = machine_draw(system.machine, draw)
+    t, y, _, _ = machine_draw(system.placed, draw)
     velocity = system.machine.contact_velocity(t, y)
     side = 1 if velocity > 0 else -1
     return t, (*y, *random_internal(system.friction, velocity, side, 1.0, draw)), side
@@ -297,14 +300,17 @@ def test_a_contact_at_rest_is_held_exactly(system):
 def test_the_acceleration_comes_from_the_balance_of_momentum(system):
     """Without it the series would be long, and the motion slow."""
     recording = equations(system)
+    if system.machine.contacts:
+        assert recording.balance is None  # the acceleration of the first contact is one of several in it
+        return
     assert recording.balance is not None
     assert JetWriter(recording.graph, list(recording.rates), balance=recording.balance).balance is not None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("system", SYSTEMS[::5], ids=LABELS[::5])
+@pytest.mark.parametrize("system", SYSTEMS[::4], ids=LABELS[::4])
 def test_balances_of_motions_close(system):
-    motion = vc.simulate(system, periods=5, initial={system.state_names[0]: 0.5})
+    motion = vc.simulate(system, periods=5, initial={system.machine.contact_state: 0.3})
     assert motion.status.ok or motion.status.value in ("lift off", "paradox")
     assert motion.certificate.ok, motion.certificate.failures
     bound = 100.0 * motion.tolerance * (1.0 + max(abs(motion["energy"])))
@@ -607,3 +613,24 @@ def test_machine_without_masses_cannot_stand_on_a_slope():
         *("drive", "damper", "belt", "drag", "outer_force"),
         *("contact_sliding", "bristle_loss"),
     )
+
+
+def test_limits_say_what_acts_besides_friction(tmp_path, capsys):
+    law = vc.Exponential(coulomb_coefficient=0.1, static_coefficient=0.2)
+    gentle = vc.save_case(capsule("weight", law, inclination=0.1, linear_drag=0.2), tmp_path / "gentle.toml")
+    assert main(["limits", str(gentle), "--json"]) == OK
+    record = json.loads(capsys.readouterr().out)
+    weight = 3.5 * math.cos(0.1)
+    assert record["load"] == pytest.approx(weight, rel=1e-15)
+    assert record["breakaway_force"] == pytest.approx(0.2 * weight, rel=1e-15)
+    forward, back = (0.2 * weight + sign * 3.5 * math.sin(0.1) for sign in (1.0, -1.0))
+    assert f"breaks away with {forward:.10g} forward and {back:.10g} back" in record["notes"][0]
+    assert "without drag" in record["notes"][1]
+    steep = vc.save_case(capsule("dynamic", law, inclination=-0.3), tmp_path / "steep.toml")
+    assert main(["limits", str(steep)]) == OK
+    text = " ".join(capsys.readouterr().out.split())
+    assert "the limits at its mean" in text
+    assert "slides forward by itself" in text
+    plain = vc.save_case(capsule("weight", law), tmp_path / "plain.toml")
+    assert main(["limits", str(plain), "--json"]) == OK
+    assert "notes" not in json.loads(capsys.readouterr().out)

@@ -226,6 +226,40 @@ def test_a_start_beyond_a_rigid_stop_is_refused():
         vc.ensemble(system, {"machine.gap": [0.2, 0.05]}, initial={"displacement": 0.1})
 
 
+@pytest.mark.parametrize("load", ["weight", "dynamic"])
+def test_a_run_ends_where_the_pendulum_reaches_its_stop(load):
+    """At the angle, exactly; up to there it is the motion without stops."""
+    given = vc.Exponential(), vc.Harmonic(amplitude=1.8)
+    stopped = vc.System(vc.PendulumCapsuleWithStops(limit_angle=0.8, normal_load=load), *given)
+    motion = vc.simulate(stopped, periods=3, initial={"angle": 0.5})
+    assert motion.status is vc.Status.STOP_REACHED
+    assert motion.events[-1].kind == "stop_reached"
+    assert motion.state["angle"] == pytest.approx(0.8, abs=1e-14)
+    free = vc.simulate(vc.System(vc.PendulumCapsule(normal_load=load), *given), periods=3, initial={"angle": 0.5})
+    assert motion.state["velocity"] == pytest.approx(free.at(motion.end, "velocity")[0], abs=1e-9)
+    with pytest.raises(ValueError, match=r"initial.angle should be at least -0.8, where a stop stands, got -0.9"):
+        vc.simulate(stopped, initial={"angle": -0.9})
+
+
+def test_a_pendulum_bounces_off_its_capsule():
+    """Each impact keeps the momentum, turns the angular velocity to -e times it, and takes its share of energy."""
+    machine = vc.PendulumCapsuleWithStops(limit_angle=0.8, restitution=0.6)
+    system = vc.System(machine, vc.Exponential(), vc.Harmonic(amplitude=1.8))
+    motion = vc.simulate(system, periods=4, initial={"angle": 0.5}, tolerance=1e-11)
+    assert motion.certificate.ok
+    times = motion.event_times[motion.event_kinds == "impact"]
+    assert len(times) >= 6
+    for time in times:
+        border = int(np.argmin(np.abs(motion.piece_start - time)))
+        ends = np.array([border - 1, border]), np.array([motion.piece_length[border - 1], 0.0])
+        (_, before_rate, _, _, _), (_, after_rate, _, _, _) = motion.piece_states(*ends).T
+        momentum, energy = motion.piece_observables(("momentum", "energy"), *ends)
+        assert after_rate == pytest.approx(-0.6 * before_rate, rel=1e-12)
+        assert momentum[1] == pytest.approx(momentum[0], abs=1e-13)
+        share = (3.5 - np.cos(0.8) ** 2) / (2.0 * 3.5)
+        assert energy[1] - energy[0] == pytest.approx(-(1.0 - 0.6**2) * share * before_rate**2, rel=1e-9)
+
+
 def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
     """The mass is at X + z, the stop where the mass touches it; every machine can be filmed."""
     from vibrocap.motion.shapes import moving_shapes
@@ -254,3 +288,7 @@ def test_actuation_and_gaps_are_refused_by_name():
         vc.RigidStopCapsule(restitution=1.5)
     with pytest.raises(ValueError, match=r"restitution: should be at least 0, got -0.5"):
         vc.RigidStopCapsule(restitution=-0.5)
+    with pytest.raises(ValueError, match=r"restitution: should be a number from 0 to 1, .* got 2.0"):
+        vc.PendulumCapsuleWithStops(restitution=2.0)
+    with pytest.raises(ValueError, match=r'restitution: should be left out with normal_load = "dynamic"'):
+        vc.PendulumCapsuleWithStops(restitution=0.5, normal_load="dynamic")

@@ -98,8 +98,10 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
+    from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
@@ -296,6 +298,10 @@ __all__ = [
     "TwoMassCapsule",
     "VibroImpactCapsule",
     "RigidStopCapsule",
+    "TwoBodyCrawler",
+    "ThreeBodyCrawler",
+    "crawler",
+    "PendulumCapsuleWithStops",
     "InnerMassScales",
     "Constant",
     "Ramp",

@@ -17,13 +17,17 @@ from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
+from vibrocap.physics.states import FURTHER, state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import parameter_keys, state_keys, state_units
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
-PARTS = (*CHOICES, "environment")  # sections of parts, of which the last may be left out and has no kinds
-SECTIONS = (*PARTS, "scales", "initial", "run")
+CATALOGUES = {section: catalogue for section, (_, catalogue) in CHOICES.items()} | dict.fromkeys(FURTHER, laws)
+KEYS = {section: key for section, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, "law")
+# Sections of parts: from the environment on they may be left out; it has no kinds.
+PARTS = (*CHOICES, "environment", *FURTHER)
+SECTIONS = (*CHOICES, "environment", "scales", "initial", "run", *FURTHER)
 LARGEST = 2**24  # bytes of a case file
 KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
@@ -137,8 +141,12 @@ def _change(data: dict[str, Any], path: str, value: Any) -> None:
         return
     if path in KINDS and value != given.get(key):
         if section == "friction" and isinstance(start := data.get("initial"), dict):
-            law = laws().get(given.get(key, ""))
-            data["initial"] = {name: x for name, x in start.items() if law is None or name not in law.internal}
+            law, own = laws().get(given.get(key, "")), data.get("machine")
+            machine = machines().get(own.get("kind", "")) if isinstance(own, dict) else None
+            lost = set() if law is None else set(law.internal)
+            if machine is not None and law is not None:
+                lost = set(state_names({"machine": machine, "friction": law})).difference(machine.states)
+            data["initial"] = {name: x for name, x in start.items() if name not in lost}
         given.clear()
     given[key] = value
 
@@ -152,9 +160,15 @@ def _other_keys(data: Mapping[str, Any], section: str, key: str) -> list[str]:
     if None in parts or section not in (*PARTS, "initial") or not isinstance(data.get(section), dict):
         return []
     classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True)) | {"environment": Environment}
+    for name in FURTHER:
+        own = laws().get(data[name].get(KEYS[name])) if isinstance(data.get(name), dict) else None
+        if own is not None:
+            classes[name] = own
     machine = classes["machine"]
     if section == "initial":
-        keys = state_keys(state_units(machine, classes["friction"]))
+        keys = state_keys(state_units(classes))
+    elif section not in classes:
+        return []
     else:
         keys = parameter_keys(classes[section], machine.effort)
     return [other for other, each in keys.items() if key in keys and each.name == keys[key].name and other != key]
@@ -174,15 +188,16 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             complaints.add(name, f"should be a section, [{name}] with its keys below it, got {shown(given)}")
         sections[name] = given if isinstance(given, Mapping) else {}
 
+    wanted = (*CHOICES, *(name for name in FURTHER if name in data))
     classes = {
-        name: _chosen(name, sections[name], complaints) for name in CHOICES if isinstance(data.get(name, {}), Mapping)
+        name: _chosen(name, sections[name], complaints) for name in wanted if isinstance(data.get(name, {}), Mapping)
     }
-    complete = len(classes) == len(CHOICES) and all(classes.values())
+    complete = len(classes) == len(wanted) and all(classes.values())
     if isinstance(data.get("environment"), Mapping):
         classes["environment"] = Environment
     scales, given, said = None, {}, 0
     if complete:
-        form = form_of(sections, classes, data.get("units"), {name: key for name, (key, _) in CHOICES.items()})
+        form = form_of(sections, classes, data.get("units"), KEYS)
         if form.check(sections, complaints):
             raise CaseError(complaints, source)
         where, values = form.scales_of(sections)
@@ -195,8 +210,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             sections |= plain
             said = len(complaints)  # about what was given; the others are about fields without units
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
-    machine, law = classes.get("machine"), classes.get("friction")
-    states = (*machine.states, *law.internal) if machine and law else None
+    states = state_names(classes) if all(classes.get(name) for name in (*CHOICES, *classes)) else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None
@@ -219,7 +233,7 @@ def case_text(case: Case, units: str | None = None) -> str:
     units: "SI" or "dimensionless"; as the results of the case are where nothing is said
     Raises ValueError for SI where the scales of the system are not known.
     """
-    return as_text(case.system, case.scales, case.initial, case.run, CHOICES, units)
+    return as_text(case.system, case.scales, case.initial, case.run, KEYS, units)
 
 
 def save_case(system: System, path: str | Path, units: str | None = None, **run: Any) -> Path:
@@ -232,8 +246,7 @@ def save_case(system: System, path: str | Path, units: str | None = None, **run:
 
 def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The class that a section asks for, or None with a complaint."""
-    key, catalogue = CHOICES[section]
-    known = catalogue()
+    key, known = KEYS[section], CATALOGUES[section]()
     choice = given.get(key)
     if isinstance(choice, str) and choice in known:
         return known[choice]
@@ -248,7 +261,7 @@ def _chosen(section: str, given: Mapping[str, Any], complaints: Complaints) -> A
 
 def _part(section: str, cls: Any, given: Mapping[str, Any], complaints: Complaints) -> Any:
     """The part with its good values, so that checks between fields go on; complaints about the others."""
-    key, catalogue = CHOICES.get(section, ("", dict))
+    key, catalogue = KEYS.get(section, ""), CATALOGUES.get(section, dict)
     names = [info.name for info in parameter_table(cls)]
     values = {name: value for name, value in given.items() if name != key}
     for name in [name for name in values if name not in names]:

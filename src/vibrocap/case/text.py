@@ -14,7 +14,7 @@ Section = Mapping[str, Any]
 
 
 def as_text(
-    system: System, kept: Scales | None, initial: Section, run: Section, choices: Mapping[str, Any], units: str | None
+    system: System, kept: Scales | None, initial: Section, run: Section, keys: Mapping[str, str], units: str | None
 ) -> str:
     """The TOML text of a case; kept: scales of a system whose results stay without units.
 
@@ -31,9 +31,9 @@ def as_text(
         raise ValueError(f"units: SI needs to know the scales of the machine: {fields}")
     head, sections = "", None
     if in_si and scales is not None:
-        sections = _in_si(system, scales, initial, choices, exactly=units is None)
+        sections = _in_si(system, scales, initial, keys, exactly=units is None)
     if sections is None:
-        sections = {name: _chosen(name, part, choices) | given_parameters(part) for name, part in system.parts.items()}
+        sections = {name: _chosen(name, part, keys) | given_parameters(part) for name, part in system.parts.items()}
         if scales is not None and parameter_table(scales):
             sections["scales"] = given_parameters(scales)
             head = f'units = "{DIMENSIONLESS}"\n\n' if units == DIMENSIONLESS or system.units is None else ""
@@ -45,23 +45,23 @@ def as_text(
     return head + "\n".join(blocks)
 
 
-def _chosen(section: str, part: Any, choices: Mapping[str, Any]) -> dict[str, Any]:
+def _chosen(section: str, part: Any, keys: Mapping[str, str]) -> dict[str, Any]:
     """The key that chooses the kind of a part, where there are kinds."""
-    return {choices[section][0]: part.name} if section in choices else {}
+    return {keys[section]: part.name} if section in keys else {}
 
 
 def _in_si(
-    system: System, scales: Scales, initial: Section, choices: Mapping[str, Any], exactly: bool
+    system: System, scales: Scales, initial: Section, keys: Mapping[str, str], exactly: bool
 ) -> dict[str, dict[str, Any]] | None:
     """The sections in SI; None where `exactly` is asked for and not possible."""
-    units = Units(scales, system.machine.effort, state_units(system.machine, system.friction))
+    units = Units(scales, system.machine.effort, state_units(system.parts))
     found: dict[str, dict[str, Any]] = {}
     for name, part in system.parts.items():
         values = written_in_si(part, units, exactly)
         if values is None:
             return None
         own = given_parameters(scales) if name == "machine" else {}
-        found[name] = _chosen(name, part, choices) | own | values
+        found[name] = _chosen(name, part, keys) | own | values
     start = written(initial, state_keys(units.states), units, exactly)
     return None if start is None else found | {"initial": start}
 

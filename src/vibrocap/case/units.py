@@ -64,7 +64,7 @@ def form_of(sections: Sections, classes: Mapping[str, Any], said: Any, chosen: M
     """In which units a case is given; classes: of the parts, all of them."""
     form = Form(classes, said if said in WORDS else "", [], chosen)
     keys: dict[str, Any] = {name: parameter_keys(cls, classes["machine"].effort) for name, cls in classes.items()}
-    keys["initial"] = state_keys(state_units(classes["machine"], classes["friction"]))
+    keys["initial"] = state_keys(state_units(classes))
     for name, known in keys.items():
         own = form.scale_fields if name == "machine" else ()
         form.keys += [f"{name}.{key}" for key in sections[name] if key in own or (key in known and known[key].has_unit)]
@@ -75,8 +75,7 @@ def without_units(
     sections: Sections, form: Form, scales: Scales, complaints: Complaints
 ) -> tuple[dict[str, dict[str, Any]], dict[str, tuple[str, Any]]]:
     """(the sections without units, under which key and with which value each field was given)."""
-    machine, law = form.classes["machine"], form.classes["friction"]
-    units = Units(scales, machine.effort, state_units(machine, law))
+    units = Units(scales, form.classes["machine"].effort, state_units(form.classes))
     plain, given = {}, {}
     for name in (*form.classes, "initial"):
         aside = {*form.scale_fields, form.chosen["machine"]} if name == "machine" else {form.chosen.get(name)}

@@ -11,6 +11,7 @@ from vibrocap.cli.terminal import OK, Page, said, table
 from vibrocap.io.in_si import LIMIT_UNITS, limits_in_si
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
+from vibrocap.physics.system import System
 
 
 def limits(case: Path, /, *, json: bool = False) -> int:
@@ -32,14 +33,45 @@ def limits(case: Path, /, *, json: bool = False) -> int:
         raise CaseError([f"friction: {error}"], str(case)) from None
     if system.units is not None:
         found = limits_in_si(plain, system)
+    notes = beyond_friction(system, found.breakaway_force)
     if json:
-        record = dataclasses.asdict(found)
+        record = dataclasses.asdict(found) | ({"notes": notes} if notes else {})
         if found is not plain:
             record |= {"units": LIMIT_UNITS, "dimensionless": dataclasses.asdict(plain)}
         print(json_text(record))
     else:
         print_limits(found, "N", "m/s", "m") if found is not plain else print_limits(found)
+        for note in notes:
+            Page().say(f"Note: {note}")
     return OK
+
+
+def beyond_friction(system: System, breakaway: float) -> list[str]:
+    """What the limits of friction alone leave out: a load that follows the motion, and what acts from outside.
+
+    breakaway: the force at which the contact breaks away, in the units of the results
+    """
+    notes = []
+    if system.machine.follows_load:
+        notes.append("The load follows the motion; these are the limits at its mean.")
+    if (environment := system.environment) is None:
+        return notes
+    at_rest = environment.outside(system.placed, 0.0, (0.0,) * len(system.machine.states), 0).push_at_rest
+    factor, unit = (1.0, "") if system.units is None else (system.si.factor("friction"), "N")
+    push = at_rest * factor
+    if push:
+        words = (
+            f"Slope and outer force push with {said(push, unit)} at rest, positive forward, which friction holds too: "
+        )
+        if abs(push) > breakaway:
+            words += f"more than it can, so the contact slides {'forward' if push > 0.0 else 'back'} by itself."
+        else:
+            ways = said(breakaway - push, unit), said(breakaway + push, unit)
+            words += f"the machine itself breaks away with {ways[0]} forward and {ways[1]} back."
+        notes.append(words)
+    if environment.linear_drag or environment.quadratic_drag:
+        notes.append("The steady curve and its offset points are those of friction, without drag.")
+    return notes
 
 
 def print_limits(limits: Any, force: str = "", speed: str = "", length: str = "") -> None:

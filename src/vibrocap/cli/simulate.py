@@ -23,6 +23,7 @@ from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.scales import SIScales
 
 # kind of event: what happens
 EVENTS = {
@@ -35,6 +36,7 @@ EVENTS = {
     "impact": "the inner mass strikes a stop",
     "stop_opened": "the inner mass leaves a stop",
     "lift_off": "the contact loses its load, which ends the run",
+    "stop_reached": "the pendulum reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
 }
 # channel of energy: what it is
@@ -174,7 +176,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
-            "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion))},
+            "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": energy,
             "certificate": certificate,
@@ -199,7 +201,7 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
     if motion.system.units is not None:
         units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
-    elif motion.system.machine.cyclic is None:
+    elif motion.system.machine.si_scales is SIScales:
         units = "All quantities are in the units of the parameters."
     page.say(units, style="dim")
 
@@ -232,13 +234,26 @@ def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
     made.add_section()
     for kind, count in record["events"].items():
         if count:
-            made.add_row(kind.replace("_", " "), str(count), f"times {EVENTS.get(kind, 'this happens')}")
+            made.add_row(kind.replace("_", " "), str(count), f"times {_event_words(kind)}")
     return made
+
+
+def _event_words(kind: str) -> str:
+    stem, _, number = kind.rpartition("_")
+    if number.isdigit() and stem in EVENTS:
+        return EVENTS[stem].replace("the contact", f"contact {number}")
+    return EVENTS.get(kind, "this happens")
 
 
 def own_events(motion: Trajectory) -> list[str]:
     """Kinds of event that only the machine of a motion knows."""
     return [kind for kind in dict.fromkeys(motion.system.machine.switch_events) if kind not in EVENTS]
+
+
+def _further_events(motion: Trajectory) -> tuple[str, ...]:
+    """What may happen at the further contacts of a machine."""
+    kinds = ("stick", "slip_forward", "slip_back", "reversal")
+    return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
 
 
 def _response(motion: Trajectory) -> tuple[str, str]:

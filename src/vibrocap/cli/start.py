@@ -76,6 +76,7 @@ def new_case(chosen: Mapping[str, str], file: str) -> str:
     from vibrocap.case.text import toml_value
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.parameters import parameter_table
+    from vibrocap.physics.states import state_names
     from vibrocap.physics.symbols import STATES
 
     def line(name: str, value: Any, words: str) -> str:
@@ -97,7 +98,7 @@ def new_case(chosen: Mapping[str, str], file: str) -> str:
         lines.append(f"# {info.name}: {words}" if info.default is None else f"# {line(info.name, info.default, words)}")
     lines.append("")
     lines.append("[initial]")
-    for state in (*classes["machine"].states, *classes["friction"].internal):
+    for state in state_names(classes):
         symbol, meaning = STATES.get(state, (state, state))
         lines.append(line(state, 0.0, f"{symbol}: {meaning}"))
     lines += ["", "[run]", *(line(name, RUN_DEFAULTS[name], words) for name, words in RUN.items())]

@@ -4,7 +4,7 @@ import dataclasses
 import sys
 from typing import Any
 
-from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state
+from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
 from vibrocap.numerics.expressions.graph import derivative, evaluate
@@ -34,7 +34,7 @@ def recorded(part: Any) -> str | None:
     """Its equations can be recorded, and the recorded ones compute what the functions do."""
     system = system_of(part)
     formulas, values = equations(system), parameter_values(system)
-    machine, law = system.machine, system.friction
+    machine, law = system.placed, system.friction
     contact = machine.states.index(machine.contact_state)
     for draw in draws(SAMPLES):
         mechanical, side, t = list(random_state(machine.states, draw)), draw.choice((1, -1)), draw.uniform(0, 9)
@@ -42,7 +42,8 @@ def recorded(part: Any) -> str | None:
             t = t % system.drive.period
             values = tuple(float(each) for each in formulas.filled(values, t))
         mechanical[contact] = side * abs(mechanical[contact])
-        velocity = machine.contact_velocity(t, tuple(mechanical))
+        mechanical = settled_branch(machine, t, tuple(mechanical), 0.0, 0.0)
+        velocity = machine.contact_velocity(t, mechanical)
         y = (*mechanical, *random_internal(law, velocity, side, machine.load(), draw))
         expected = system.rates(t, y, side)
         found = evaluate(formulas.rates, t, y, float(side), values)

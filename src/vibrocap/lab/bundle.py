@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import CHOICES, PARTS, RUN_DEFAULTS
+from vibrocap.case.case import CHOICES, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
@@ -123,11 +123,11 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         if tell is not None:
             tell((len(chosen.forms) + i + 1) / work)
     efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
-    parts: dict[str, dict[str, Any]] = {name: {} for name in PARTS}
+    parts: dict[str, dict[str, Any]] = {name: {} for name in (*CHOICES, "environment")}
     for system in chosen.forms:
         for name, record in system.parts.items():
             part = type(record)
-            parts[name].setdefault(part.name, part_record(part, efforts[system.machine.name]))
+            parts.setdefault(name, {}).setdefault(part.name, part_record(part, efforts[system.machine.name]))
     code, kernels = _pooled(forms)
     return {
         "layout": LAYOUT,

@@ -100,7 +100,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
 
 def _units(system: System, names: Iterable[str]) -> dict[str, Any]:
     """SI unit of quantities, and their exponents of mass, length and time."""
-    known = QUANTITIES | {"drive": DRIVE_UNITS[system.machine.effort]} | state_units(system.machine, system.friction)
+    known = QUANTITIES | {"drive": DRIVE_UNITS[system.machine.effort]} | state_units(system.parts)
     found = {}
     for name in names:
         unit = known.get(name) or ("N" if name == "load" else "W" if name.endswith("_power") else None)

@@ -12,7 +12,7 @@ class EnergyBalance:
 
     drive, damper, belt, impact: work of the machine's channels (0 for a channel that it does not have)
     drag, outer_force, gravity: work of the environment's, gravity's along a slope (0 without an environment)
-    contact_sliding, bristle_loss: work of friction, split at the bristles
+    contact_sliding, bristle_loss: work of friction at all contacts, split at the bristles
     contact_storage: what bristles gave back less what they took, under a load that follows the motion (otherwise 0: it
     is in `stored`)
     stored: change of the energy of machine and contact (bristles); 0 over a period of a steady motion
@@ -74,7 +74,11 @@ def energy_balance(
     """
     start, end = window_times(motion, window, periods)
     before, after = motion.integrals([start, end]).T
-    works = {channel: float(after[i] - before[i]) for i, channel in enumerate(motion.system.channels)}
+    works: dict[str, float] = {}
+    for i, channel in enumerate(motion.system.channels):  # that of a further contact ends in its number
+        stem, _, number = channel.rpartition("_")
+        name = stem if number.isdecimal() else channel
+        works[name] = works.get(name, 0.0) + float(after[i] - before[i])
     stored = motion.at([start, end], "energy") + motion.at([start, end], "contact_energy")
     gained = float(stored[1] - stored[0])
     return EnergyBalance(

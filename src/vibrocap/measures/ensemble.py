@@ -189,7 +189,7 @@ def _columns(system: System, over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     if not isinstance(over, Mapping) or not over:
         raise ValueError(f"over should name at least one parameter or initial state with its values, got {over!r}")
     given = {path: _column(path, values) for path, values in over.items()} if system.units is not None else over
-    over = values_without_units(given, system.units, *system.parts.values())
+    over = values_without_units(given, system.units, system.parts)
     known = (*system.parameter_paths, *(INITIAL + name for name in system.state_names))
     columns: dict[str, np.ndarray] = {}
     for path, given in over.items():
@@ -303,8 +303,9 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """Whether each run has the half-period symmetry (`System.mirrored`)."""
     runs = len(next(iter(columns.values())))
     paths = [path for path in columns if path.startswith(("drive.", "environment."))]
-    for part, contract in (("friction", Law), ("machine", Machine)):
-        if type(getattr(system, part)).symmetric is not contract.symmetric:
+    for part, record in system.parts.items():
+        contract = next((each for each in (Law, Machine) if isinstance(record, each)), None)
+        if contract is not None and type(record).symmetric is not contract.symmetric:
             paths += [path for path in columns if path.startswith(f"{part}.")]
     if not paths:
         return np.full(runs, system.mirrored)

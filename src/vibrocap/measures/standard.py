@@ -19,7 +19,7 @@ from vibrocap.numerics.api import (
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.system import System
+from vibrocap.physics.system import CONTACT_CHANNELS, System
 from vibrocap.physics.units import state_units
 
 
@@ -32,16 +32,25 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     """
     kinds = [*machines().values()] if system is None else [type(system.machine)]
     contacts = [*laws().values()] if system is None else [type(system.friction)]
-    lawful = (tuple(name for name in law.internal if name not in law.switched) for law in contacts)
+    lawful = [tuple(name for name in law.internal if name not in law.switched) for law in contacts]
     moving = (tuple(name for name in kind.states if name not in kind.switched) for kind in kinds)
     states = dict.fromkeys(state for names in (*moving, *lawful) for state in names)
-    units = {name: unit for kind in kinds for law in contacts for name, unit in state_units(kind, law).items()}
+    systems = [{"machine": kind, "friction": law} for kind in kinds for law in contacts]
+    known = [state_units(parts) for parts in (systems if system is None else [system.parts])]
+    units = {name: unit for each in known for name, unit in each.items()}
     surroundings = [Environment()] if system is None else [system.environment] if system.environment else []
     outside = (channel for each in surroundings for kind in kinds for channel in each.channels(kind()))
     channels = dict.fromkeys((*(channel for kind in kinds for channel in kind.channels), *outside))
+    further = range(2, 2 + max(len(kind.contacts) for kind in kinds))
+    channels |= dict.fromkeys(f"contact_sliding_{number}" for number in further)
+    if system is not None:
+        channels = dict.fromkeys(name for name in system.channels if name not in CONTACT_CHANNELS)
+        moving = [name for name in system.state_names if name not in system.switched]
+        states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     found = [
         *TRAVEL,
         *STICKING,
+        *(_stick_fraction(number) for number in further),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
@@ -85,6 +94,16 @@ STICKING = (
         Standard(_words, ASK_WORD, text=True),
     ),
 )
+
+
+def _stick_fraction(number: int) -> Measure:
+    """Of a further contact, whose side is a state."""
+
+    def resting(now):
+        side = getattr(now, f"side_{number}")
+        return 1.0 - side * side
+
+    return Measure.mean(f"stick_fraction_{number}", f"share of the window in which contact {number} sticks", resting)
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:

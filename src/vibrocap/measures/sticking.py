@@ -2,6 +2,7 @@
 
 import dataclasses
 
+from vibrocap.arguments import ArgumentError, shown
 from vibrocap.measures.windows import period_times, window_times
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Phase, Trajectory
 
@@ -20,26 +21,30 @@ class StickPhases:
 
 
 def stick_phases(
-    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None
+    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None, contact: int = 1
 ) -> StickPhases | None:
     """Number and lengths of the phases in which the contact sticks, over a window (`windows.window_times`).
 
     None where the law cannot stick: with a law that gives a force for every velocity (LuGre), rest is passed through at
     an instant and never held, so "0" would claim something that was not looked at.
+    contact: which of the contacts of the machine
     """
     start, end = window_times(motion, window, periods)
-    if motion.system.friction.kind != "set-valued":
+    laws = (motion.system.friction, *motion.system.further_laws)
+    if contact not in range(1, len(laws) + 1):
+        raise ArgumentError("contact", f"should be a whole number from 1 to {len(laws)}, got {shown(contact)}")
+    if laws[contact - 1].kind != "set-valued":
         return None
-    lengths = tuple(phase.length for phase in _phases(motion, start, end) if phase.side == STUCK)
+    lengths = tuple(phase.length for phase in _phases(motion, start, end, contact) if phase.side == STUCK)
     return StickPhases(len(lengths), lengths, sum(lengths), max(lengths, default=0.0))
 
 
 def stick_fraction(
-    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None
+    motion: Trajectory, window: tuple[float, float] | None = None, *, periods: int | None = None, contact: int = 1
 ) -> float | None:
-    """Share of a window in which the contact sticks; None where the law cannot stick (`stick_phases`)."""
+    """Share of a window in which a contact sticks; None where its law cannot stick (`stick_phases`)."""
     start, end = window_times(motion, window, periods)
-    phases = stick_phases(motion, (start, end))
+    phases = stick_phases(motion, (start, end), contact=contact)
     return None if phases is None else phases.total / (end - start)
 
 
@@ -63,7 +68,7 @@ def spelled(motion: Trajectory, start: float, end: float) -> str:
     return "".join(letters)
 
 
-def _phases(motion: Trajectory, start: float, end: float) -> list[Phase]:
+def _phases(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Phase]:
     """Phases within a window, cut at its ends."""
-    cut = (Phase(max(phase.start, start), min(phase.end, end), phase.side) for phase in motion.phases)
+    cut = (Phase(max(phase.start, start), min(phase.end, end), phase.side) for phase in motion.phases_of(contact))
     return [phase for phase in cut if phase.length > SLIVER * motion.period]

@@ -34,7 +34,8 @@ class Equations:
     scales: tuple[Expression, ...]
     contact_velocity: Expression
     contact_state: int
-    internal_states: tuple[int, ...]  # of the law, without those that change at events only
+    internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
+    resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
@@ -45,6 +46,7 @@ class Equations:
     impact: int  # place among the integrals of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
+    bound_kinds: tuple[int, ...]  # number of each bound among those that there are
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
     after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
     after_reversal: tuple[Expression, ...]  # states
@@ -155,8 +157,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     placed = recorded.placed
     expression = graph.expression
     scales = recorded.scales()
-    internal_rates = dict(zip(system.friction.internal, flow.rates[len(system.machine.states) :], strict=True))
-    mechanical = y[: len(system.machine.states)]
+    internal_rates = dict(zip(system.friction.internal, flow.rates[len(placed.states) :], strict=True))
+    mechanical = y[: len(placed.states)]
     observables = {
         "friction": flow.friction,
         "holding_force": flow.holding_force,
@@ -167,6 +169,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         "momentum": placed.momentum(graph.node("time"), mechanical),
         **{f"{name}_rate": rate for name, rate in internal_rates.items()},
     }
+    for each in flow.further:
+        observables |= {f"friction_{each.number}": each.friction, f"contact_velocity_{each.number}": each.velocity}
     contact = system.state_names.index(system.machine.contact_state)
     side = graph.node("side")
     balance = Balance(
@@ -183,7 +187,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     if reaction is not None:
         inertia, own, slope = reaction
         observables["reaction"] = (own + slope * flow.taken) / inertia
-    if type(system.machine).outer_force is not Machine.outer_force or system.environment is not None:
+    from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
+    if from_outside or flow.further:
         observables["outer_force"] = flow.outer_force
     return Equations(
         graph=graph,
@@ -195,11 +200,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         scales=tuple(expression(scale) for scale in scales),
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
-        internal_states=tuple(
-            i
-            for i, name in enumerate(system.state_names[len(mechanical) :], start=len(mechanical))
-            if name not in system.friction.switched
-        ),
+        internal_states=tuple(map(system.state_names.index, _of_contacts(system))),
+        resting=tuple(map(system.state_names.index, _resting(system))),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
@@ -210,16 +212,32 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
         loads=tuple(expression(load) for load in flow.loads),
         bounds=tuple(expression(bound) for bound in flow.bounds),
-        located=LOCATED[: len(flow.bounds)],
+        bound_kinds=flow.bound_kinds,
+        located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
         after_switch=tuple(tuple(map(expression, states)) for states in flow.after_switch),
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked"
         or (system.friction.kind == "smooth" and system.environment is not None),
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),
-        balance=balance if balance.holds([expression(rate) for rate in flow.rates], len(paths)) else None,
+        # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
+        balance=None
+        if flow.further or not balance.holds([expression(rate) for rate in flow.rates], len(paths))
+        else balance,
         corners=corners,
     )
+
+
+def _of_contacts(system: System) -> list[str]:
+    """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
+    own = (*system.machine.contacts, *system.state_names[len(system.machine.states) :])
+    return [name for name in own if name not in system.switched]
+
+
+def _resting(system: System) -> list[str]:
+    """The velocities that are exactly zero while a further contact sticks."""
+    pairs = zip(system.machine.contacts, system.further_laws, strict=True)
+    return [name for name, law in pairs if law.kind == "set-valued"]
 
 
 def _recorded_corners(system: System, paths: tuple[str, ...]) -> Corners | None:

@@ -142,6 +142,8 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
     states = len(recording.rates)
     period = system.drive.period
     pieces, head = recorded.pieces, memory.PIECE_HEAD
+    kinds, kept = _contact_events(event_kinds(system)[recorded.events[:, 2].astype(int)], recorded.events)
+    events = recorded.events[kept]
     origin = time - phase * period  # when the drive began the period in which the motion begins
     motion = Trajectory(
         system=system,
@@ -158,9 +160,9 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         piece_implicit=pieces[:, METHOD] == 1.0,
         coefficients=pieces[:, head:].reshape(len(pieces), states, (pieces.shape[1] - head) // states),
         sections=recorded.sections,
-        event_times=origin + (recorded.events[:, 0] * period + recorded.events[:, 1]),
-        event_kinds=event_kinds(system)[recorded.events[:, 2].astype(int)],
-        event_states=recorded.events[:, memory.EVENT_HEAD :],
+        event_times=origin + (events[:, 0] * period + events[:, 1]),
+        event_kinds=kinds,
+        event_states=events[:, memory.EVENT_HEAD :],
         observe=Observer(system, origin),
         observable_names=tuple(recording.observables),
         certify=Certifier(recorded, limits),
@@ -178,7 +180,21 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
 def event_kinds(system: System) -> np.ndarray:
     """Names of the kinds of event of a system, by the numbers of `memory_layout`."""
     unused = [""] * (memory.MACHINE_SWITCHED - len(EVENT_KINDS))
-    return np.array([*EVENT_KINDS, *unused, *system.machine.switch_events])
+    return np.array([*EVENT_KINDS, *unused, *system.placed.switch_events])
+
+
+def _contact_events(kinds: np.ndarray, events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(kinds, which events are kept): a further contact that stops and leaves at one instant has turned."""
+    kinds, kept = kinds.copy(), np.ones(len(kinds), dtype=bool)
+    for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
+        number = kinds[i].removeprefix("stick_")
+        for k in range(i + 1, len(kinds)):
+            if tuple(events[k, :2]) != tuple(events[i, :2]) or kinds[k] == kinds[i]:
+                break
+            if kinds[k] in (f"slip_forward_{number}", f"slip_back_{number}"):
+                kinds[k], kept[i] = f"reversal_{number}", False
+                break
+    return kinds[kept], kept
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -37,6 +37,13 @@ class Start:
 
 def begun(system: System, start: Any, initial: Mapping[str, float] | None) -> tuple[dict[str, float], float, float]:
     """(initial states by name, time, phase of the drive) at the start of a motion, see `simulate`."""
+    state, time, phase = _begun(system, start, initial)
+    if system.machine.follows_load:
+        check_load(system, state, phase * system.drive.period)
+    return state, time, phase
+
+
+def _begun(system: System, start: Any, initial: Mapping[str, float] | None) -> tuple[dict[str, float], float, float]:
     if start is None:
         return initial_state(system, initial), 0.0, 0.0
     if isinstance(start, Trajectory):
@@ -53,6 +60,23 @@ def begun(system: System, start: Any, initial: Mapping[str, float] | None) -> tu
     if not isinstance(start, Start):
         raise ArgumentError("start", f"should be a motion, a time or a Start, got {shown(start)}")
     return initial_state(system, initial), float(start.time), start.phase_of(system.drive.period)
+
+
+def check_load(system: System, state: Mapping[str, float], time: float) -> None:
+    """ArgumentError for a start at which the ground would have to pull at the machine.
+
+    time: of the drive. A start at which the load does not follow from the forces is left to the run, which ends there.
+    """
+    y = tuple(state.values())
+    velocity = system.machine.contact_velocity(time, y[: len(system.machine.states)])
+    side = (velocity > 0.0) - (velocity < 0.0)
+    resting = side == 0 and system.friction.kind == "set-valued"
+    flow = system.flow(time, y, side if side or resting else 1)
+    load = flow.loads[1 if resting else 0]
+    if load < 0.0 < (1.0 if resting else flow.bounds[0]):
+        states = ", ".join(f"{name} {value:g}" for name, value in state.items() if value) or "all at 0"
+        said = f"the normal load is negative at the start, {load:.4g}: the machine would lift off at once ({states})"
+        raise ArgumentError("initial", said)
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:

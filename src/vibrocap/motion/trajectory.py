@@ -34,6 +34,7 @@ class Status(enum.Enum):
     NOT_CERTIFIED = "not certified"
     LIFT_OFF = "lift off"
     PARADOX = "paradox"
+    STOP_REACHED = "stop reached"
 
     @property
     def ok(self) -> bool:
@@ -78,6 +79,10 @@ _STATUS_TEXT = {
         "two (Painleve's paradox). A pendulum capsule is safe from it while the largest friction coefficient is below "
         "2 sqrt(lambda (lambda + 1)), lambda its mass ratio."
     ),
+    Status.STOP_REACHED: (
+        "The pendulum has reached its stop, where the case lets a run end. Drive it less, or give the stop a "
+        "coefficient of restitution."
+    ),
 }
 
 
@@ -87,8 +92,9 @@ class Event:
 
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
     sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
-    another of its pieces), "impact" and "stop_opened" (an inner mass strikes a stop, and leaves it), "lift_off" and
-    "paradox" (the run ends: no load is left, or it no longer follows from the forces).
+    another of its pieces), "stick_2", "slip_forward_2", ... (of a further contact), "impact" and "stop_opened" (an
+    inner mass strikes a stop, and leaves it), "lift_off", "paradox" and "stop_reached" (the run ends: no load is left,
+    it no longer follows from the forces, or a stop is reached that ends it).
     """
 
     time: float
@@ -368,9 +374,15 @@ class Trajectory(Result):
     @functools.cached_property
     def phases(self) -> Rows[Phase]:
         """Stretches of sticking and sliding, in order; `phases.table()` and `phases.to_pandas()` as for the events."""
+        return self.phases_of(1)
+
+    def phases_of(self, contact: int) -> Rows[Phase]:
+        """The same of a further contact, 2 for the second."""
+        sides = self.piece_side
+        if contact > 1:
+            sides = self.coefficients[:, self.state_names.index(f"side_{contact}"), 0]
         if not len(self.piece_start):
             return Rows()
-        sides = self.piece_side
         starts = np.flatnonzero(np.concatenate(([True], sides[1:] != sides[:-1])))
         times = np.concatenate((self.piece_start[starts], [self.end]))
         return Rows(Phase(float(times[i]), float(times[i + 1]), int(sides[start])) for i, start in enumerate(starts))

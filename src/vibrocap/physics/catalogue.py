@@ -22,6 +22,7 @@ from vibrocap.physics.friction.anisotropic import anisotropic
 from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.friction.smoothed import smoothed
+from vibrocap.physics.machines.crawler import crawler_of
 from vibrocap.physics.machines.machine import Machine
 
 GROUP = "vibrocap.parts"  # of entry points
@@ -90,10 +91,26 @@ def law(name: str) -> Any:
     )
 
 
+class Machines(Mapping[str, type[Machine]]):
+    """The machines, in alphabetical order; asked for by name, it answers for crawlers of more bodies too."""
+
+    def __init__(self, listed: Mapping[str, type[Machine]]):
+        self._listed = listed
+
+    def __getitem__(self, name: str) -> type[Machine]:
+        return self._listed[name] if name in self._listed else crawler_of(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._listed)
+
+    def __len__(self) -> int:
+        return len(self._listed)
+
+
 @functools.cache
 def machines() -> Mapping[str, type[Machine]]:
     """Machines by name."""
-    return _all(Machine)
+    return Machines(_all(Machine))
 
 
 @functools.cache

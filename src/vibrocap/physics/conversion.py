@@ -44,33 +44,30 @@ def states_without_units(given: Mapping[str, Any], units: Units, *, bare: bool =
 INITIAL = "initial."
 
 
-def path_in_si(path: str, machine: Any, friction: Any, drive: Any, environment: Any = None) -> tuple[str, Key] | None:
+def path_in_si(path: str, parts: Mapping[str, Any]) -> tuple[str, Key] | None:
     """(path without unit, key) of a path such as "drive.frequency_Hz"; None for one that is none in SI.
 
-    machine, friction, drive, environment: parts or their classes
+    parts: of a system by name, or their classes
     """
     section, _, name = path.partition(".")
     if path.startswith(INITIAL):
-        keys: Mapping[str, Key] = state_keys(state_units(machine, friction))
+        keys: Mapping[str, Key] = state_keys(state_units(parts))
     else:
-        part = {"machine": machine, "friction": friction, "drive": drive, "environment": environment}.get(section)
+        part = parts.get(section)
         if part is None:
             return None
-        keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
+        keys = parameter_keys(part if isinstance(part, type) else type(part), parts["machine"].effort)
     key = keys.get(name)
     return (f"{section}.{key.name}", key) if key is not None and key.has_unit else None
 
 
-def paths_in_si(machine: Any, friction: Any, drive: Any, environment: Any = None) -> tuple[str, ...]:
+def paths_in_si(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """Every path of these parts and their initial states that carries its unit."""
-    parts = {"machine": machine, "friction": friction, "drive": drive, "environment": environment}
     found: list[str] = []
     for section, part in parts.items():
-        if part is None:
-            continue
-        keys = parameter_keys(part if isinstance(part, type) else type(part), machine.effort)
+        keys = parameter_keys(part if isinstance(part, type) else type(part), parts["machine"].effort)
         found += [f"{section}.{key}" for key, each in keys.items() if each.has_unit]
-    states = state_keys(state_units(machine, friction))
+    states = state_keys(state_units(parts))
     return (*found, *(INITIAL + key for key, each in states.items() if each.has_unit))
 
 
@@ -92,7 +89,7 @@ def quantity(path: str, system: Any) -> Quantity:
 
     Raises ArgumentError for a path in SI of a system that does not know its scales.
     """
-    place = path_in_si(path, **system.parts)
+    place = path_in_si(path, system.parts)
     if place is None:
         return Quantity(path, path)
     if system.units is None:
@@ -103,29 +100,29 @@ def quantity(path: str, system: Any) -> Quantity:
 def quantity_in_si(plain: str, system: Any) -> Quantity:
     """The quantity of a path without units, in SI where the system knows its scales and the quantity has a unit."""
     if system.units is not None:
-        for path in paths_in_si(**system.parts):
-            place = path_in_si(path, **system.parts)
+        for path in paths_in_si(system.parts):
+            place = path_in_si(path, system.parts)
             if place is not None and place[0] == plain and place[1].has_unit:
                 return quantity(path, system)
     return Quantity(plain, plain)
 
 
-def values_without_units(values: Mapping[str, Any], scales: Scales | None, *parts: Any) -> dict[str, Any]:
+def values_without_units(values: Mapping[str, Any], scales: Scales | None, parts: Mapping[str, Any]) -> dict[str, Any]:
     """Values by path, numbers or arrays, without units; what is not in SI, and all where no scales are known, stays.
 
-    parts: machine, friction law, drive, and the environment where there is one
+    parts: of the system by name
     Raises ArgumentError for a quantity that is given in two ways.
     """
     found: dict[str, Any] = {}
     for path, value in values.items():
-        place = path_in_si(path, *parts) if scales is not None else None
+        place = path_in_si(path, parts) if scales is not None else None
         plain = path if place is None else place[0]
         if plain in found:
             raise ArgumentError(path, "is given in two ways; give one of them")
         if place is None or scales is None or isinstance(value, str):
             found[plain] = value
         else:
-            found[plain] = value / place[1].scale(scales, parts[0].effort)
+            found[plain] = value / place[1].scale(scales, parts["machine"].effort)
     return found
 
 

@@ -52,9 +52,7 @@ class Environment(Part):
     which the contact slides; so the quadratic one needs ground that does not move.
     """
 
-    inclination: Inclination = parameter(
-        0.0, "phi", "inclination of the line of sliding, positive where forward is uphill", "phase"
-    )
+    inclination: Inclination = parameter(0.0, "phi", "inclination of the line, uphill forward", "phase")
     linear_drag: NonNegative = parameter(
         0.0, "c_1", "drag on the body at the contact over its velocity", "viscous damping"
     )

@@ -14,7 +14,7 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.scales import EFFORTS, FreeScales
-from vibrocap.physics.units import DRIVE_UNITS, over_seconds, parameter_keys
+from vibrocap.physics.units import DRIVE_UNITS, over_seconds, parameter_keys, quantity_unit
 from vibrocap.physics.units import QUANTITIES as QUANTITY_UNITS
 
 GREEK = {
@@ -45,12 +45,14 @@ HEAD = ("symbol", "name in code", "meaning", "default")
 STATES = {
     "angle": ("theta", "angle of the pendulum from upright"),
     "angle_rate": ("theta'", "its rate"),
-    "displacement": ("z", "displacement of the inner mass in the capsule"),
+    "displacement": ("z", "displacement of the inner mass in the capsule, or opening of the first gap"),
     "displacement_rate": ("z'", "its rate"),
-    "position": ("X", "position of the capsule; nothing depends on it"),
-    "velocity": ("X'", "velocity of the capsule"),
+    "position": ("X", "position of the capsule, or of the rearmost body; nothing depends on it"),
+    "velocity": ("X'", "its velocity"),
+    "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
+    **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers)") for i in (2, 3)},
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
-    "touching": ("s", "stop that the inner mass touches: 1 in front, -1 behind, 0 none"),
+    "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -75,6 +77,9 @@ MECHANICAL = (
     "displacement_rate",
     "position",
     "velocity",
+    "displacement_2",
+    "velocity_2",
+    "velocity_3",
     "sliding_velocity",
     "touching",
 )
@@ -108,6 +113,16 @@ QUANTITIES = {
     "bristle_loss_work": ("W_bristle", "work lost in deforming the contact since the start"),
     "contact_storage_work": ("W_store", "work that bristles gave back less what they took, under such a load"),
     "impulse": ("J", "integral of the friction force since the start"),
+    **{
+        f"{name}_{i}{ending}": (symbol.format(i), meaning.format(i))
+        for i in (2, 3)
+        for name, ending, symbol, meaning in (
+            ("friction", "", "R_{}", "friction force at contact {} (crawlers; so for all that belongs to it)"),
+            ("contact_velocity", "", "v_{}", "its sliding velocity"),
+            ("contact_sliding", "_work", "W_slide{}", "work lost by sliding there"),
+            ("bristle_loss", "_work", "W_bristle{}", "work lost in deforming it"),
+        )
+    },
 }
 
 
@@ -125,7 +140,9 @@ def page() -> str:
         "Written by `python -m vibrocap.physics.symbols > docs/symbols.md`, from the parts themselves.",
         "",
         "A path such as `machine.mass_ratio` names a parameter of a system. All is dimensionless unless a unit is",
-        "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit.",
+        "given; time is in units of sqrt(l/g), length in l, mass in m. In SI the name is followed by the unit. Laws of",
+        "further contacts stand under `friction_2`, `friction_3` and so on, and their states end in that number too:",
+        "`bristle_2`, and `side_2` for the direction of sliding.",
         "",
     ]
     for title, parts in (("Machine", machines()), ("Friction law", laws()), ("Drive", drives())):
@@ -201,8 +218,8 @@ def _unit(name: str) -> str:
     state = name.removesuffix("_rate")
     if name.endswith("_work"):
         return "J"
-    if name in QUANTITY_UNITS or state not in QUANTITY_UNITS:
-        return QUANTITY_UNITS.get(name, "")
+    if (own := quantity_unit(name)) is not None or state not in QUANTITY_UNITS:
+        return own or ""
     return over_seconds(QUANTITY_UNITS[state])
 
 

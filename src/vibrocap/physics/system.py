@@ -4,6 +4,7 @@ import dataclasses
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.physics.contacts import MachineOnContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
@@ -12,17 +13,25 @@ from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
+from vibrocap.physics.states import FURTHER, further_laws, state_names
 from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")  # of every system
-CONTRACTS = {"machine": Machine, "friction": Law, "drive": Drive, "environment": Environment}
+OPTIONAL = ("environment", *FURTHER)
+CONTRACTS = {
+    "machine": Machine,
+    "friction": Law,
+    "drive": Drive,
+    "environment": Environment,
+    **dict.fromkeys(FURTHER, Law),
+}
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off")
-LOCATED = (False, True, False)  # whether it is a located event, or is looked at where a step starts
+BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached")
+LOCATED = (False, True, False, True)  # whether it is a located event, or is looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,8 +55,10 @@ class Flow:
     powers: tuple  # one per channel, positive into the system
     energy: Any  # of the machine
     contact_energy: Any  # stored in the contact
-    bounds: tuple  # by BOUNDS, positive while the equations hold; none with a constant load
+    bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
+    bound_kinds: tuple  # place in BOUNDS of each of them
     loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
+    further: tuple  # `FurtherContact`s
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,6 +79,8 @@ class System:
     has no way to go on, or could as well be at rest.
 
     environment: a slope, drag and a force from outside; None: level ground and nothing else.
+    friction_2, friction_3, ...: of a machine with several contacts (`contacts.py`), the laws of the others; where one
+    is left out its contact has the law of the first.
     units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
     system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).
     Parts in SI, `PendulumCapsule.in_si(...)` and so on, bring their scales with them.
@@ -78,6 +91,15 @@ class System:
     drive: Drive
     units: Scales | None = None
     environment: Environment | None = None
+    friction_2: Law | None = None
+    friction_3: Law | None = None
+    friction_4: Law | None = None
+    friction_5: Law | None = None
+    friction_6: Law | None = None
+    friction_7: Law | None = None
+    friction_8: Law | None = None
+    friction_9: Law | None = None
+    friction_10: Law | None = None
 
     def __post_init__(self):
         given = self.parts
@@ -94,19 +116,28 @@ class System:
                 raise TypeError(f"{part} should be {'an' if what[0] in 'aeiou' else 'a'} {what}, got {given!r}")
         if self.friction.internal and self.machine.normal_load == 0:
             raise ArgumentError("machine.normal_load", f"should be > 0 with the {self.friction.name} law, got 0")
+        contacts = len(self.machine.contacts)
+        for part in FURTHER[contacts:]:
+            if getattr(self, part) is not None:
+                said = "one contact" if contacts == 0 else f"{1 + contacts} contacts"
+                raise ArgumentError(part, f"should be left out: the {self.machine.name} has {said}")
+        for number, (law, load) in enumerate(zip(self.further_laws, self.machine.further_loads(), strict=True), 2):
+            if law.internal and load == 0:
+                raise ArgumentError(f"machine.normal_load_{number}", f"should be > 0 with the {law.name} law, got 0")
         if self.environment is not None:
             self.environment.check(self.machine)
 
     @property
     def parts(self) -> dict[str, Any]:
-        """The parts by name: machine, friction, drive, and the environment where there is one."""
-        found = {part: getattr(self, part) for part in PARTS}
-        return found if self.environment is None else {**found, "environment": self.environment}
+        """The parts by name: machine, friction, drive, then those that may be left out and are not."""
+        found = {part: getattr(self, part) for part in (*PARTS, *OPTIONAL)}
+        return {part: record for part, record in found.items() if record is not None or part in PARTS}
 
     @property
-    def placed(self) -> Machine:
-        """The machine as it stands in its environment, on the slope."""
-        return self.machine if self.environment is None else self.environment.placed(self.machine)
+    def placed(self) -> Any:
+        """The machine as it stands in its environment, on the slope; on several contacts, seen as one on the first."""
+        machine = self.machine if self.environment is None else self.environment.placed(self.machine)
+        return MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
 
     @property
     def si(self) -> Units:
@@ -114,12 +145,17 @@ class System:
         if self.units is None:
             wanted = type(self.machine).si_scales.__name__
             raise ValueError(f"units: are not known; make the system of parts in SI, or give it units={wanted}(...)")
-        return Units(self.units, self.machine.effort, state_units(self.machine, self.friction))
+        return Units(self.units, self.machine.effort, state_units(self.parts))
+
+    @property
+    def further_laws(self) -> tuple[Law, ...]:
+        """The law of each further contact of the machine."""
+        return further_laws(self.parts)
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        return self.machine.states + self.friction.internal
+        return state_names(self.parts)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -129,7 +165,7 @@ class System:
         as `contact_storage`, and none is kept.
         """
         outside = () if self.environment is None else self.environment.channels(self.machine)
-        return (*self.machine.channels, *outside, *CONTACT_CHANNELS[: 3 if self.stores_under_load else 2])
+        return (*self.placed.channels, *outside, *CONTACT_CHANNELS[: 3 if self.stores_under_load else 2])
 
     @property
     def stores_under_load(self) -> bool:
@@ -145,27 +181,27 @@ class System:
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
         internal = self.friction.internal_symmetry
-        return self.machine.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
+        return self.placed.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
 
     @property
     def switched(self) -> tuple[str, ...]:
         """Names of the states that are whole numbers, which say what branch of machine and law holds."""
-        return self.machine.switched + self.friction.switched
+        return self.placed.switched + self.friction.switched
 
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
-        return (*self.machine.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
+        return (*self.placed.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
 
     @property
     def mirrored(self) -> bool:
         """Whether the half-period symmetry holds: the mirror image of a motion, half a period later, is a motion."""
         alike = self.environment is None or self.environment.symmetric
-        return self.drive.odd and self.machine.symmetric and self.friction.symmetric and alike
+        return self.drive.odd and self.placed.symmetric and self.friction.symmetric and alike
 
     def flow(self, t, y, side) -> Flow:
         """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
-        mechanical, internal = y[: len(self.machine.states)], y[len(self.machine.states) :]
         machine, law, load = self.placed, self.friction, self.law_load
+        mechanical, internal = y[: len(machine.states)], y[len(machine.states) :]
         sticks = law.kind == "set-valued"
         drive = self.drive.value(t)
         velocity = machine.contact_velocity(t, mechanical)
@@ -240,8 +276,10 @@ class System:
             ),
             energy=machine.energy(t, mechanical),
             contact_energy=stored,
-            bounds=bounds,
+            bounds=(*bounds, *(ends := machine.bounds(t, mechanical))),
+            bound_kinds=(*range(len(bounds)), *(BOUNDS.index(kind) for kind in machine.bound_kinds[: len(ends)])),
             loads=loads,
+            further=machine.further(t, mechanical, drive) if self.machine.contacts else (),
         )
 
     def rates(self, t, y, side) -> tuple:
@@ -277,6 +315,9 @@ class System:
         if path not in self.parameter_paths:
             if str(path).startswith("environment.") and self.environment is None:
                 raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
+            if str(path).partition(".")[0] in FURTHER[: len(self.machine.contacts)]:
+                part = str(path).partition(".")[0]
+                raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {part}=...")
             near = suggestion(path, self.parameter_paths, cutoff=0.0)
             raise ArgumentError(str(path), f"there is no such parameter in this system; {near}")
         part, name = path.split(".", 1)

@@ -13,6 +13,7 @@ from typing import Any
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
 from vibrocap.physics.scales import EFFORTS, Scales
+from vibrocap.physics.states import further_laws, state_names
 
 # role: the units in which it may be given, with what one of them is in SI; the first is that of results
 ROLE_UNITS: dict[str, dict[str, float]] = {
@@ -163,8 +164,8 @@ class Units:
         """SI unit of a quantity of a motion, "1" where it has none."""
         if name in self.states:
             return self.states[name]
-        if name in QUANTITIES:
-            return QUANTITIES[name]
+        if (known := quantity_unit(name)) is not None:
+            return known
         if name == "drive":
             return DRIVE_UNITS[self.effort]
         if name.endswith(("_work", "_power")):
@@ -192,11 +193,19 @@ def over_seconds(unit: str) -> str:
     return f"{above}/{below} s" if below else f"{above}/s"
 
 
-def state_units(*parts: Any) -> dict[str, str]:
-    """SI unit of every state of a machine and a law (or their classes): "1" where there is none."""
-    machine, law = parts
-    own = {**machine.state_units, **law.state_units}
-    return {name: own.get(name) or QUANTITIES.get(name, "1") for name in (*machine.states, *law.internal)}
+def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
+    """SI unit of every state of the parts of a system by name, or of their classes: "1" where there is none."""
+    own: dict[str, str] = {}
+    for part in (*further_laws(parts), parts["friction"], parts["machine"]):
+        own |= part.state_units
+    return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}
+
+
+def quantity_unit(name: str, own: Mapping[str, str] = {}) -> str | None:
+    """SI unit of a quantity of a motion; one of a further contact, "velocity_2", has that of the first."""
+    found = own.get(name) or QUANTITIES.get(name)
+    stem, _, number = name.rpartition("_")
+    return quantity_unit(stem, own) if found is None and number.isdecimal() else found
 
 
 def shortest(value: float, factor: float) -> float | None:

@@ -60,7 +60,7 @@ def case_in_si(case: Case, varied: set[str], fixed: Mapping[str, str]) -> str:
     """
     system = case.system
     parts = system.parts
-    plain = {place[0] for path in varied if (place := path_in_si(path, **parts)) is not None}
+    plain = {place[0] for path in varied if (place := path_in_si(path, parts)) is not None}
     kinds, numbers = [], []
     for name, part in parts.items():
         path = KIND_PATHS.get(name, "")

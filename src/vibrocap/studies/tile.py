@@ -119,7 +119,7 @@ def measured_runs(
 
 def _own_value(system: System, initial: Mapping[str, float], path: str) -> Any:
     """What a system that does not vary at a path has there; NaN or an empty word where it has nothing."""
-    place = path_in_si(path, **system.parts) if system.units is not None else None
+    place = path_in_si(path, system.parts) if system.units is not None else None
     if place is not None:
         own = _own_value(system, initial, place[0])
         return own if isinstance(own, str) else own * system.si.per_key(place[1])

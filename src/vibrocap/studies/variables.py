@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case.case import CHOICES, case_text
+from vibrocap.case.case import CATALOGUES, case_text
 from vibrocap.measures.during_run import measure_table
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.conversion import path_in_si
@@ -90,7 +90,7 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
     if path.startswith(INITIAL):
         symbol, meaning = STATES.get(name, (name, name))
         return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
-    kinds = CHOICES[part][1]().values() if part in CHOICES else [Environment]
+    kinds = CATALOGUES[part]().values() if part in CATALOGUES else [Environment]
     own = [] if system is None else [getattr(system, part)]  # another kind may call something else so
     info = next(info for kind in (*own, *kinds) for info in parameter_table(kind) if info.name == name)
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}
@@ -100,9 +100,9 @@ def _key_in_si(path: str, system: System) -> Key | None:
     """The key of a path in SI, of the system or of any other kind of its part."""
     parts, section = system.parts, path.partition(".")[0]
     section = section if section in parts else "friction"  # of an initial state
-    others = CHOICES[section][1]().values() if section in CHOICES else ()
+    others = CATALOGUES[section]().values() if section in CATALOGUES else ()
     for kind in (parts[section], *others):
-        place = path_in_si(path, **(parts | {section: kind}))
+        place = path_in_si(path, parts | {section: kind})
         if place is not None:
             return place[1]
     return None

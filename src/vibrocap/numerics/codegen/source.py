@@ -31,6 +31,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "CYCLIC": equations.cyclic_state,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
+        "BOUND_KINDS": equations.bound_kinds or (0,),
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
     }

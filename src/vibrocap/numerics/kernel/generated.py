@@ -58,6 +58,7 @@ OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/inst
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 SWITCHES = 1  # how many guards there are
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
+BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
 BASE = 2  # states of the motion itself, where tangents follow them
 

@@ -72,7 +72,7 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
     system, parameters = map_.system, map_.parameters()
     mechanical = len(system.machine.states)
     sizes = map_.scales(parameters)
-    free = [i for i in map_.section_states if i < mechanical]
+    free = [i for i in map_.smooth_states if i < mechanical]
     probes = np.tile(start, (PROBES, 1))
     probes[:, free] = PROBED * sizes[free] * (2.0 * evenly_spread(PROBES, len(free)) - 1.0)
     rows = np.tile(parameters, (PROBES, 1))

@@ -187,9 +187,8 @@ class ClosingMap:
         ends = ended.state * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
-        at_rest = np.zeros(m, dtype=bool)
-        if map_.equations.hold is not None:
-            at_rest = (self.unknowns == map_.equations.contact_state) & (image[0] == 0.0)
+        first = () if map_.equations.hold is None else (map_.equations.contact_state,)
+        at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
         words = self._words(ended, [0, m, m + 1])
         return Closing(
             x=x,

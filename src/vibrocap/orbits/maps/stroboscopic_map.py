@@ -140,6 +140,8 @@ class StroboscopicMap:
             values = self.equations.filled(parameters).T
             (velocity,) = evaluate([self.equations.contact_velocity], 0.0, states.T, 1.0, values)
             free[:, self.equations.contact_state] = velocity != 0.0
+        for contact in self.equations.resting:
+            free[:, contact] = states[:, contact] != 0.0
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
                 free[:, i] = False

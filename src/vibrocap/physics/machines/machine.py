@@ -1,4 +1,4 @@
-"""The contract of a machine with one sliding contact: one file per machine in this folder.
+"""The contract of a machine with one sliding contact or several: one file per machine in this folder.
 
 Mechanical states come first in the state vector, the internal states of the friction law after them.
 """
@@ -13,6 +13,7 @@ from vibrocap.physics.scales import FreeScales, Scales, SIScales
 from vibrocap.physics.scene import Shape, block
 
 __all__ = [
+    "IMPACT",
     "Machine",
     "NonNegative",
     "Number",
@@ -23,11 +24,19 @@ __all__ = [
     "cos",
     "parameter",
     "parameters",
+    "rebounds",
     "sin",
     "sqrt",
 ]
 
 IMPACT = "impact"  # channel of the energy that impacts take, of which the powers know nothing
+SLOWEST_REBOUND = 1e-7  # natural speeds: such a rebound rises by some 1e-14, which is rounding
+
+
+def rebounds(speed):
+    """1 where a mass leaves a stop at this speed, 0 where it is too slow and stays (see `RigidStopCapsule`)."""
+    fast = speed - SLOWEST_REBOUND
+    return 0.5 + 0.5 * fast / sqrt(fast * fast)
 
 
 class Machine(Part):
@@ -40,7 +49,9 @@ class Machine(Part):
     holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
     starts with all of them at 0, and with the branch that its other states ask for.
     switch_events: the name of what happens at each guard, "impact" for instance. locked: states that stay as they are
-    while a switched state is not 0, by the name of that state.
+    while a switched state is not 0, by the name of that state. bound_kinds: what is reached at each of `bounds`.
+    contacts: of a machine with several contacts, the states that are the sliding velocities of the others, in order.
+    Each contact is on a body of its own: how fast it is slowed down depends on no friction but its own.
     place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     effort: what the drive exerts, a force along the line of sliding or a torque.
     si_scales: the record that says what one unit of mass, length and time is in SI; its fields stand in [machine] of a
@@ -58,6 +69,8 @@ class Machine(Part):
     switched: ClassVar[tuple[str, ...]] = ()
     switch_events: ClassVar[tuple[str, ...]] = ()
     locked: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    contacts: ClassVar[tuple[str, ...]] = ()
+    bound_kinds: ClassVar[tuple[str, ...]] = ()
     channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque"]] = "force"
     place: ClassVar[str | None] = None
@@ -135,8 +148,18 @@ class Machine(Part):
 
     def rates(self, t, y, drive, force):
         """y', given the drive and the friction force. With force = holding_force the contact's acceleration is exactly
-        zero, which is how a stuck contact is integrated."""
+        zero, which is how a stuck contact is integrated. A machine with further contacts takes their friction forces
+        after that of the first; where they are left out there is none.
+        """
         raise NotImplementedError
+
+    def further_loads(self) -> tuple:
+        """Normal load of each further contact, which is constant."""
+        return ()
+
+    def further_holding_forces(self, t, y, drive) -> tuple:
+        """Friction force that would keep each of the further contacts at rest, as `holding_force` the first."""
+        return ()
 
     def switches(self, t, y, drive, force) -> tuple:
         """Guards of the branches of the equations, each positive while its branch lasts; force: as in `rates`.
@@ -152,6 +175,10 @@ class Machine(Part):
         It may change velocities, too, if it keeps `momentum`. Energy that is lost then is work of the channel `impact`.
         """
         raise NotImplementedError
+
+    def bounds(self, t, y) -> tuple:
+        """What is positive as long as the equations hold: a run ends where one of them falls to zero."""
+        return ()
 
     def room(self) -> Mapping[str, tuple[float, float]]:
         """Between which values of a state a motion may start, by name, of those that rigid stops bound."""

@@ -159,7 +159,7 @@ class PendulumCapsule(Machine):
         capsule = (self.holding_force(t, y, drive) - force) / self._inertia(y)
         return self._torque(y, drive) + cos(y[0]) * capsule, capsule
 
-    def rates(self, t, y, drive, force):
+    def rates(self, t, y, drive, force) -> tuple:
         """y' = (theta', theta'', X', X'')."""
         pendulum, capsule = self.accelerations(t, y, drive, force)
         return y[1], pendulum, y[3], capsule
@@ -177,7 +177,7 @@ class PendulumCapsule(Machine):
         """p = (lambda+1) X' - cos(theta) theta'; p' = -R (eq. 5)."""
         return (self.mass_ratio + 1.0) * y[3] - cos(y[0]) * y[1]
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force) -> tuple:
         """Power of the drive, drive theta', and of the damper, -nu theta'^2."""
         return drive * y[1], -self.damping * y[1] * y[1]
 

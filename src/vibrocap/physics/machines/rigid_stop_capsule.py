@@ -5,11 +5,10 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from vibrocap.physics.machines.machine import IMPACT, NonNegative, Shape, parameter, parameters, sqrt
+from vibrocap.physics.machines.machine import IMPACT, NonNegative, Shape, parameter, parameters, rebounds
 from vibrocap.physics.machines.two_mass_capsule import BackGap, TwoMassCapsule, stop_shapes
 
 Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
-SLOWEST_REBOUND = 1e-7  # natural speeds: such a rebound rises by some 1e-14, which is rounding
 
 
 @parameters
@@ -105,8 +104,7 @@ class RigidStopCapsule(TwoMassCapsule):
         if which == 1:
             return *self._at_wall(y)[:4], 0.0
         side = 1.0 if which == 0 else -1.0
-        fast = side * self.restitution * y[1] - SLOWEST_REBOUND
-        bounces = 0.5 + 0.5 * fast / sqrt(fast * fast)  # 1 or 0
+        bounces = rebounds(side * self.restitution * y[1])
         rebound = -bounces * self.restitution * y[1]
         capsule = y[3] + (y[1] - rebound) / (self.mass_ratio + 1.0)
         wall = self.gap if which == 0 else -self.back_gap  # so that rounding does not add up over many rebounds

@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.case.case import CHOICES, Case
+from vibrocap.case.case import CATALOGUES, KEYS, Case
 from vibrocap.physics.part_files import file_of
 from vibrocap.studies.plan.fingerprint import function_fingerprint
 
@@ -19,8 +19,8 @@ def own_parts(case: Case, plan: Mapping[str, Any]) -> dict[str, type]:
     """The parts of a study that are not of this package, such as {"friction.law = own": Own}; plan: its record."""
     entries = {entry["path"]: entry for entry in plan.get("axes") or plan.get("columns") or ()}
     found: dict[str, type] = {}
-    for section, (key, catalogue) in CHOICES.items():
-        path = f"{section}.{key}"
+    for section in (part for part in case.system.parts if part in KEYS):
+        path, catalogue = f"{section}.{KEYS[section]}", CATALOGUES[section]
         kinds = [type(getattr(case.system, section))]
         kinds += [catalogue()[name] for name in entries.get(path, {}).get("values", ()) if isinstance(name, str)]
         for kind in kinds:

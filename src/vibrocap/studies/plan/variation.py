@@ -8,11 +8,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaints, suggestion
-from vibrocap.case.case import CHOICES, PARTS, CaseError, case_from_dict
+from vibrocap.case.case import CHOICES, KEYS, PARTS, CaseError, case_from_dict
 from vibrocap.case.units import as_given
 from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
+from vibrocap.physics.states import state_names
 from vibrocap.physics.system import System
 
 # path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)
@@ -35,7 +36,7 @@ def varied(system: System, values: Mapping[str, Any]) -> System:
     Raises ValueError for a value that a part, or the system, refuses.
     """
     parts = kinds_chosen(system, values)
-    for part, new in _fields(values_without_units(values, system.units, *parts.values())).items():
+    for part, new in _fields(values_without_units(values, system.units, parts)).items():
         parts[part] = dataclasses.replace(parts[part], **new)
     return System(**parts, units=system.units)
 
@@ -52,10 +53,10 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     parts = kinds_chosen(system, values)
     for name, part in parts.items():
         sections[name] = {info.name: getattr(part, info.name) for info in parameter_table(part)}
-        if name in CHOICES:
-            sections[name][CHOICES[name][0]] = part.name
+        if name in KEYS:
+            sections[name][KEYS[name]] = part.name
     try:
-        plain = values_without_units(values, system.units, *parts.values())
+        plain = values_without_units(values, system.units, parts)
     except ArgumentError as error:
         return error.complaints
     for part, new in _fields(plain).items():
@@ -81,7 +82,7 @@ def _fields(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 def paths(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """Every path that can be varied while the kinds of these parts stay as they are."""
     parameters = (f"{name}.{info.name}" for name, part in parts.items() for info in parameter_table(part))
-    return (*parameters, *(INITIAL + state for state in (*parts["machine"].states, *parts["friction"].internal)))
+    return (*parameters, *(INITIAL + state for state in state_names(parts)))
 
 
 def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], units: Scales | None) -> list[str]:
@@ -91,17 +92,17 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
     """
     choices = list(choices)
     plain = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *KINDS]
-    in_si = dict.fromkeys(path for parts in choices for path in paths_in_si(**parts))
+    in_si = dict.fromkeys(path for parts in choices for path in paths_in_si(parts))
     known = [*plain, *(in_si if units is not None else ())]
     complaints = Complaints()
     for path in given:
         if units is None and path in in_si:
-            found = next(place for parts in choices if (place := path_in_si(path, **parts)) is not None)
+            found = next(place for parts in choices if (place := path_in_si(path, parts)) is not None)
             complaints.add(path, f"the case does not say what its units are; give {found[0]}, or a case in SI")
         elif units is not None and path == "machine.kind":
             complaints.add(path, "machines count in units of their own; in SI do a study for each")
         elif path in in_si:
-            if any(path_in_si(path, **parts) is None for parts in choices):
+            if any(path_in_si(path, parts) is None for parts in choices):
                 complaints.add(path, "not all kinds have it; vary what they have, or do a study for each")
         elif path.startswith("environment.") and not any("environment" in parts for parts in choices):
             complaints.add(path, "the system has no environment; give the case a section [environment]")

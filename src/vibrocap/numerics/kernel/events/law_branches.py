@@ -10,6 +10,7 @@ decides. Last stand those of the equations' bounds: beyond one of them they have
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated import (
+    BOUND_KINDS,
     BRANCHES,
     EVENT_LIMIT,
     EVENTS,
@@ -109,8 +110,8 @@ def first_switch(real, lane, event, h):
 def begin_branch(real, whole, tape, lane, which):
     """The states become those after switch `which`; behind a bound the run ends."""
     if which >= BRANCHES:
-        on_event(real, whole, tape, lane, BOUND_REACHED + which - BRANCHES, 0.0)
-        whole[STATUS + lane] = BEYOND_BOUND + which - BRANCHES
+        on_event(real, whole, tape, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], 0.0)
+        whole[STATUS + lane] = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
         return
     whole[EVENTS + lane] += 1
     if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:

@@ -48,7 +48,7 @@ def velocity_tail(real, row, h):
 
 def resolved(real, lane, h):
     """Whether the series in memory sees all that the law holds over a step of length h."""
-    if not SHARP or real[SIDE + lane] == 0.0:
+    if not SHARP or (real[SIDE + lane] == 0.0 and not SHARP_INTERNAL):
         return True  # nothing to see; or at rest for the whole step
     start = real[VELOCITY + lane]
     change = excursion(real, VELOCITY + lane, h)

@@ -31,7 +31,9 @@ def resolved_abreast(real, side, start, change, h, moving):
 
     moving: the lanes that are asked about
     """
-    fine = ~moving | (side == 0.0)
+    fine = ~moving
+    if not SHARP_INTERNAL:
+        fine = fine | (side == 0.0)
     speed = abs(start)
     least, most = speed - change, speed + change
     if not SHARP_INTERNAL:

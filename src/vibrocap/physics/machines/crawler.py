@@ -1,0 +1,197 @@
+"""Crawlers: two to ten bodies in a row, all of them rubbing, with a spring, a damper and a drive in every gap."""
+
+import functools
+import itertools
+import math
+from typing import Any, ClassVar
+
+from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.machines.machine import (
+    Machine,
+    NonNegative,
+    Number,
+    Positive,
+    Shape,
+    SIScales,
+    parameter,
+    parameters,
+)
+
+NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
+
+
+class Crawler(Machine):
+    """Bodies 1, 2, ... in a row on the ground, each with a contact of its own; z_i is how far gap i has opened.
+
+    Body 1 is the rearmost. The force T_i pulls the bodies beside gap i together, and friction R_i acts on body i:
+
+        m_i v_i' = T_i - T_(i-1) - R_i,     T_i = k_i z_i + c_i z_i' - a_i drive,     z_i' = v_(i+1) - v_i
+
+    so that a positive drive pushes apart; a_i is the share of it in gap i, whose sign may differ from gap to gap. What
+    has no number in its name belongs to body 1 or to the first gap. Without friction the bodies would not travel, and
+    they travel where forward and back, or front and rear, differ: by the masses, the loads, the laws or the drive.
+
+    Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
+    """
+
+    bodies: ClassVar[int]
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "velocity"
+    channels: ClassVar = ("drive", "damper")
+    si_scales: ClassVar = SIScales
+    si_load: ClassVar = "1 where the coefficients of the law are forces in N"
+    normal_load: Any
+
+    def _all(self, name: str, count: int) -> tuple:
+        """A parameter of the first so many bodies or gaps."""
+        return tuple(getattr(self, _numbered(name, i)) for i in range(1, count + 1))
+
+    def scales(self, time=1.0):
+        """Opening and speed that a force of the size of all loads makes, as of an `Oscillator`."""
+        mass, load = sum(self._all("mass", self.bodies)), sum(self._all("normal_load", self.bodies))
+        stiffness = self.stiffness + mass * (2.0 * math.pi / time) * (2.0 * math.pi / time)  # type: ignore[attr-defined]
+        length, speed = load / stiffness, load / sqrt(mass * stiffness)
+        return tuple(speed if name.startswith("velocity") else length for name in self.states)
+
+    def load(self):
+        """N of body 1."""
+        return self.normal_load
+
+    def further_loads(self) -> tuple:
+        """N_2, N_3, ..."""
+        return self._all("normal_load", self.bodies)[1:]
+
+    def contact_velocity(self, t, y):
+        """v_1."""
+        return y[3]
+
+    def _velocities(self, y) -> tuple:
+        return y[3], y[1], *y[4 + self.bodies - 2 :]
+
+    def _gaps(self, y) -> tuple:
+        """(z_i, z_i') of each gap."""
+        v = self._velocities(y)
+        openings = (y[0], *y[4 : 4 + self.bodies - 2])
+        return tuple((z, v[i + 1] - v[i]) for i, z in enumerate(openings))
+
+    def _pushes(self, y, drive) -> list:
+        """All forces on each body but friction: T_i - T_(i-1)."""
+        gaps = self._gaps(y)
+        share = zip(gaps, *(self._all(name, len(gaps)) for name in ("stiffness", "damping", "actuation")), strict=True)
+        pulls = [k * z + c * rate - a * drive for (z, rate), k, c, a in share]
+        return [pulls[0], *(ahead - behind for behind, ahead in itertools.pairwise(pulls)), -pulls[-1]]
+
+    def holding_force(self, t, y, drive):
+        """R_1 that keeps v_1' = 0."""
+        return self._pushes(y, drive)[0]
+
+    def further_holding_forces(self, t, y, drive) -> tuple:
+        """R_i that keeps v_i' = 0."""
+        return tuple(self._pushes(y, drive)[1:])
+
+    def rates(self, t, y, drive, force, *others):
+        """y' = (z_1', v_2', X', v_1', z_2', ..., v_3', ...)."""
+        frictions = (force, *others, *((0.0,) * (self.bodies - 1 - len(others))))
+        masses = self._all("mass", self.bodies)
+        each = zip(self._pushes(y, drive), frictions, masses, strict=True)
+        accelerations = [(push - friction) / mass for push, friction, mass in each]
+        rates = [rate for _, rate in self._gaps(y)]
+        return rates[0], accelerations[1], y[3], accelerations[0], *rates[1:], *accelerations[2:]
+
+    def energy(self, t, y):
+        """H = sum of m_i v_i^2/2 and k_i z_i^2/2."""
+        found = 0.0
+        for mass, v in zip(self._all("mass", self.bodies), self._velocities(y), strict=True):
+            found = found + 0.5 * mass * v * v
+        for stiffness, (z, _) in zip(self._all("stiffness", self.bodies - 1), self._gaps(y), strict=True):
+            found = found + 0.5 * stiffness * z * z
+        return found
+
+    def momentum(self, t, y):
+        """p = sum of m_i v_i; its rate is minus the sum of the friction forces."""
+        found = 0.0
+        for mass, v in zip(self._all("mass", self.bodies), self._velocities(y), strict=True):
+            found = found + mass * v
+        return found
+
+    def powers(self, t, y, drive, force):
+        """Power of the drive, the sum of a_i drive z_i', and of the dampers, -c_i z_i'^2."""
+        driven = damped = 0.0
+        shares = (self._all(name, self.bodies - 1) for name in ("actuation", "damping"))
+        for (_, rate), actuation, damping in zip(self._gaps(y), *shares, strict=True):
+            driven, damped = driven + actuation * (drive * rate), damped - damping * rate * rate
+        return driven, damped
+
+    def scene(self, t, y):
+        """Blocks in a row, one unit of length between them where the gaps are closed, and springs."""
+        places = [y[2]]
+        for z, _ in self._gaps(y):
+            places.append(places[-1] + 2.0 + z)
+        found = []
+        for i, x in enumerate(places, start=1):
+            found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
+            found += [Shape("contact", f"contact {i}", ((x, 0.0),), (0.9, 0.0))]
+        for i, (behind, ahead) in enumerate(itertools.pairwise(places), start=1):
+            found.append(Shape("spring", f"spring {i}", ((behind + 0.5, 0.25), (ahead - 0.5, 0.25))))
+        return tuple(found)
+
+
+def _numbered(name: str, number: int) -> str:
+    return name if number == 1 else f"{name}_{number}"
+
+
+@functools.cache
+def crawler(bodies: int) -> Any:
+    """The class of a crawler of two to ten bodies, "two-body-crawler" and so on."""
+    if bodies not in NUMBERS:
+        raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
+    fields: dict[str, Any] = {}
+    kinds: dict[str, Any] = {}
+
+    def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, *role: str, **unit: str):
+        fields[_numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, *role, **unit)
+        kinds[_numbered(name, number)] = kind
+
+    for i in range(1, bodies + 1):
+        field("mass", i, Positive, 1.0, "m", f"mass of body {i}", "mass")
+    for i in range(1, bodies):
+        field("stiffness", i, Positive if i == 1 else NonNegative, 1.0, "k", f"spring in gap {i}", "stiffness")
+    for i in range(1, bodies):
+        field("damping", i, NonNegative, 0.1, "c", f"damper in gap {i}", "viscous damping")
+    for i in range(1, bodies):
+        field("actuation", i, Number, 1.0, "a", f"share of the drive that pushes gap {i} apart", unit="1")
+    for i in range(1, bodies + 1):
+        kind = Positive if i == 1 else NonNegative
+        field("normal_load", i, kind, 1.0, "N", f"load on the contact of body {i}", "load")
+    inner = (*(f"displacement_{i}" for i in range(2, bodies)), *(f"velocity_{i}" for i in range(3, bodies + 1)))
+    states = ("displacement", "velocity_2", "position", "velocity", *inner)
+    word = NUMBERS[bodies]
+    space = {
+        **fields,
+        "__annotations__": kinds,
+        "__module__": __name__,
+        "__qualname__": f"{word.title()}BodyCrawler",
+        "__doc__": f"{word.title()} bodies in a row, all of them rubbing.\n\n    {Crawler.__doc__}",
+        "__reduce__": lambda self: (_made, (bodies, {name: getattr(self, name) for name in fields})),
+        "name": f"{word}-body-crawler",
+        "bodies": bodies,
+        "states": states,
+        "symmetry": (-1,) * len(states),
+        "contacts": tuple(f"velocity_{i}" for i in range(2, bodies + 1)),
+    }
+    return parameters(type(f"{word.title()}BodyCrawler", (Crawler,), space))
+
+
+def crawler_of(name: str) -> Any:
+    """The class of a crawler by its name; KeyError for what is none."""
+    bodies = {f"{word}-body-crawler": number for number, word in NUMBERS.items()}
+    return crawler(bodies[name])
+
+
+def _made(bodies: int, values: dict[str, Any]) -> Any:
+    """A crawler again, where it was pickled: the classes of more than three bodies can be found in no module."""
+    return crawler(bodies)(**values)
+
+
+TwoBodyCrawler = crawler(2)
+ThreeBodyCrawler = crawler(3)

@@ -1,0 +1,26 @@
+"""Names of the states of a system, in the order of the state vector: of its parts by name, or of their classes."""
+
+from collections.abc import Mapping
+from typing import Any
+
+MOST_CONTACTS = 10
+FURTHER = tuple(f"friction_{number}" for number in range(2, MOST_CONTACTS + 1))  # parts: laws of further contacts
+
+
+def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
+    """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
+    own = FURTHER[: len(parts["machine"].contacts)]
+    return tuple(parts.get(name, parts["friction"]) for name in own)
+
+
+def contact_states(number: int, law: Any) -> tuple[str, ...]:
+    """The states of a further contact: to which side it slides, then those of its law."""
+    own = () if law.kind == "smooth" else (f"side_{number}",)
+    return (*own, *(f"{name}_{number}" for name in law.internal))
+
+
+def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
+    """All states: of the machine, of its further contacts, and of the law of its first contact."""
+    machine, laws = parts["machine"], enumerate(further_laws(parts), start=2)
+    further = (name for i, law in laws for name in contact_states(i, law))
+    return (*machine.states, *further, *parts["friction"].internal)
