@@ -157,8 +157,8 @@ def crawler(bodies: int) -> Any:
     fields: dict[str, Any] = {}
     kinds: dict[str, Any] = {}
 
-    def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, *role: str, **unit: str):
-        fields[_numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, *role, **unit)
+    def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, role: str):
+        fields[_numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
         kinds[_numbered(name, number)] = kind
 
     for i in range(1, bodies + 1):
@@ -168,7 +168,7 @@ def crawler(bodies: int) -> Any:
     for i in range(1, bodies):
         field("damping", i, NonNegative, 0.1, "c", f"damper in gap {i}", "viscous damping")
     for i in range(1, bodies):
-        field("actuation", i, Number, 1.0, "a", f"share of the drive that pushes gap {i} apart", unit="1")
+        field("actuation", i, Number, 1.0, "a", f"share of the drive that pushes gap {i} apart", "share")
     for i in range(1, bodies + 1):
         kind = Positive if i == 1 else NonNegative
         field("normal_load", i, kind, 1.0, "N", f"load on the contact of body {i}", "load")

@@ -31,7 +31,7 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         together   (lambda+1) X'' = -R,     until  P + cos(theta) X'' = 0
     """
 
-    limit_angle: Positive = parameter(math.pi / 2, "theta_m", "angle at which the pendulum is stopped", unit="rad")
+    limit_angle: Positive = parameter(math.pi / 2, "theta_m", "angle at which the pendulum is stopped", "phase")
     restitution: Annotated[Any, BeforeValidator(_checked_restitution)] = parameter(
         None, "e", "coefficient of restitution of the stops, 0 to 1; none: a run ends there", "fraction"
     )
