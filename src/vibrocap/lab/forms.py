@@ -71,7 +71,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "kind": system.friction.kind,
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
-        "events": event_kinds(system).tolist(),
+        "events": event_kinds(system.placed.switch_events).tolist(),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,

@@ -1,6 +1,7 @@
 """simulate(system, ...) -> Trajectory: the bridge from physics to numerics."""
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -142,8 +143,7 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
     states = len(recording.rates)
     period = system.drive.period
     pieces, head = recorded.pieces, memory.PIECE_HEAD
-    kinds, kept = _contact_events(system, recorded.events)
-    events = recorded.events[kept]
+    kinds, events = _contact_events(system, recorded.events)
     origin = time - phase * period  # when the drive began the period in which the motion begins
     motion = Trajectory(
         system=system,
@@ -178,20 +178,23 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
     return motion
 
 
-def event_kinds(system: System) -> np.ndarray:
-    """Names of the kinds of event of a system, by the numbers of `memory_layout`."""
+@functools.lru_cache(maxsize=64)
+def event_kinds(own: tuple[str, ...]) -> np.ndarray:
+    """Names of the kinds of event, by the numbers of `memory_layout`. own: those of the machine, `switch_events`."""
     unused = [""] * (memory.MACHINE_SWITCHED - len(EVENT_KINDS))
-    return np.array([*EVENT_KINDS, *unused, *system.placed.switch_events])
+    return np.array([*EVENT_KINDS, *unused, *own])
 
 
 def _contact_events(system: System, events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(kinds of the events that are kept, which these are).
+    """(kinds of the events that are kept, the events themselves).
 
     A further contact that stops and leaves at one instant has turned; where the run starts it is found to slide.
     """
     numbers = events[:, 2].astype(int)
-    kinds, kept = event_kinds(system)[numbers], np.ones(len(events), dtype=bool)
-    if system.machine.contacts and not system.friction.switched:
+    kinds, kept = event_kinds(system.placed.switch_events)[numbers], np.ones(len(events), dtype=bool)
+    if not system.machine.contacts:
+        return kinds, events
+    if not system.friction.switched:
         kept = numbers != memory.SWITCHED
     for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
         number = kinds[i].removeprefix("stick_")
@@ -201,7 +204,7 @@ def _contact_events(system: System, events: np.ndarray) -> tuple[np.ndarray, np.
             if kinds[k] in (f"slip_forward_{number}", f"slip_back_{number}"):
                 kinds[k], kept[i] = f"reversal_{number}", False
                 break
-    return kinds[kept], kept
+    return kinds[kept], events[kept]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

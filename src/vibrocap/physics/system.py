@@ -163,11 +163,13 @@ class System:
     @property
     def further_laws(self) -> tuple[Law, ...]:
         """The law of each further contact of the machine."""
-        return further_laws(self.parts)
+        return further_laws(self.parts) if self.machine.contacts else ()
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
+        if not self.machine.contacts:  # at once: every run asks
+            return self.machine.states + self.friction.internal
         return state_names(self.parts)
 
     @property
