@@ -39,8 +39,8 @@ class Orbit(PeriodicSolution):
     @classmethod
     def of(cls, solution: PeriodicSolution, map_: StroboscopicMap | None = None) -> "Orbit":
         """The orbit of a periodic solution; map_: of which it is one, to be asked whether there are others beside."""
-        beside = map_ is not None and in_continuum(map_, solution)
-        return cls(**(vars(solution) | {"continuum": beside}))
+        known: dict[str, Any] = {**vars(solution), "continuum": map_ is not None and in_continuum(map_, solution)}
+        return cls(**known)
 
     @property
     def facts(self) -> dict[str, str]:
