@@ -1,5 +1,6 @@
 """Machines whose inner motion is imposed: the classical crawlers against their closed forms."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -129,10 +130,15 @@ def test_the_work_per_distance_is_the_friction():
     assert motion["drive_work"][-1] * 0.3 / distance == pytest.approx(0.2, rel=1e-12)
 
 
-def test_the_force_of_the_actuator_is_that_of_newton():
-    """F = m (X' + z')' from the motion itself, by differences within a piece, and its power F z'."""
+SLOPE = vc.Environment(inclination=0.15, linear_drag=0.3, quadratic_drag=0.2, force=0.1, gravity=1.7)
+
+
+@pytest.mark.parametrize("environment", [None, SLOPE], ids=["level", "slope"])
+def test_the_force_of_the_actuator_is_that_of_newton(environment):
+    """F = m (X' + z')' + m g_t from the motion itself, by differences within a piece, and its power F z'."""
     drive = vc.Trapezoid(amplitude=0.7, frequency=1.3, rise=0.3, hold=0.2, fall=0.15)
-    system = crawler(0.4, 0.2, 0.3, drive)
+    system = dataclasses.replace(crawler(0.4, 0.2, 0.3, drive), environment=environment)
+    weight = 0.0 if environment is None else environment.gravity * math.sin(environment.inclination)
     motion = vc.simulate(system, periods=2, initial={"centre_velocity": 0.1}, tolerance=1e-12)
     index = np.flatnonzero(motion.piece_length > 1e-2)
     middle = 0.5 * motion.piece_length[index]
@@ -142,7 +148,7 @@ def test_the_force_of_the_actuator_is_that_of_newton():
         (own,) = motion.piece_observables(("contact_velocity",), index, s)
         slope = np.array([drive.slope(t) for t in motion.drive_at(index, s)[0]])
         speeds.append(own + slope)
-    assert force == pytest.approx((speeds[1] - speeds[0]) / (2 * h), abs=1e-8)
+    assert force == pytest.approx((speeds[1] - speeds[0]) / (2 * h) + weight, abs=1e-8)
     assert power == pytest.approx(force * slope, abs=1e-12)
 
 

@@ -190,7 +190,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
     if from_outside or flow.further:
         observables["outer_force"] = flow.outer_force
-    observables |= placed.actuator(graph.node("time"), mechanical, flow.friction)
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
     return Equations(
         graph=graph,
         state_names=system.state_names,

@@ -71,7 +71,8 @@ class TwoMassCrawler(Imposed):
         return -(self.imposed.slope(t) * force) / (self.mass_ratio + 1.0), 0.0
 
     def actuator(self, t, y, force):
-        """The force between the masses, (p + (1 - mu) z')', and its power."""
+        """The force between the masses, (p + (1 - mu) z')' and on a slope what holds up the inner mass; its power."""
         total = self.mass_ratio + 1.0
         push = (self.mass_ratio * self.imposed.curvature(t) - force) / total
+        push = push if self.gravity is None else push + self.gravity[1]
         return {"actuator_force": push, "actuator_power": push * self.imposed.slope(t)}
