@@ -1,5 +1,6 @@
 """Studies on processes and Dask clusters: the same bytes as on one process, whatever happens to the workers."""
 
+import contextlib
 import dataclasses
 import importlib
 import multiprocessing
@@ -175,9 +176,9 @@ def test_processes_that_die_cost_their_tiles_only(tmp_path):
         listening.extend(each for each in psutil.Process().net_connections() if each.status == psutil.CONN_LISTEN)
         children = multiprocessing.active_children()
         for child in children:
-            listening.extend(
-                each for each in psutil.Process(child.pid).net_connections() if each.status == psutil.CONN_LISTEN
-            )
+            with contextlib.suppress(psutil.NoSuchProcess):  # it may end just now
+                found = psutil.Process(child.pid).net_connections()
+                listening.extend(each for each in found if each.status == psutil.CONN_LISTEN)
         if children and len(deaths) < 2:
             os.kill(children[0].pid, signal.SIGKILL)
             deaths.append(share)

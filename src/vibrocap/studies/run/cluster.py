@@ -100,7 +100,8 @@ class Cluster:
             while running:
                 for future in self._finished(list(running)):
                     index = running.pop(future)
-                    future.result()
+                    with _gone():
+                        future.result()
                     _check_shown(store, index)
                     done += 1
                     if progress:
