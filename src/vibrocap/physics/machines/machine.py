@@ -15,6 +15,7 @@ from vibrocap.physics.scene import Shape, block
 __all__ = [
     "IMPACT",
     "Imposed",
+    "ImposedDisplacement",
     "Machine",
     "NonNegative",
     "Number",
@@ -230,3 +231,54 @@ class Imposed(Machine):
         copy = object.__new__(type(self))
         vars(copy).update(vars(self) | {"imposed": drive})
         return copy
+
+
+class ImposedDisplacement(Imposed):
+    """A body with an inner mass whose displacement z along the line is imposed; the ground acts on nothing else.
+
+    The state is the position and p, the velocity of the common centre of mass, which goes on where z' jumps:
+
+        X' = p - mu z',     (lambda + 1) p' = -R,     mu = 1/(lambda + 1)
+
+    in units of the inner mass. At rest the contact holds R = -z''.
+    """
+
+    mass_ratio: Any
+    states: ClassVar = ("position", "centre_velocity")
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "centre_velocity"
+    symmetry: ClassVar = (-1, -1)
+    channels: ClassVar = ("drive", "damper")
+    state_units: ClassVar = {"centre_velocity": "m/s"}
+
+    def displacement(self, t) -> tuple:
+        """(z', z''); that of the drive itself."""
+        return self.imposed.slope(t), self.imposed.curvature(t)
+
+    def load(self):
+        """N."""
+        return self.normal_load
+
+    def contact_velocity(self, t, y):
+        """X' = p - mu z'."""
+        return y[1] - self.displacement(t)[0] / (self.mass_ratio + 1.0)
+
+    def holding_force(self, t, y, drive):
+        """R that keeps X'' = 0: -z''."""
+        return -self.displacement(t)[1]
+
+    def rates(self, t, y, drive, force):
+        """y' = (X', p')."""
+        return self.contact_velocity(t, y), -force / (self.mass_ratio + 1.0)
+
+    def energy(self, t, y):
+        """H = (lambda + 1) p^2/2, of the common centre."""
+        return 0.5 * (self.mass_ratio + 1.0) * y[1] * y[1]
+
+    def momentum(self, t, y):
+        """(lambda + 1) p; its rate is -R."""
+        return (self.mass_ratio + 1.0) * y[1]
+
+    def powers(self, t, y, drive, force):
+        """What of the power of the drive moves the common centre, -mu z' R; a damper is the drive's affair."""
+        return -(self.displacement(t)[0] * force) / (self.mass_ratio + 1.0), 0.0

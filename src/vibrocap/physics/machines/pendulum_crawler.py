@@ -6,7 +6,7 @@ from pydantic import BeforeValidator
 
 from vibrocap.physics.elementary import atan, sqrt
 from vibrocap.physics.machines.machine import (
-    Imposed,
+    ImposedDisplacement,
     NonNegative,
     Positive,
     cos,
@@ -28,7 +28,7 @@ Motion = Annotated[str, BeforeValidator(_checked_motion)]
 
 
 @parameters
-class PendulumCrawler(Imposed):
+class PendulumCrawler(ImposedDisplacement):
     """Pendulum capsule whose angle theta(t), or sin(theta), is what the drive says: an ideal tracking of a motion.
 
     With s = sin(theta), the displacement of the bob along the line, the balance of momentum alone is left:
@@ -52,21 +52,16 @@ class PendulumCrawler(Imposed):
     motion: Motion = parameter("angle", "motion", '"angle" (the drive is theta) or "displacement" (it is sin(theta))')
 
     name: ClassVar[str] = "pendulum-crawler"
-    states: ClassVar = ("position", "centre_velocity")
-    cyclic: ClassVar = "position"
-    contact_state: ClassVar = "centre_velocity"
-    symmetry: ClassVar = (-1, -1)
-    channels: ClassVar = ("drive", "damper")
     effort: ClassVar = "number"
     si_names: ClassVar = {"mass_ratio": "capsule_mass"}
-    state_units: ClassVar = {"centre_velocity": "m/s"}
 
-    def _displacement(self, t) -> tuple:
-        """(s', s'')."""
+    def displacement(self, t) -> tuple:
+        """(-s', -s'')."""
+        slope, curvature = super().displacement(t)
         if self.motion == "displacement":
-            return self.imposed.slope(t), self.imposed.curvature(t)
-        angle, rate = self.imposed.value(t), self.imposed.slope(t)
-        return cos(angle) * rate, cos(angle) * self.imposed.curvature(t) - sin(angle) * (rate * rate)
+            return -slope, -curvature
+        angle = self.imposed.value(t)
+        return -(cos(angle) * slope), sin(angle) * (slope * slope) - cos(angle) * curvature
 
     def _angle(self, t) -> tuple:
         """(theta, theta', theta'')."""
@@ -77,37 +72,9 @@ class PendulumCrawler(Imposed):
         rate = self.imposed.slope(t) / cosine
         return atan(sine / cosine), rate, (self.imposed.curvature(t) + sine * (rate * rate)) / cosine
 
-    def load(self):
-        """N."""
-        return self.normal_load
-
-    def contact_velocity(self, t, y):
-        """X' = p + mu s'."""
-        return y[1] + self._displacement(t)[0] / (self.mass_ratio + 1.0)
-
-    def holding_force(self, t, y, drive):
-        """R that keeps X'' = 0: s''."""
-        return self._displacement(t)[1]
-
-    def rates(self, t, y, drive, force):
-        """y' = (X', p')."""
-        return self.contact_velocity(t, y), -force / (self.mass_ratio + 1.0)
-
-    def energy(self, t, y):
-        """H = (lambda + 1) p^2/2, of the common centre."""
-        return 0.5 * (self.mass_ratio + 1.0) * y[1] * y[1]
-
-    def momentum(self, t, y):
-        """(lambda + 1) p; its rate is -R."""
-        return (self.mass_ratio + 1.0) * y[1]
-
-    def powers(self, t, y, drive, force):
-        """What of the power of the drive moves the common centre, mu s' R; the damper is the drive's affair."""
-        return self._displacement(t)[0] * force / (self.mass_ratio + 1.0), 0.0
-
     def actuator(self, t, y, force):
         """T and its power."""
         angle, rate, acceleration = self._angle(t)
-        capsule = (self._displacement(t)[1] - force) / (self.mass_ratio + 1.0)
+        capsule = (-self.displacement(t)[1] - force) / (self.mass_ratio + 1.0)
         torque = acceleration - cos(angle) * capsule - sin(angle) + self.stiffness * angle + self.damping * rate
         return {"actuator_torque": torque, "actuator_power": torque * rate}

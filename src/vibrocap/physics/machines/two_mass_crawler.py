@@ -2,11 +2,11 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.machines.machine import Imposed, NonNegative, Positive, parameter, parameters
+from vibrocap.physics.machines.machine import ImposedDisplacement, NonNegative, Positive, parameter, parameters
 
 
 @parameters
-class TwoMassCrawler(Imposed):
+class TwoMassCrawler(ImposedDisplacement):
     """Body M with an inner mass m whose motion along it the drive imposes; friction alone acts from outside.
 
     The drive is the displacement z(t) of the inner mass relative to the body. The state is p, the velocity of the
@@ -29,46 +29,12 @@ class TwoMassCrawler(Imposed):
     normal_load: NonNegative = parameter(1.0, "N", "load on the contact", "load")
 
     name: ClassVar[str] = "two-mass-crawler"
-    states: ClassVar = ("position", "centre_velocity")
-    cyclic: ClassVar = "position"
-    contact_state: ClassVar = "centre_velocity"
-    symmetry: ClassVar = (-1, -1)
-    channels: ClassVar = ("drive", "damper")
     effort: ClassVar = "displacement"
     si_names: ClassVar = {"mass_ratio": "body_mass"}
-    state_units: ClassVar = {"centre_velocity": "m/s"}
-
-    def load(self):
-        """N."""
-        return self.normal_load
 
     def masses(self):
         """lambda + 1, of both; what moves between them is imposed."""
         return {"centre_velocity": self.mass_ratio + 1.0}
-
-    def contact_velocity(self, t, y):
-        """X' = p - mu z'."""
-        return y[1] - self.imposed.slope(t) / (self.mass_ratio + 1.0)
-
-    def holding_force(self, t, y, drive):
-        """R that keeps X'' = 0: -z''."""
-        return -self.imposed.curvature(t)
-
-    def rates(self, t, y, drive, force):
-        """y' = (X', p')."""
-        return self.contact_velocity(t, y), -force / (self.mass_ratio + 1.0)
-
-    def energy(self, t, y):
-        """H = (lambda + 1) p^2/2, of the common centre."""
-        return 0.5 * (self.mass_ratio + 1.0) * y[1] * y[1]
-
-    def momentum(self, t, y):
-        """(lambda + 1) p; its rate is -R."""
-        return (self.mass_ratio + 1.0) * y[1]
-
-    def powers(self, t, y, drive, force):
-        """What of the power of the drive moves the common centre, -mu z' R; there is no damper."""
-        return -(self.imposed.slope(t) * force) / (self.mass_ratio + 1.0), 0.0
 
     def actuator(self, t, y, force):
         """The force between the masses, (p + (1 - mu) z')' and on a slope what holds up the inner mass; its power."""
