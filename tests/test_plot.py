@@ -295,3 +295,13 @@ def test_cases_of_a_list_are_counted_in_whole_numbers():
     ax = vc.plot(study)
     ax.figure.canvas.draw()
     assert all(float(tick).is_integer() for tick in ax.get_xticks())
+
+
+def test_nothing_is_drawn_across_an_impact_in_the_friction_loop():
+    machine = vc.PendulumCapsuleWithStops(limit_angle=0.8, restitution=0.6)
+    motion = vc.simulate(vc.System(machine, vc.Exponential(), vc.Harmonic()), periods=6, initial={"angle": 0.5})
+    assert any(event.kind == "impact" for event in motion.events if event.time > 5 * motion.period)
+    lines = [line for line in vc.draw_friction_loop(motion).lines if line.get_label() != "stuck"]
+    for line in lines:
+        velocity = np.asarray(line.get_xdata(), dtype=float)
+        assert not np.any(velocity[1:] * velocity[:-1] < -1e-12)  # friction jumps at rest: no line leads across

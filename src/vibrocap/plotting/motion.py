@@ -29,6 +29,7 @@ from vibrocap.plotting.units import IN_SI, parts_in_si, scale, with_unit
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
+JUMP = 1e-6  # of the range of a velocity: by how much two pieces differ where it jumps
 MOST_POINTS = 200_000
 MOST_PER_PIECE = 24
 WIDTH = 11.5  # inches of the whole picture
@@ -275,11 +276,13 @@ def draw_friction_loop(motion: Trajectory, *, ax: Axes | None = None) -> Axes:
 def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The chosen points of a line, cut by NaN where it goes on elsewhere; each run ends on the next point of its piece.
 
-    Where the force jumps from one piece to the next, as a set-valued contact's does, nothing is drawn across.
+    Where the force jumps from one piece to the next, as a set-valued contact's does, or the velocity in an impact,
+    nothing is drawn across.
     """
     joined = np.append(False, chosen[:-1] & (pieces[1:] == pieces[:-1]))
     kept = np.flatnonzero(chosen | joined)
-    breaks = np.flatnonzero((np.diff(kept) > 1) | ~(chosen[kept[:-1]])) + 1
+    jumps = (np.abs(np.diff(x)) > JUMP * np.ptp(x)) & (pieces[1:] != pieces[:-1])
+    breaks = np.flatnonzero((np.diff(kept) > 1) | ~(chosen[kept[:-1]]) | jumps[kept[:-1]]) + 1
     at = kept.astype(float)
     at = np.insert(at, breaks, np.nan)
     empty = np.isnan(at)
