@@ -83,6 +83,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.drives.three_phase import ThreePhase
     from vibrocap.physics.drives.trapezoid import Trapezoid
     from vibrocap.physics.drives.triangle import Triangle
+    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.friction.anisotropic import anisotropic
     from vibrocap.physics.friction.backlash import backlash
@@ -297,6 +298,7 @@ __all__ = [
     "PendulumScales",
     "FreeScales",
     "SIScales",
+    "Actuator",
     "Environment",
     "Oscillator",
     "TwoMassCrawler",

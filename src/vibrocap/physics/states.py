@@ -7,6 +7,9 @@ MOST_CONTACTS = 10
 FURTHER = tuple(f"friction_{number}" for number in range(2, MOST_CONTACTS + 1))  # parts: laws of further contacts
 
 
+OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator
+
+
 def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
     """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
     own = FURTHER[: len(parts["machine"].contacts)]
@@ -23,4 +26,11 @@ def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """All states: of the machine, of its further contacts, and of the law of its first contact."""
     machine, laws = parts["machine"], enumerate(further_laws(parts), start=2)
     further = (name for i, law in laws for name in contact_states(i, law))
-    return (*machine.states, *further, *parts["friction"].internal)
+    return (*machine.states, *further, *actuator_states(parts.get("actuator")), *parts["friction"].internal)
+
+
+def actuator_states(actuator: Any) -> tuple[str, ...]:
+    """The states of an actuator; of the class all that one may have, of None none."""
+    if actuator is None:
+        return ()
+    return (OUTPUT, SATURATED, CLIPPED) if isinstance(actuator, type) else actuator.states
