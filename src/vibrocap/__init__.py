@@ -69,6 +69,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
@@ -83,7 +84,6 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.drives.three_phase import ThreePhase
     from vibrocap.physics.drives.trapezoid import Trapezoid
     from vibrocap.physics.drives.triangle import Triangle
-    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.friction.anisotropic import anisotropic
     from vibrocap.physics.friction.backlash import backlash
