@@ -101,6 +101,12 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
     return start
 
 
+def within_room(system: System, state: Mapping[str, float]) -> dict[str, float]:
+    """A state of a motion of other parameters, at the stop or the limit where it would lie beyond it."""
+    room = system.placed.room()
+    return dict(state) | {name: min(max(state[name], low), high) for name, (low, high) in room.items()}
+
+
 def check_room(system: System, start: Mapping[str, float]) -> None:
     """ArgumentError for a start beyond a rigid stop of the machine."""
     for name, (low, high) in system.placed.room().items():
