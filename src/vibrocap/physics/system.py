@@ -158,7 +158,7 @@ class System:
         on the first."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        machine = MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
+        machine = MachineOnContacts(machine, self.further_laws, self.environment) if machine.contacts else machine
         return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
 
     @property
