@@ -410,7 +410,7 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     assert case_from_text(case_text(case)) == case
     motion = case.simulate()
     assert motion.status.ok
-    assert set(motion.event_kinds) == {"stick", "slip_forward", "slip_back"}
+    assert set(motion.event_kinds) >= {"stick", "slip_forward", "slip_back", "impact", "stop_opened"}
     certificate = motion.certificate
     assert certificate.stick_force_ratio == pytest.approx(1.0, abs=1e-12)
     assert certificate.sign_kept
