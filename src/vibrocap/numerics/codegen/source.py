@@ -109,7 +109,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order)
-            keep(rows + 4 + i, k, writer.coefficient(guard.index, k) if moves else "0.0")
+            slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
+            keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
     body = [*head, *writer.lines]
     if abreast:
         constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
