@@ -45,6 +45,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
     constants["SPARSE"] = sparse(equations)
+    if equations.guards and "OCCURRED" not in constants:
+        constants["OCCURRED"] = -1
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [

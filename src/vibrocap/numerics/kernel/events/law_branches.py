@@ -25,6 +25,7 @@ from vibrocap.numerics.kernel.generated import (
     IMPLICIT_STEPS,
     LANES,
     LAW_BRANCHES,
+    OCCURRED,
     ORDER,
     PERIOD,
     SERIES,
@@ -36,6 +37,7 @@ from vibrocap.numerics.kernel.generated import (
     SWITCHES,
     TAYLOR_STEPS,
     TIME,
+    WINDOW_START,
     WORK,
     after_reversal,
     after_switch,
@@ -137,10 +139,13 @@ def begin_branch(real, whole, tape, lane, which):
     if which >= LAW_BRANCHES:
         strikes = hits(real, whole, lane)
     chosen = whole[TAYLOR_STEPS + lane] + whole[IMPLICIT_STEPS + lane] == 0
-    if which < LAW_BRANCHES or (chosen and real[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
-        on_event(real, whole, tape, lane, SWITCHED, 0.0)  # nothing happens: it is the branch in which the run starts
-    else:
+    if which < LAW_BRANCHES:
+        on_event(real, whole, tape, lane, SWITCHED, 0.0)
+    elif not (chosen and real[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
         on_event(real, whole, tape, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, 0.0)
+        if OCCURRED >= 0 and whole[WINDOW_START + lane] >= 0:
+            real[OCCURRED + (which - LAW_BRANCHES) * LANES + lane] += 1.0
+    # else nothing happens: it is the branch in which the run starts
     if strikes:
         jumped(real, whole, tape, lane)
 
