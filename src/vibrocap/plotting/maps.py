@@ -72,7 +72,7 @@ CELL_STYLES: dict[Cell, tuple[str, str, str]] = {
 UNSETTLED, HIDDEN = "//////", "\\\\\\\\"
 HATCH_WIDTH, HALO = 0.45, 1.3  # of lines over colours: black with a white rim shows on any of them
 BORDER = 0.7
-BORDERS = ((BLACK, "-"), (GREEN, "-"), (VIOLET, "-"), (VERMILION, "-"))  # of lines where something changes
+BORDERS = (BLACK, GREEN, VIOLET, VERMILION)  # of lines where something changes
 WAYS = ("mean_velocity", "drift", "displacement")  # measures whose sign is the way of travel
 BORDER_WORDS = {"travel": "travel turns round", "impacts": "grazing of a stop"}
 COLUMN, PAGE = 3.54, 7.2  # inches: 90 mm and 183 mm
@@ -128,16 +128,13 @@ def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figur
         else:
             fig, axes = study_axes(view, len(view.panels))
             handles = _draw_maps(fig, axes, view)
-            for name, (ink, dashes) in borders.items():  # the first of them above the others
+            for place, (name, ink) in enumerate(borders.items()):  # the first of them above the others
                 for ax, segments in zip(axes, lines[name], strict=True):
-                    for colour, width, style_of in (("white", 2 * BORDER, "-"), (ink, BORDER, dashes)):
-                        drawn = LineCollection(
-                            list(segments), colors=colour, linewidths=width, linestyles=[style_of], label="border"
-                        )
-                        drawn.set_zorder(4.0 - list(borders).index(name) / len(BORDERS))
-                        ax.add_collection(drawn)
+                    for colour, width in (("white", 2 * BORDER), (ink, BORDER)):
+                        options = {"colors": colour, "linewidths": width, "zorder": 3.0 - place / len(BORDERS)}
+                        ax.add_collection(LineCollection(list(segments), label="border", **options))
                 words = BORDER_WORDS.get(name, f"border of {name.replace('_', ' ')}")
-                handles.append(Line2D([], [], color=ink, linewidth=BORDER, linestyle=dashes, label=words))
+                handles.append(Line2D([], [], color=ink, linewidth=BORDER, label=words))
         add_title_and_legend(fig, view, handles)
     return fig
 
