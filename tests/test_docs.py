@@ -275,6 +275,7 @@ HELP = [line for lines in EXAMPLES.values() for line in lines]
 ELSEWHERE = ("vibrocap datasets fetch", "vibrocap completion zsh --install")  # they need a network, or the user's home
 
 
+@pytest.mark.slow
 def test_quick_examples_of_the_help_run_word_for_word(workplace, capsys):
     (workplace / "examples").unlink()  # one of them makes this folder
     for command in HELP:
@@ -410,6 +411,7 @@ def new_parts(tmp_path):
         find.cache_clear()
 
 
+@pytest.mark.slow
 def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys):
     (fence,) = (fence for fence in FENCES if fence.words == ("toml", "parts"))
     case = case_from_text(fence.text)
@@ -441,6 +443,7 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     assert "did you mean 'hyperbolic'?" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_new_parts_keep_their_contracts(tmp_path):
     """tests/test_contracts.py, in a process of its own in which the new files stand in the package."""
     write_new_files(tmp_path)

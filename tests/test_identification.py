@@ -66,6 +66,7 @@ def test_same_input_same_numbers_whatever_the_threads(found):
     assert [(p.value, p.low, p.high) for p in again.parameters] == [(p.value, p.low, p.high) for p in found.parameters]
 
 
+@pytest.mark.slow
 def test_standard_errors_are_the_scatter_of_repeated_fits():
     values, errors = [], []
     for seed in range(24):
@@ -316,6 +317,7 @@ def scatter_over_stated(count=12):
     return np.std(values, ddof=1) / np.mean(errors)
 
 
+@pytest.mark.slow
 def test_stated_errors_hold_for_correlated_noise_and_would_not_without_the_correlation(monkeypatch):
     # the standard deviation of 12 values has a relative error of 1/sqrt(22) = 0.21: three of them either way
     assert abs(math.log(scatter_over_stated())) < 0.64

@@ -22,6 +22,7 @@ def basalt():
     return basalt_velocity_step(published_folder("basalt-velocity-step"))[0]
 
 
+@pytest.mark.slow
 def test_lugre_on_the_rotary_damper(damper):
     """Over the standard deviation of the force, as 25.1 % is counted: over the root mean square it would be 24.8 %."""
     one = fit(damper, "lugre", held_out=EARTHQUAKE, starts=2, start="relaxed", intervals="covariance")

@@ -95,6 +95,7 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         assert one["residual"] < 1e-7
 
 
+@pytest.mark.slow
 @needs_node
 def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     """No step crosses a corner; its segments follow from the parameters as they are set in the page."""

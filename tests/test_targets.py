@@ -7,6 +7,7 @@ import sys
 import pytest
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.motion.equations import equations
 from vibrocap.numerics.run.ensemble import ensemble_source
 
@@ -26,7 +27,7 @@ TARGETS = {
 }
 
 
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize("name", slow_but([3], [*TARGETS]))
 def test_objects_are_written_for_other_processors(name):
     """The exponential law abreast: an object file of that machine, with the entry in it."""
     triple, processor, features, lanes, machine = TARGETS[name]
