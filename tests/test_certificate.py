@@ -197,6 +197,7 @@ def test_every_piece_of_evidence_has_a_bound_and_a_verdict():
     assert all(type(entry["value"]) is float for entry in record["verdicts"].values())
 
 
+@pytest.mark.slow
 def test_states_that_jump_at_events_are_not_compared():
     """The engagement of a bristle jumps by 1 where one of two runs is through an event and the other is not yet."""
     system = vc.System(vc.Oscillator(belt_speed=0.1), vc.ElastoPlastic(), vc.Harmonic(amplitude=0.7, frequency=0.9))

@@ -466,6 +466,7 @@ def run(*arguments, **options):
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **options)
 
 
+@pytest.mark.slow
 def test_second_call_compiles_nothing_and_loads_little(case, tmp_path):
     """In a new process, with parameters that have never been run: what makes it answer at once (make bench, cold).
 

@@ -15,7 +15,6 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
-from thinned import slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
 from vibrocap.numerics.compiler.subset import parsed
@@ -284,7 +283,7 @@ def test_vectors_on_the_stack_are_aligned_where_they_are():
 # --- whole kernels ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), vc.LuGre()]), ids=["exponential", "lugre"])
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
 def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypatch):
     """Every piece and every event, to the last bit."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))

@@ -201,6 +201,7 @@ PATHS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drive", "path", "values"),
     [pytest.param(*given, marks=[pytest.mark.slow] if i else [], id=given[0].name) for i, given in enumerate(PATHS)],

@@ -93,6 +93,7 @@ def test_a_stiffness_without_presliding_is_not_determined_and_an_experiment_is_n
     assert TRUTH.coulomb_coefficient in one["coulomb_coefficient"]
 
 
+@pytest.mark.slow
 def test_what_goes_with_a_rigid_bristle_is_open_too():
     """Seen while sliding is bristle damping over stiffness alone: a stiffness held down would pin the damping."""
     stiff = LuGre(bristle_stiffness=1e4, bristle_damping=10.0, viscous_damping=0.05)

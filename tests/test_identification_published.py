@@ -63,6 +63,7 @@ def test_profiles_of_the_rotary_damper_name_what_is_open(damper):
     assert "bristle_damping" in one.identifiability.experiments
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("intervals", ["covariance", pytest.param("profile", marks=pytest.mark.slow)])
 def test_basalt_with_the_spring_as_measured(basalt, intervals):
     """The published a, b and D_c lie within the intervals where the machine's spring is that of the initial rise."""

@@ -235,6 +235,7 @@ def test_a_constant_load_that_hides_a_lift_off_is_said():
     assert vc.simulate(vc.System(vc.Oscillator(), law, vc.Harmonic()), periods=1).certificate.least_reaction is None
 
 
+@pytest.mark.slow
 def test_a_capsule_that_lifts_off_ends_the_command_with_its_status(tmp_path, capsys):
     case = tmp_path / "light.toml"
     system = capsule(law=vc.LuGre(), amplitude=1.8, mass_ratio=0.5)

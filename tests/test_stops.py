@@ -126,6 +126,11 @@ def test_starts_of_basins_lie_between_the_stops():
         vc.basins(system, {"displacement": (-1.0, 0.6), "displacement_rate": (-2.0, 2.0)}, 4)
     with pytest.raises(ValueError, match=r"ranges: displacement should lie between the stops"):
         vc.attractors(system, ranges={"displacement": (-1.0, 0.6)})
+
+
+@pytest.mark.slow
+def test_basins_of_a_capsule_with_a_stop_are_those_of_its_starts():
+    system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
     found = vc.basins(system, ("displacement", "displacement_rate"), 4)
     assert found.x[0] < -1.0
     assert found.x[-1] < 0.3
