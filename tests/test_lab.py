@@ -95,6 +95,7 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         assert one["residual"] < 1e-7
 
 
+@pytest.mark.slow
 @needs_node
 def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     """No step crosses a corner; its segments follow from the parameters as they are set in the page. With an actuator
@@ -126,6 +127,7 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     assert found["measured"]["values"]["mean_velocity"] == pytest.approx(wanted["mean_velocity"][0], rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.slow
 @needs_node
 def test_a_start_beyond_a_stop_is_refused_by_name(node):
     """By the bound that the parameters of the page make, not those of the case."""
