@@ -1,6 +1,8 @@
 """The page of `vibrocap lab`, by Node: kernels with the bits of the plain one; files and addresses that read back."""
 
 import json
+import random
+import re
 import shutil
 import subprocess
 import tomllib
@@ -9,12 +11,17 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import case_from_text
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
+from vibrocap.lab.controls import part_record
 from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset
+from vibrocap.lab.rules import mirrored, rules
 from vibrocap.paper.presets import figures_5_to_8, start
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.parameters import ParameterError
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="Node, which runs JavaScript, is not installed")
@@ -50,10 +57,11 @@ def node(data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     (folder / "data.json").write_text(json.dumps(data))
 
-    def run(lines):
+    def run(lines, given=None):
         script = folder / "run.cjs"
         script.write_text("\n".join([HEAD, *map(source, ALONE), lines]))
-        command = [NODE, str(script), str(folder / "data.json")]
+        (folder / "given.json").write_text(json.dumps(given))
+        command = [NODE, str(script), str(folder / "data.json"), str(folder / "given.json")]
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
         assert done.returncode == 0, done.stderr
         found = [json.loads(line) for line in done.stdout.splitlines()]
@@ -176,6 +184,80 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
             assert one["values"][name] == pytest.approx(wanted[name][run], rel=1e-8, abs=1e-9), name
 
 
+RULES = """
+const cases = JSON.parse(fs.readFileSync(process.argv[3]));
+print(cases.map(({ form, parts, tried }) => {
+  const preset = { key: "", form: 0, values: {}, initial: {}, units: "none" };
+  const model = new Model({ presets: [preset], forms: [form], parts });
+  return tried.map((given) => {
+    const values = Object.fromEntries(form.parameters.map((path, i) => [path, given[i]]));
+    const wrong = form.parameters.map((path) => [path, model.complaint(path, values[path], form, values)]);
+    return [wrong.filter((each) => each[1]), new Function("p", `return ${form.mirrored}`)(given)];
+  });
+}));
+"""
+
+
+def systems():
+    """One of every law, machine and drive, and of what else makes rules."""
+    capsule, wave = vc.PendulumCapsule(), vc.Harmonic()
+    for law in laws().values():
+        yield vc.System(capsule, law(), wave)
+    for machine in machines().values():
+        yield vc.System(machine(), vc.LuGre(), wave)
+    for drive in drives().values():
+        yield vc.System(capsule, vc.Exponential(), drive())
+    yield vc.System(vc.PendulumCapsuleWithStops(restitution=0.5), vc.Dahl(), wave)
+    yield vc.System(vc.RigidStopCapsule(back_gap=0.5), vc.Dahl(), wave)
+    yield vc.System(capsule, vc.Exponential(), wave, environment=vc.Environment(inclination=0.1, gravity=1.0))
+    yield vc.System(vc.Oscillator(), vc.Exponential(), wave, environment=vc.Environment(quadratic_drag=0.1))
+
+
+@needs_node
+def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
+    """Refused there is what is refused here, in the same words, whatever the numbers; and alike forward and back."""
+    draw, cases, wanted = random.Random(1), [], []
+    odd = [-2.0, -1.0, -0.25, 0.0, 0.25, 0.25, 0.5, 0.5, 0.75, 1.0, 1.0, 1.5, 1.6, 1e-3, 1e6, 2e6, 2e300]
+    for system in systems():
+        values = {path: system.parameter(path) for path in system.parameter_paths}
+        paths = tuple(path for path, value in values.items() if type(value) is float)
+        parts = {
+            name: {part.name: part_record(type(part), system.machine.effort)} for name, part in system.parts.items()
+        }
+        form = {name: part.name for name, part in system.parts.items()}
+        form |= {"parameters": paths, "rules": rules(system, paths), "mirrored": mirrored(system, paths)}
+        tried, said = [], []
+        for number in range(60):
+            given = dict(values)
+            for path in draw.sample(paths, min(len(paths), 1 + number % 4)):
+                given[path] = draw.choice(odd)
+            tried.append([given[path] for path in paths])
+            try:
+                said.append(([], system.with_parameters(given).mirrored))
+            except (ParameterError, ArgumentError) as error:
+                said.append(([(each.field, each.text) for each in error.complaints], None))
+        cases.append({"form": form, "parts": parts, "tried": tried})
+        wanted.append(said)
+    found = node(RULES, cases)
+    refused = 0
+    for case, one, other in zip(cases, found, wanted, strict=True):
+        for given, (shown, twins), (package, mirrors) in zip(case["tried"], one, other, strict=True):
+            where = dict(zip(case["form"]["parameters"], given, strict=True))
+            assert bool(shown) == bool(package), (where, shown, package)
+            refused += bool(package)
+            assert mirrors in (None, twins) or case["form"]["mirrored"] == "false", where
+            words = {numberless(text) for _, text in package}
+            words |= {"should be at least 0" for each in words if "finite number >= 0" in each}
+            assert not shown or words & {numberless(text) for _, text in shown}, (shown, package)
+    assert refused > 600
+
+
+def numberless(text):
+    """Words without what was given, what they are about, and numbers, which are written in another way."""
+    words = re.sub(r"^.*?(should|is missing)", r"\1", text.partition(", got ")[0])
+    return re.sub(r"-?\d[\d.e+]*", "0", words)
+
+
 SHARING = """
 const model = new Model(data);
 model.open("paper-lugre");
@@ -239,7 +321,7 @@ def test_a_case_file_is_read_strictly(data, node):
         "machine.mass_ratoi: no such key",
         "mass_ratio should be a number",
         "machine.mass_ratio: should be greater than 0, got -2.5",
-        "friction.static_coefficient: should be at least coulomb_coefficient, 0.15, got 0.05",
+        "friction.static_coefficient: should be at least coulomb_coefficient (0.15), got 0.05",
         "friction.law: this page does not hold dahl",
         "runs: no such section",
         'is no "key = value"',
