@@ -295,6 +295,44 @@ def test_what_is_shared_reads_back_the_same(data, node, capsys, tmp_path, monkey
 
 
 @needs_node
+def test_what_is_beside_and_the_settings_of_maps_are_in_the_address(node):
+    """Two cases and a view read back; a kept case swapped twice is the same; what is wrong of it is said."""
+    found = node("""
+    const model = new Model(data), read = (address) => {
+      const other = new Model(data), wrong = readFragment(other, address);
+      const same = JSON.stringify(other.state) === JSON.stringify(model.state);
+      return { wrong, same, again: fragmentOf(other) === address };
+    };
+    model.set("machine.mass_ratio", 3.25);
+    model.state.kept = caseOf(model);
+    model.state.beside = "kept";
+    model.set("drive.amplitude", 1.5);
+    Object.assign(model.state, { view: "map", shown: 10, fields: {
+      "map.x": "drive.frequency,0.5,2", "map.y": "initial.angle", "map.measure": "drift", "map.size": "32",
+      "map.start": "mirrored", "strip.x": "machine.stiffness", "strip.state": "velocity" } });
+    const address = fragmentOf(model), first = read(address), beside = model.requestBeside();
+    model.swap();
+    const got = model.get("drive.amplitude"), swapped = [model.get("machine.mass_ratio"), got];
+    swapped.push(model.keptCase.get("drive.amplitude"));
+    model.swap();
+    const second = [fragmentOf(model) === address, axisOf(model, model.state.fields["map.x"])];
+    const bad = ["view=maps", "map.x=drive.none", "map.y=drive.amplitude,2,1", "map.y=drive.amplitude,1,x",
+      "map.size=65", "map.measure=speed", "map.depth=1", "kept=preset%3Dnone", "beside=glue", "beside=kept"];
+    print([address, first, beside.parameters[0], model.request().parameters[0], swapped, second,
+      bad.map((each) => readFragment(new Model(data), `#v=1&preset=paper-exponential&${each}`).join("; "))]);
+    """)
+    address, first, beside, present, swapped, second, bad = found
+    assert first == {"wrong": [], "same": True, "again": True}
+    assert address.startswith("#v=1&preset=paper-exponential&machine.mass_ratio=3.25&drive.amplitude=1.5&shown=10")
+    assert "kept=preset%3Dpaper-exponential%26machine.mass_ratio%3D3.25&map.x=" in address
+    assert (beside, present, swapped) == (3.25, 3.25, [3.25, 1.8, 1.5])
+    assert second == [True, {"path": "drive.frequency", "range": [0.5, 2, True]}]
+    words = ["view", "map.x: should be a number of", "the range should rise", "should be numbers", "one of 16, 32"]
+    words += ["one of mean_velocity", "map.depth", "kept: preset: this page has no none", "beside", ""]
+    assert all(word in each and bool(word) == bool(each) for word, each in zip(words, bad, strict=True)), bad
+
+
+@needs_node
 def test_a_case_file_is_read_strictly(data, node):
     text = node("const model = new Model(data); model.open('paper-lugre'); print(asToml(model));")
     assert tomllib.loads(text)["friction"]["law"] == "lugre"
