@@ -133,6 +133,26 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
 
 
 @needs_node
+def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kernel(node):
+    """A block that the drive does not move: its states are zero, and the steps follow the force that holds it."""
+    system = vc.System(vc.Oscillator(), vc.Coulomb(), vc.Harmonic(amplitude=0.1))
+    made = bundle(Contents((system,), (Preset("held", "held", "", vc.Case(system, periods=2.5)),)))
+    found = node(
+        """
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), packed = Buffer.from(made.code, "base64");
+    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const { parameters, initial, tolerance } = model.request();
+    const motion = recordedRun(form, parameters, initial, 2.5, tolerance, limits);
+    print([motion.pieces.length / form.motion.sizes.piece, [...motion.final]]);
+    """,
+        made,
+    )
+    check = made["presets"][0]["check"]
+    assert found == [check["pieces"], check["state"]] == [check["pieces"], [0.0, 0.0]]
+    assert check["pieces"] > 10
+
+
+@needs_node
 def test_a_start_beyond_a_stop_is_refused_by_name(node):
     """By the bound that the parameters of the page make, not those of the case."""
     system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
