@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.page import SCRIPTS, WORKER, page, source
-from vibrocap.lab.presets import Preset
+from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
@@ -26,6 +27,7 @@ from vibrocap.physics.parameters import ParameterError
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="Node, which runs JavaScript, is not installed")
 PERIODS = 6.5
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 # The scripts of the page that need no page, then what a test says; `print` shows JSON.
 HEAD = """
 const fs = require("node:fs"), zlib = require("node:zlib");
@@ -432,6 +434,9 @@ def test_the_forms_of_a_page(tmp_path):
     only = parts(contents(law_names=["coulomb"], drive_names=["harmonic"]))
     assert [law for _, law, _ in only] == ["coulomb", "smoothed-coulomb"]
     assert [each.parts[0] for each in contents(machine_names=["oscillator"]).presets] == ["oscillator"]
+    keys = [each.key for each in contents(file_preset(EXAMPLES / "mirror-twin.toml"), examples=EXAMPLES).presets]
+    assert keys[0] == "mirror-twin"
+    assert len(keys) == len(set(keys)) > 5  # a case of the gallery stands there once
 
 
 def test_wrong_input_of_the_command_is_refused_by_name(tmp_path, capsys):

@@ -90,6 +90,16 @@ def test_pyplot_stays_out_of_it(results):
     subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
 
 
+def test_a_notebook_shows_what_is_returned(results):
+    """A figure, and axes of its own, without being told of Matplotlib; axes that were given stay as they were."""
+    shown = vc.figure(results["motion"])._repr_png_()
+    axes = vc.plot(results["motion"])
+    given = Figure().subplots()
+    assert axes._repr_png_().startswith(b"\x89PNG") and shown.startswith(b"\x89PNG") and axes._repr_png_() != shown
+    assert not hasattr(vc.plot(results["motion"], ax=given), "_repr_png_")
+    assert "Axes" in repr(axes)
+
+
 def test_what_cannot_be_drawn_is_refused_by_name(results):
     for kind, what, words in (
         ("motion", "velocty", "a motion has no 'velocty'; did you mean 'velocity'"),
