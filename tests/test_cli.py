@@ -271,7 +271,8 @@ def test_motion_that_never_moves_has_a_summary(case, capsys):
 
 
 @pytest.mark.parametrize(
-    ("setting", "status"), [("max_events_per_period = 1", "too many events"), ("max_steps = 30", "too many steps")]
+    ("setting", "status"),
+    slow_but([1], [("max_events_per_period = 1", "too many events"), ("max_steps = 30", "too many steps")]),
 )
 def test_run_that_cannot_be_completed(setting, status, case, capsys):
     case.write_text(CASE + setting + "\n")
