@@ -364,7 +364,8 @@ def pixels_of(path):
         return np.asarray(picture.convert("RGB"), dtype=int)
 
 
-@pytest.mark.parametrize("kind", slow_but([1], ["png", "svg", "pdf"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_plot_is_written_and_the_same_each_time(kind, case, capsys):
     paths = [case.parent / f"{number}.{kind}" for number in range(2)]
     for path in paths:

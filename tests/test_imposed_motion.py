@@ -53,7 +53,8 @@ TWO_PHASES = [
 ]
 
 
-@pytest.mark.parametrize("given", slow_but([2], [pytest.param(given) for given in TWO_PHASES]))
+@pytest.mark.slow
+@pytest.mark.parametrize("given", TWO_PHASES)
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
     expected = two_phase_velocity(*given)

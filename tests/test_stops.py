@@ -204,6 +204,7 @@ def test_elastic_bouncing_keeps_all_energy():
     assert vc.energy_balance(motion, (0.0, motion.end)).impact == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.4), pytest.param(vc.LuGre(), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "machine", [pytest.param(IMPACTS[name], marks=[] if name == "plastic" else [pytest.mark.slow]) for name in IMPACTS]
