@@ -207,6 +207,7 @@ def test_states_that_jump_at_events_are_not_compared():
     assert (motion.certificate.estimated_error or 1.0) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_hold_is_followed_where_every_other_term_of_its_force_vanishes():
     """Stuck on a belt nothing but the drive bends the holding force, whose odd terms vanish at a crest of the drive.
 

@@ -76,6 +76,7 @@ def test_measures_of_an_ensemble_are_those_of_single_motions(machine, law):
             assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "rate", "kinds"), [(0.3, 0.0, ["impact"]), (-0.3, 0.0, []), (0.0, 0.3, ["impact"])])
 def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kinds):
     """At rest at the stop: pushed on, it touches; pulled away, it does not; at neither, the next derivative decides."""
