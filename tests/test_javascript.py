@@ -16,7 +16,6 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from test_compiler import BODIES, Python, bits, body_text, operands
-from thinned import slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Refused, javascript_text
 from vibrocap.numerics.compiler.javascript import OWN
@@ -235,7 +234,8 @@ def test_a_motion_is_that_of_plain_python(law, tmp_path, monkeypatch):
     assert_the_same(plain, found)
 
 
-@pytest.mark.parametrize(("machine", "law"), slow_but([0], [("pendulum", "exponential"), ("oscillator", "lugre")]))
+@pytest.mark.slow
+@pytest.mark.parametrize(("machine", "law"), [("pendulum", "exponential"), ("oscillator", "lugre")])
 def test_literal_machine_code_is_plain_python(machine, law, monkeypatch):
     """By it a page is checked: all sums and products rounded, the package's functions; Taylor and stiff steps."""
     system = system_of(machine, laws()[law]())

@@ -76,6 +76,7 @@ def test_measures_of_an_ensemble_are_those_of_single_motions(machine, law):
             assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "rate", "kinds"), [(0.3, 0.0, ["impact"]), (-0.3, 0.0, []), (0.0, 0.3, ["impact"])])
 def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kinds):
     """At rest at the stop: pushed on, it touches; pulled away, it does not; at neither, the next derivative decides."""
@@ -204,6 +205,7 @@ def test_elastic_bouncing_keeps_all_energy():
     assert vc.energy_balance(motion, (0.0, motion.end)).impact == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.4), pytest.param(vc.LuGre(), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "machine", [pytest.param(IMPACTS[name], marks=[] if name == "plastic" else [pytest.mark.slow]) for name in IMPACTS]
