@@ -63,7 +63,7 @@ def write_motion(motion: "Trajectory", case: Case, path: Path) -> Path:
 
     Raises ValueError for another ending, WriteError where it cannot be written.
     """
-    writers: dict[str, Callable[["Trajectory", Case, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
+    writers: dict[str, Callable[[Trajectory, Case, Path], None]] = {".nc": _write_netcdf, ".csv": _write_csv}
     if path.suffix.lower() not in writers:
         raise ValueError(f"a motion is written to {' or '.join(writers)}, not to {str(path)!r}")
     writers[path.suffix.lower()](motion, case, path)
