@@ -11,7 +11,7 @@ from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.continuation.branch import Branch, branch, leaving, mirrored_all_over, starting_orbit
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.results import Result
@@ -199,7 +199,7 @@ def _leaves(special: SpecialPoint) -> bool:
     """Whether another branch leaves at a special point (and not the branch itself, which begins there)."""
     if special.kind in BRANCHING:
         return special.found.direction is not None
-    return special.kind is SpecialKind.WORD_CHANGE and special.passed in BRANCHING and special.found.beyond is not None
+    return special.kind in CORNERS and special.passed in BRANCHING and special.found.beyond is not None
 
 
 def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bool:
