@@ -23,7 +23,8 @@ EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced
 ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
 ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
 SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its absence matter most
-WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")  # few different values, each with a meaning
+# few different values, each with a meaning
+WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
 FEW = 10
 
 NOT_RUN = -1  # status of a run to come

@@ -305,8 +305,8 @@ def branch(
 def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: float = 0.01) -> Branch | None:
     """The branch that leaves another at a pitchfork (of the mirror twins the one that drifts forward first) or a flip.
 
-    Also at a change of the word, or of the impacts, where the multipliers jump over -1; there it is searched on both sides, and None is
-    returned where nothing is found. Raises ValueError at a special point from which none leaves.
+    Also at a change of the word, or of the impacts, where the multipliers jump over -1; there it is searched on both
+    sides, and None is returned where nothing is found. Raises ValueError at a special point from which none leaves.
     """
     map_, found = parent.closing_map, special.found
     if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and found.direction is not None:

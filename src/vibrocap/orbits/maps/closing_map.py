@@ -7,9 +7,9 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
-from vibrocap.numerics.api import ASK_WORD, Budget, Layout
+from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, Ends, StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
 
@@ -187,7 +187,7 @@ class ClosingMap:
         lengths = np.full(m + 2, response * map_.period(rows[0]))
         if self.path.startswith("drive."):
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD)
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD)
         ended = map_.run(
             budget, start, rows, recording=variational_equations(map_.equations), order=ORDER, mark_distance=lengths
         )
@@ -211,21 +211,21 @@ class ClosingMap:
             impacts=impacts[0],
         )
 
-    def impacts_of(self, ended: Ends) -> list[float]:
+    def impacts_of(self, ended: RunResults) -> list[float]:
         """Impacts of runs over the response of the map."""
         if "impact" not in self.system.machine.switch_events:
-            return [NO_STOPS] * len(ended.results)
-        return self._gathered(ended.layout, ended.results).impacts.tolist()
+            return [NO_STOPS] * len(ended)
+        return self._gathered(ended).impacts.tolist()
 
-    def _gathered(self, layout: Layout, results: np.ndarray) -> Gathered:
-        ones = np.ones(len(results))
-        return Gathered(self.system, layout, results, ones, ones > 0.0, 0.0)
+    def _gathered(self, ended: RunResults) -> Gathered:
+        ones = np.ones(len(ended))
+        return Gathered(self.system, ended, ones, ones > 0.0, 0.0)
 
-    def _words(self, ended: Ends, runs: list[int]) -> list[str]:
+    def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
         """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
         if self.system.friction.kind == "smooth":
             return [""] * len(runs)
-        gathered = self._gathered(ended.layout, ended.results[runs])
+        gathered = self._gathered(ended[runs])
         return [closed_word(str(word), self.half) for word in gathered.words]
 
 
