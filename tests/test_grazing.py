@@ -22,7 +22,9 @@ FLIP = 0.99623822467202370
 
 
 def elastic(frequency, gap=0.02, **parameters):
-    return vc.System(vc.VibroImpactCapsule(gap=gap, **parameters), COULOMB, vc.Harmonic(amplitude=1.6, frequency=frequency))
+    return vc.System(
+        vc.VibroImpactCapsule(gap=gap, **parameters), COULOMB, vc.Harmonic(amplitude=1.6, frequency=frequency)
+    )
 
 
 def rigid(amplitude, **parameters):
