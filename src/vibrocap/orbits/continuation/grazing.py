@@ -91,8 +91,9 @@ def least_distance(motion: Trajectory) -> float:
 
                 dip = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-10})
                 least = min(least, float(dip.fun))
-            elif place == 0 and piece > 0 and values[piece - 1, -1] < values[piece - 1, -2] < np.inf:
-                if 0.0 < ends[0] < values[piece, 1] and abs(values[piece - 1, -1] - ends[0]) < 1e-9:
+            elif place == 0 and piece > 0 and 0.0 < ends[0] < values[piece, 1]:
+                *_, before, last = values[piece - 1]
+                if last < before and abs(last - ends[0]) < 1e-9:
                     least = min(least, float(ends[0]))  # it turns at the border of two pieces
     return least
 
