@@ -24,9 +24,9 @@ def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any
     of whether the system has the half-period symmetry, m. It is what the measure itself does, written down; a measure
     that this system does not have, or that needs a kernel of its own, is left out.
     """
-    found = []
+    found, known = [], measure_table()
     for name, measure in measure_table(system).items():
-        _, needed = resolved(name)
+        _, needed = resolved(name if name in known else measure)  # that of a further contact may be no common one
         if any(
             isinstance(each.how, Reduction) or (isinstance(each.how, Standard) and each.how.text) for each in needed
         ):
