@@ -20,6 +20,8 @@ from vibrocap.lab.controls import part_record
 from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
+from vibrocap.measures.during_run import measure_table
+from vibrocap.measures.measure import Reduction
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.parameters import ParameterError
@@ -184,7 +186,8 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     const model = new Model(data), form = forms()[0], { parameters, initial } = model.request();
     const place = form.parameters.indexOf("drive.amplitude"), all = [];
     const runs = [1.5, 1.8].map((h) => ({ parameters: parameters.map((x, i) => (i === place ? h : x)), initial }));
-    const budget = { ...model.budget(100), threshold: 1e-5 };
+    const asked = data.forms[0].measures.reduce((all, each) => all | each.asked, 0) | data.forms[0].ensemble.asked;
+    const budget = { ...model.budget(100), threshold: 1e-5, asked };
     ensembleRun(form, runs, budget, (_, result, begun) => all.push(measured(form, result, begun, 1e-5)));
     print(all);
     """)
@@ -199,14 +202,15 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
         settle=1e-5,
         tolerance=data["forms"][0]["tolerance"],
     )
-    assert "mean_velocity" in names
+    numbers = {name for name, each in measure_table(system).items() if not isinstance(each.how, Reduction)}
+    assert {*names} == numbers - {"word"}
     for run, one in enumerate(found):
         assert one["response"] == wanted["response_period"][run] > 0
         assert one["windowStart"] == wanted["window_start"][run]
         assert one["word"] == wanted["word"][run]
         assert one["mirrored"] == bool(wanted["symmetric"][run])
         for name in names:
-            # rounding grows over the transient; the measures lie between 1e-2 and 1e1
+            # rounding grows over the transient; the measures lie between 1e-2 and 1e2
             assert one["values"][name] == pytest.approx(wanted[name][run], rel=1e-8, abs=1e-9), name
 
 
@@ -354,7 +358,7 @@ def test_what_is_beside_and_the_settings_of_maps_are_in_the_address(node):
     assert (beside, present, swapped) == (3.25, 3.25, [3.25, 1.8, 1.5])
     assert second == [True, {"path": "drive.frequency", "range": [0.5, 2, True]}]
     words = ["view", "map.x: should be a number of", "the range should rise", "should be numbers", "one of 16, 32"]
-    words += ["one of mean_velocity", "map.depth", "kept: preset: this page has no none", "beside", ""]
+    words += ["mean_velocity, stick_fraction", "map.depth", "kept: preset: this page has no none", "beside", ""]
     assert all(word in each and bool(word) == bool(each) for word, each in zip(words, bad, strict=True)), bad
 
 

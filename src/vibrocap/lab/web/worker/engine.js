@@ -27,6 +27,14 @@ class Form {
     return this._ensemble;
   }
 
+  // Measures by name of a result: each as the package takes it.
+  get reader() {
+    this._reader ??= new Function("r", "T", "h", "m", `return { ${this.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
+    return this._reader;
+  }
+
+  get mirrors() { return (this._mirrors ??= new Function("p", `return ${this.mirrored};`)); }
+
   // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
@@ -187,12 +195,8 @@ function measured(form, result, begun, threshold) {
     windowPeriods: periods,
     word: form.kind === "smooth" ? "" : wordOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
     mirrored: result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
-    values: {},
+    values: form.reader(result, begun.period, threshold, form.mirrors(begun.parameters)),
   };
-  for (const { name, take, over } of form.measures) {
-    const sum = take.reduce((total, [place, sign]) => total + sign * result[place], 0);
-    found.values[name] = over === "time" ? sum / time : over === "periods" ? sum / periods : sum;
-  }
   return found;
 }
 
