@@ -3,7 +3,7 @@
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
 - Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
-- Kernels for a page, in JavaScript: `browser_kernels`.
+- Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 `memory` names the numbers in what comes back: why a run ended, kinds of event, groups of measures, places in a result.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         Layout,
     )
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-    from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels
+    from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
@@ -62,6 +62,7 @@ __all__ = [
     "Stroboscope",
     "available_threads",
     "browser_kernels",
+    "browser_module",
     "code_made_for",
     "cuda_ensemble_run",
     "cuda_problem",
@@ -99,6 +100,7 @@ _HOMES = {
     "run.browser": (
         "BrowserKernel",
         "browser_kernels",
+        "browser_module",
     ),
     "run.cuda": (
         "cuda_ensemble_run",
