@@ -72,7 +72,7 @@ def module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]
     """The module of several kernels, see `webassembly_module` of the room."""
     assembly = Assembly()
     for text, exports in kernels:
-        program = Program(parsed(with_own_functions(text) + OPERATORS), 0, LIBRARY)
+        program = Program(parsed(with_own_functions(text) + OPERATORS), 0, LIBRARY, without_lane=True)
         kernel = Kernel(assembly, program)
         for exported, (name, kinds) in exports.items():
             kernel.export(exported, program.entry(name, kinds))

@@ -345,9 +345,16 @@ class Expressions:
         self.do(LIBRARY[node.function])
 
     def _of_Call(self, node: nodes.Call) -> None:
+        if self.kernel.is_written_in_place(node.function):
+            self.in_place(node)
+            return
         for argument in node.arguments:
             self.value(argument)
         self.code.append(Calling(self.kernel.written(node.function)))
+
+    def in_place(self, node: nodes.Call) -> None:
+        """A call as the code of what is called."""
+        raise NotImplementedError
 
 
 def _split(place: nodes.Typed) -> tuple[nodes.Typed | None, int]:

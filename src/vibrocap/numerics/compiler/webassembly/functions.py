@@ -42,6 +42,7 @@ BLOCK, LOOP, IF, ELSE, END, BRANCH, BRANCH_IF = (
     b"\x0d",
 )
 UNREACHABLE, DROP = b"\x00", b"\x1a"
+SMALL = 30  # nodes of the tree up to which a function is written where it is called
 
 
 class Kernel:
@@ -50,12 +51,19 @@ class Kernel:
     def __init__(self, assembly: Assembly, program: Program):
         self.assembly, self.program = assembly, program
         self._written: dict[nodes.Function, int] = {}
+        self._sizes: dict[nodes.Function, int] = {}
 
     def written(self, function: nodes.Function) -> int:
         """The number of a function, which is written when first called."""
         if function not in self._written:
             self._written[function] = Function(self, function).written()
         return self._written[function]
+
+    def is_written_in_place(self, function: nodes.Function) -> bool:
+        """Whether a function stands where it is called: browsers do not do that."""
+        if function not in self._sizes:
+            self._sizes[function] = _count(function.body)
+        return self._sizes[function] <= SMALL
 
     def call_operator(self, code: Expressions, of_floats: str, kind: Kind, operator: str) -> None:
         """A call of what stands for // or %."""
@@ -93,18 +101,51 @@ class Function(Expressions):
             locals_ = [Local(each, len(arguments) + i) for i, each in enumerate(flattened(kind))]
             arguments += locals_
             self.arguments[name] = locals_
-        kinds = dict(self.function.arguments)
-        for name, kind in self.function.variables.items():
-            own = self.arguments[name] if name in kinds and kinds[name] is kind else None
-            self.variables[name] = own or [Local(each) for each in flattened(kind)]
-        self.loops: list[tuple[int, int]] = []  # how deep the blocks are that break and continue leave
-        self.depth = 0
+        self._begin(0, None)
         reached = self._block(self.function.body)
         if not reached and self.code[-1:] != [RETURN]:
             self.code.append(UNREACHABLE)
         types = [local.type for local in arguments]
         results, code = flattened(self.function.result), body(arguments, self.code)
         return self.kernel.assembly.function(self.function.name, types, results, code)
+
+    def _begin(self, depth: int, end: int | None) -> None:
+        """The variables have places. end: how deep the block is that a return leaves, if not the function."""
+        kinds = dict(self.function.arguments)
+        for name, kind in self.function.variables.items():
+            own = self.arguments[name] if name in kinds and kinds[name] is kind else None
+            self.variables[name] = own or [Local(each) for each in flattened(kind)]
+        self.loops: list[tuple[int, int]] = []  # how deep the blocks are that break and continue leave
+        self.depth, self.end = depth, end
+
+    def in_place(self, node: nodes.Call) -> None:
+        """A call as the code of what is called."""
+        called = node.function
+        inner = Function(self.kernel, called)
+        inner.code = self.code
+        given: list[Local] = []
+        for (name, kind), argument in zip(called.arguments, node.arguments, strict=True):
+            places = None if name in called.assigned else self.places(argument)
+            if places is None:
+                self.value(argument)
+                places = [Local(each) for each in flattened(kind)]
+                given += places
+            inner.arguments[name] = places
+        self.code += map(Set, reversed(given))
+        results = flattened(called.result)
+        returns = _returns(called.body)
+        if returns == 1 and isinstance(called.body[-1], nodes.Return):
+            inner._begin(self.depth, -1)
+            inner._block(called.body)
+            return
+        kind = b"\x40" if not results else bytes(results)
+        if len(results) > 1:
+            kind = signed(self.kernel.assembly.type((), results))
+        inner._begin(self.depth + 1, self.depth + 1)
+        self.code.append(b"\x02" + kind)
+        if not inner._block(called.body):
+            self.code.append(UNREACHABLE)
+        self.code.append(END)
 
     def _block(self, statements: list[Any] | tuple[Any, ...]) -> bool:
         """Write statements; whether their end is reached."""
@@ -250,7 +291,10 @@ class Function(Expressions):
     def _do_Return(self, node: nodes.Return) -> bool:
         if node.value is not None:
             self.value(node.value, self.function.result)
-        self.code.append(RETURN)
+        if self.end is None:
+            self.code.append(RETURN)
+        elif self.end > 0:
+            self._leave(self.end)
         return False
 
 
@@ -263,6 +307,32 @@ def _pairs(held: tuple[nodes.Typed, ...], items: tuple[nodes.Typed, ...]) -> lis
         else:
             found.append((each, item))
     return found
+
+
+def _returns(statements: list[Any]) -> int:
+    """How many returns there are."""
+    found = 0
+    for each in statements:
+        if isinstance(each, nodes.If):
+            found += _returns(each.body) + _returns(each.orelse)
+        elif isinstance(each, (nodes.While, nodes.For)):
+            found += _returns(each.body)
+        else:
+            found += isinstance(each, nodes.Return)
+    return found
+
+
+def _count(part: Any) -> int:
+    """How many nodes a part of the tree has."""
+    if isinstance(part, (list, tuple)):
+        return sum(map(_count, part))
+    if isinstance(part, nodes.Function) or not hasattr(part, "__dataclass_fields__") or isinstance(part, Kind):
+        return 0
+    if isinstance(part, nodes.Bind):
+        return 1 + _count(part.let.value)
+    if isinstance(part, (nodes.Let, nodes.Table)):
+        return 1
+    return 1 + sum(_count(getattr(part, name)) for name in type(part).__dataclass_fields__)
 
 
 def _has(statements: list[Any], kind: type) -> bool:
