@@ -4,7 +4,6 @@ A quadtree over a grid of two axes, kept as the levels of its points and masks o
 """
 
 import itertools
-import math
 from collections.abc import Callable
 from typing import Any
 
