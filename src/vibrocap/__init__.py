@@ -100,6 +100,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
+    from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
@@ -108,6 +109,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.machines.rigid_stop_capsule import RigidStopCapsule
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
+    from vibrocap.physics.machines.worm import ThreeBodyWorm, TwoBodyWorm, worm
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
@@ -307,6 +309,10 @@ __all__ = [
     "TwoBodyCrawler",
     "ThreeBodyCrawler",
     "crawler",
+    "LinkageCrawler",
+    "TwoBodyWorm",
+    "ThreeBodyWorm",
+    "worm",
     "ModeCouplingBlock",
     "PendulumCapsuleWithStops",
     "InnerMassScales",

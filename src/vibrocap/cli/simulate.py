@@ -37,6 +37,7 @@ EVENTS = {
     "lift_off": "the contact loses its load, which ends the run",
     "stop_reached": "the pendulum reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
+    "ambiguous_contacts": "which contacts rest is no longer certain",
 }
 # channel of energy: what it is
 CHANNELS = {

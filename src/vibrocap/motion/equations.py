@@ -190,7 +190,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
     if from_outside or flow.further:
         observables["outer_force"] = flow.outer_force
-    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
+    others = (each.friction for each in flow.further) if system.machine.coupled == "distances" else ()
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken, *others)
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -229,14 +230,20 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
 
 def _of_contacts(system: System) -> list[str]:
     """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
-    own = (*system.machine.contacts, *system.state_names[len(system.machine.states) :])
+    own = (*_contact_states(system), *system.state_names[len(system.machine.states) :])
     return [name for name in own if name not in system.switched]
+
+
+def _contact_states(system: System) -> list[str]:
+    """The velocities of further contacts that are states."""
+    return [name for name in system.machine.contacts if name in system.machine.states]
 
 
 def _resting(system: System) -> list[str]:
     """The velocities that are exactly zero while a further contact sticks."""
     pairs = zip(system.machine.contacts, system.further_laws, strict=True)
-    return [name for name, law in pairs if law.kind == "set-valued"]
+    states = _contact_states(system)
+    return [name for name, law in pairs if law.kind == "set-valued" and name in states]
 
 
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:

@@ -139,6 +139,8 @@ class FurtherEvidence:
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
     """Evidence of each further contact whose law is not smooth."""
     system, found = motion.system, []
+    contact = motion.state_names.index(system.machine.contact_state)
+    ends = motion.piece_states(np.arange(len(motion.piece_start)), motion.piece_length)[contact]
     for number, (law, load) in enumerate(zip(system.further_laws, system.machine.further_loads(), strict=True), 2):
         if law.kind == "smooth":
             continue
@@ -152,6 +154,8 @@ def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> l
         along = (sides[index] * velocity).reshape(-1, POINTS)
         stops = np.append(sides[1:] != sides[:-1], False)  # pieces that end with an event of this contact
         at_event = float(np.max(np.abs(along[stops, -1]), initial=0.0))
+        if system.machine.coupled == "distances":  # may jump with the drive: what was taken off its velocity to stop it
+            at_event = float(np.max(np.abs(motion.coefficients[1:, contact, 0] - ends[:-1]), initial=0.0))
         along[stops, -1] = 0.0
         found.append(FurtherEvidence(ratio, float(np.min(along, initial=0.0)), at_event))
     return found
