@@ -13,7 +13,7 @@ import vibrocap as vc
 from independent import reference_motion
 from plain_kernels import kernel_of
 from vibrocap.motion.simulate import EVENT_KINDS
-from vibrocap.numerics.kernel.memory_layout import TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.codes import TOO_MANY_EVENTS
 from vibrocap.physics.parameters import parameters
 
 EPSILON = float(np.finfo(float).eps)

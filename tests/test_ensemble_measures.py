@@ -18,6 +18,7 @@ from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.motion import recorded_run
+from vibrocap.numerics.run.results import RunResults
 
 BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -421,7 +422,7 @@ def test_runs_of_one_form_go_together(monkeypatch):
         calls.append([dict(zip(recording.parameter_paths, row, strict=True)) for row in parameters])
         results = np.zeros((len(states), layout.result_size))
         results[:, 0], results[:, 1] = 1.0, 10.0
-        return layout, results
+        return RunResults(layout, results)
 
     monkeypatch.setattr(BRIDGE.numerics, "ensemble_run", run)
     over = {"friction.stribeck_exponent": [2.0, 1.5, 1.0, 1.7, 2.0], "machine.mass_ratio": [1.0, 2.0, 3.0, 4.0, 5.0]}

@@ -19,7 +19,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Refused, javascript_text
 from vibrocap.numerics.compiler.javascript import OWN
 from vibrocap.numerics.compiler.subset import LIBRARY
-from vibrocap.numerics.kernel.memory_layout import DONE, MACHINE_SWITCHED
+from vibrocap.numerics.kernel.codes import DONE, MACHINE_SWITCHED
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.motion import recorded_run

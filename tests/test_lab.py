@@ -97,8 +97,10 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
 
 @needs_node
 def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
-    """No step crosses a corner; its segments follow from the parameters as they are set in the page."""
-    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Trapezoid(amplitude=1.7))
+    """No step crosses a corner; its segments follow from the parameters as they are set in the page. With an actuator
+    that reaches its limit."""
+    lag = vc.Actuator(time_constant=0.3, limit=1.5)
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Trapezoid(amplitude=1.7), actuator=lag)
     preset = Preset("corners", "corners", "", vc.Case(system, {"angle": 0.5}, periods=2.5))
     made = bundle(Contents((system,), (preset,)))
     found = node(f"""

@@ -16,7 +16,6 @@ from plain_kernels import kernel_of, running_on
 from vibrocap.laboratory.driven_equations import driven_equations
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness, visible_speed
-from vibrocap.numerics.kernel.memory_layout import DONE, RESULT_HEAD
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
@@ -151,11 +150,9 @@ def test_lanes_see_what_single_motions_see(law):
     recorded = equations(systems[0])
     budget = Budget(TABLE["periods"], 1, 0.0, 1e-9, 10_000, 10_000_000)
     values = np.array([parameter_values(system) for system in systems])
-    layout, results = ensemble_run(recorded, values, np.array([row["start"] for row in rows]), budget)
-    states = layout.states
-    finals = results[:, len(RESULT_HEAD) + states : len(RESULT_HEAD) + 2 * states]
-    assert np.all(results[:, 0] == DONE)
-    for final, row in zip(finals, rows, strict=True):
+    results = ensemble_run(recorded, values, np.array([row["start"] for row in rows]), budget)
+    assert np.all(results.finished)
+    for final, row in zip(results.state, rows, strict=True):
         assert np.abs(final - row["final"]).max() <= STEPS * 1e-9 * max(1.0, row["growth"])
 
 

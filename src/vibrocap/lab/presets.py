@@ -64,7 +64,7 @@ def gallery(folder: Path) -> list[Preset]:
 def defaults(system: System, tolerance: float) -> Preset:
     """A system with its default numbers, from a small push where there is room for one."""
     state = system.state_names[0]
-    start = {} if state in system.machine.room() else {state: 0.5}
+    start = {} if state in system.placed.room() else {state: 0.5}
     title = f"{system.machine.name}, defaults".replace("-", " ").capitalize()
     return Preset(f"defaults-{system.machine.name}", title, "", Case(system, start, tolerance=tolerance))
 

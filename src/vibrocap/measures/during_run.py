@@ -17,7 +17,7 @@ from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.api import ASK_INTEGRALS, ASK_PEAK, replayed
+from vibrocap.numerics.api import codes, replayed
 from vibrocap.physics.system import System
 
 # what a measure is called elsewhere: its name here
@@ -79,7 +79,7 @@ def measured(
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)
     recording = equations(motion.system)
-    layout, result = replayed(
+    results = replayed(
         recording,
         parameter_values(motion.system),
         motion,
@@ -89,7 +89,7 @@ def measured(
         own_integrands(needed, recording),
     )
     mirrored = np.array([motion.system.mirrored])
-    runs = Gathered(motion.system, layout, result[None], np.array([motion.period]), mirrored, float(settle or 0.0))
+    runs = Gathered(motion.system, results, np.array([motion.period]), mirrored, float(settle or 0.0))
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
 
@@ -151,7 +151,7 @@ def asked_groups(needed: Sequence[Measure]) -> int:
         if isinstance(measure.how, Standard):
             found |= measure.how.groups
         elif isinstance(measure.how, Reduction):
-            found |= ASK_INTEGRALS if is_summed(measure) else ASK_PEAK
+            found |= codes.ASK_INTEGRALS if is_summed(measure) else codes.ASK_PEAK
     return found
 
 
@@ -167,11 +167,11 @@ def values(needed: Sequence[Measure], runs: Gathered) -> dict[str, np.ndarray]:
             value = np.asarray(how.function(*(found[name] for name in how.of)))
             found[measure.name] = np.broadcast_to(value, (len(runs.results),))
         elif is_summed(measure):
-            total = runs.entry("INTEGRAL", own_sum)
+            total = runs.results.entry("INTEGRAL", own_sum)
             found[measure.name] = total / runs.time if how.kind == "mean" else total
             own_sum += 1
         else:
-            value = runs.entry("PEAK", own_extreme)
+            value = runs.results.entry("PEAK", own_extreme)
             found[measure.name] = -value if how.kind == "least" else value
             own_extreme += 1
     return found

@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.motion.certificate import Certificate, Verdict
 from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
-from vibrocap.numerics.api import Recorded, memory
+from vibrocap.numerics.api import Recorded, codes
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import CONTACT_CHANNELS
 
@@ -137,18 +137,22 @@ class FurtherEvidence:
 
 
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
-    """Evidence of each further contact whose law is not smooth."""
+    """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
     system, found = motion.system, []
     contact = motion.state_names.index(system.machine.contact_state)
     ends = motion.piece_states(np.arange(len(motion.piece_start)), motion.piece_length)[contact]
     for number, (law, load) in enumerate(zip(system.further_laws, system.machine.further_loads(), strict=True), 2):
-        if law.kind == "smooth":
+        if f"side_{number}" not in motion.state_names:
             continue
         sides = motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0]
         velocity, friction = motion.piece_observables((f"contact_velocity_{number}", f"friction_{number}"), index, s)
         stuck, ratio = sides[index] == 0.0, None
         if law.kind == "set-valued":
-            force, limit = np.abs(friction[stuck] - law.holding_middle(load)), float(law.holding_limit(load))
+            limit, middle = law.holding_limit(load), law.holding_middle(load)
+            if system.machine.follows_load:
+                names = f"holding_limit_{number}", f"holding_middle_{number}"
+                limit, middle = motion.piece_observables(names, index[stuck], s[stuck])
+            force = np.abs(friction[stuck] - middle)
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
         along = (sides[index] * velocity).reshape(-1, POINTS)
@@ -306,7 +310,7 @@ def _estimated_error(
     """
     count = min(len(recorded.sections), len(loose.sections))
     differences = list(recorded.sections[1:count] - loose.sections[1:count])
-    if recorded.status == loose.status == memory.DONE:
+    if recorded.status == loose.status == codes.DONE:
         differences.append(recorded.final - loose.final)
     if not differences:
         return None

@@ -80,8 +80,8 @@ _STATUS_TEXT = {
         "2 sqrt(lambda (lambda + 1)), lambda its mass ratio."
     ),
     Status.STOP_REACHED: (
-        "The pendulum has reached its stop, where the case lets a run end. Drive it less, or give the stop a "
-        "coefficient of restitution."
+        "The machine has reached a stop at which a run ends. Drive it less, or give the stop a coefficient of "
+        "restitution where it takes one."
     ),
     Status.AMBIGUOUS_CONTACTS: (
         "Which contacts rest is no longer certain: some forces would leave two ways to go on from here, or none, as "

@@ -10,100 +10,42 @@ from the modes by one linear problem, in which a row stands for each contact,
     rests     (A R)_i = b_i                 slides     R_i + s_i mu (C R)_i = s_i mu n_i
 
 For every b there is exactly one mode of all contacts that goes on from rest if and only if the determinants of these
-problems have one sign for all modes; without loads that depend on friction they are the principal minors of A, which is
-then a P-matrix (Samelson, Thrall and Wesler 1958; Cottle, Pang and Stone 1992, ch. 3; for contacts Loetstedt 1981,
-Pfeiffer and Glocker 1996). Guards change one contact at a time, without time passing between them; for such matrices
-that ends at the one set that holds (Murty 1974). Where a determinant of a mode that is within reach falls to zero, a
-run ends as "ambiguous contacts": from there on some forces would leave two ways to go on, or none.
+problems have one sign for all modes; without loads that depend on friction they are the principal minors of A, then a
+P-matrix (Samelson, Thrall and Wesler 1958; Cottle, Pang and Stone 1992, ch. 3; for contacts Loetstedt 1981, Pfeiffer
+and Glocker 1996). Guards change one contact at a time, without time passing between them; for such matrices that ends
+at the one set that holds (Murty 1974). Where a determinant of a mode that is within reach falls to zero, a run ends as
+"ambiguous contacts": from there on some forces would leave two ways to go on, or none.
 
 Where the distances between the contacts are imposed (`Machine.coupled` is "distances") all share one coordinate, A has
 the rank one, and how contacts that rest together share a force is open, though the motion is not:
 
-- While a distance dwells, two contacts can rest together. They rest while the force that must be held is within what all
-  of them can hold; each is shown the same share of its limit. This is a choice: only the sum is known.
+- While a distance dwells, two contacts can rest together. They rest while the force that must be held is within what
+  all of them can hold; each is shown the same share of its limit. This is a choice: only the sum is known.
 - While it does not, at most one of the two can rest. Contact i at rest would let contact j depart to the side of
-  b_j - b_i, so j counts with its largest force to that side. Whatever the levels, exactly one set holds then, as the sum
-  of all friction falls with the velocity of the one coordinate.
+  b_j - b_i, so j counts with its largest force to that side. Whatever the levels, exactly one set holds then, as the
+  sum of all friction falls with the velocity of the one coordinate.
 
 A contact gives way at the largest force that it can hold; only then does its friction fall to that of sliding.
 """
 
 import itertools
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.physics.contacts import LEAST, FurtherContact, MachineOnContacts
+from vibrocap.physics.coupled_contact import CoupledContact, ImposedContact, Mode, determinant, eliminated
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.states import turns
 
 EVEN = 1e-10  # of the acceleration by all loads: contacts whose accelerations differ by less may rest together
-STILL = 1e-9  # of the natural speed: so slow a contact that comes to rest is stopped, a faster one has jumped
-PUSHED = 1e-7  # of the natural speed, from which on a contact that should rest is seen to slide
-ROUNDING = 1e-12  # of the natural speed
-
-
-class CoupledContact(FurtherContact):
-    """One further contact at one instant whose friction is known from the joint problem.
-
-    friction: whatever its mode; normal: its load, over that which its law is given
-    """
-
-    def __init__(self, number: int, law: Law, load, velocity, own: tuple, friction, normal, scale):
-        self.normal = normal
-        super().__init__(number, law, load, velocity, own, friction, scale)
-        self.friction = friction
-        self.sliding_loss, self.bristle_loss = self.sliding_loss * normal, self.bristle_loss * normal
-
-    @property
-    def limit(self):
-        """How far the forces reach that it can hold at rest."""
-        return self.law.holding_limit(self.load) * self.normal
-
-    @property
-    def middle(self):
-        """Their middle."""
-        return self.law.holding_middle(self.load) * self.normal
-
-    def _margins(self) -> tuple:
-        """Shares of its limit by which the force at rest may grow forward and back."""
-        limit, over = self.limit, self.hold - self.middle
-        return (limit - over) / (limit + LEAST), (limit + over) / (limit + LEAST)
-
-
-class ImposedContact(CoupledContact):
-    """One whose velocity is not a state of its own, so that it is at rest to rounding, and may jump with the drive.
-
-    together: how many other contacts rest that can rest together with it
-    """
-
-    together: Any = 0.0
-
-    def joins(self) -> Any:
-        """Guard of a contact that slides, though with one at rest that keeps its distance: they rest together."""
-        slides = self.side * self.side
-        return 1.0 - slides + self.side * self.velocity / self.scale - slides * (ROUNDING * self.together)
-
-    def _push(self):
-        share = self.velocity / (PUSHED * self.scale)
-        cube = share * share * share
-        return cube * cube * cube
-
-    def after(self, which: int) -> tuple[Any, tuple]:
-        """As of any further contact; one that has jumped goes on with the velocity that it has."""
-        velocity, own = super().after(which)
-        if which != 0:
-            return velocity, own
-        share = self.velocity / (STILL * self.scale)
-        fourth = share * share * share * share
-        return self.velocity * (1.0 - 1.0 / (1.0 + fourth)), own
 
 
 class CoupledContacts(MachineOnContacts):
     """A machine whose contacts act on one another, with the laws of its further contacts, seen as one on the first."""
 
-    def __init__(self, machine: Any, laws: Sequence[Law], first: Law):
-        super().__init__(machine, laws)
+    def __init__(self, machine: Any, laws: Sequence[Law], environment: Any, first: Law):
+        super().__init__(machine, laws, environment)
         if machine.coupled == "distances":
             names = (f"stick_{i}" for i, law in enumerate(laws, start=2) if law.kind == "set-valued")
             self.switch_events = (*self.switch_events, *names)
@@ -130,34 +72,33 @@ class CoupledContacts(MachineOnContacts):
         """Natural size of each state."""
         found = list(self.machine.scales(time))
         for law, load in zip(self.laws, self.law_loads, strict=True):
-            found += [*(() if law.kind == "smooth" else (1.0,)), *law.internal_scales(load)]
+            own = (1.0,) if turns(law, self.environment is not None) else ()
+            found += [*own, *law.internal_scales(load)]
         return tuple(found)
 
     # --- the joint problem --------------------------------------------------------------------------------------------
 
-    def _contacts(self, t, y) -> list[tuple]:
-        """(law, load, velocity, own states, share of sliding) of each further contact."""
-        velocities = self.machine.further_velocities(t, self._own(y))
-        found = []
+    def _contacts(self, t, y) -> list[Mode]:
+        """Each further contact as it is now."""
+        velocities, found = self.machine.further_velocities(t, self._own(y)), []
         for law, load, velocity, place in zip(self.laws, self.law_loads, velocities, self._places, strict=True):
             own = tuple(y[place])
-            found.append((law, load, velocity, own, own[0] * own[0] if law.kind == "set-valued" else 1.0))
+            side, internal = (own[0], own[1:]) if turns(law, self.environment is not None) else (1.0, own)
+            force = law.force(velocity, internal, side, load)[0]
+            drag = 0.0 if self.environment is None else self.environment.drag(velocity, side)
+            slips = side * side if law.kind == "set-valued" else 1.0
+            found.append(Mode(law, load, velocity, own, slips, force, drag))
         return found
 
-    def _sliding(self, law, load, velocity, own):
-        """Friction of a further contact that slides, per load where loads follow the motion."""
-        side, internal = (1.0, own) if law.kind == "smooth" else (own[0], own[1:])
-        return law.force(velocity, internal, side, load)[0]
+    def _solved(self, t, y, drive) -> tuple[list, list, list]:
+        """(alpha, beta, quotients) of the forces at the further contacts, alpha - beta f.
 
-    def _solved(self, t, y, drive) -> tuple[list, list]:
-        """(alpha, beta) of the friction at the further contacts, alpha - beta f, of machines with independent contacts.
-
-        f: what the machine is given in the place of the friction at its first contact
+        f: what the machine is given in the place of the friction at its first contact. Of independent contacts.
         """
         given = self.machine.coupling(t, self._own(y), drive)
         rows, right, by_first = [], [], []
-        for j, (law, load, velocity, own, slips) in enumerate(self._contacts(t, y), start=1):
-            rests, force = 1.0 - slips, self._sliding(law, load, velocity, own)
+        for j, mode in enumerate(self._contacts(t, y), start=1):
+            slips, rests, force, slides = mode.slips, 1.0 - mode.slips, mode.force, mode.force
             raised = None if given.load_response is None else given.load_response[j]
             row = []
             for k in range(1, len(given.free)):
@@ -166,9 +107,20 @@ class CoupledContacts(MachineOnContacts):
                     slide = slide + force * raised[k]
                 row.append(rests * given.response[j][k] + slips * slide)
             rows.append(row)
-            right.append(rests * given.free[j] + slips * (force if raised is None else force * given.loads[j]))
+            if raised is not None:
+                slides = force * given.loads[j]
+            if self.environment is not None:
+                slides = slides + mode.drag
+            right.append(rests * given.free[j] + slips * slides)
             by_first.append(rests * given.response[j][0] + (0.0 if raised is None else slips * (force * raised[0])))
-        return eliminated(rows, [right, by_first])
+        (alpha, beta), quotients = eliminated(rows, [right, by_first])
+        return alpha, beta, quotients
+
+    def quotients(self, t, y, drive) -> list:
+        """Whose divisors are watched as bounds: before one of them vanishes they grow without end."""
+        if self.machine.coupled == "distances":
+            return []
+        return [*self._solved(t, y, drive)[2], self.holding_force(t, y, drive)]
 
     def _shared(self, t, y, drive, contact: int, force=None) -> tuple:
         """(force that holds a contact, contacts that rest with it) at imposed distances, see the head of this file.
@@ -177,27 +129,28 @@ class CoupledContacts(MachineOnContacts):
         """
         given, machine = self.machine.coupling(t, self._own(y), drive), self.machine
         inertia = 1.0 / given.response[0][0]
-        far = EVEN * inertia_load(machine) / inertia
+        far = EVEN * (machine.load() + sum(machine.further_loads())) / inertia
         at, weight, together = contact - 1, 0.0, 0.0
         sticks = self.first.kind == "set-valued"
         rests = 1.0 - self.side * self.side if sticks else 0.0
-        others = [(self.first, machine.load(), rests, 0.0 if force is None else force)] if contact != 1 else []
-        others = [(0, *each) for each in others]
-        for j, (law, load, velocity, own, slips) in enumerate(self._contacts(t, y), start=1):
-            if j != at:
-                others.append((j, law, load, 1.0 - slips, self._sliding(law, load, velocity, own)))
+        others = []
+        if contact != 1:
+            others.append((0, Mode(self.first, machine.load(), 0.0, (), 1.0 - rests, 0.0 if force is None else force)))
+        modes = self._contacts(t, y)
+        others += [(j, mode) for j, mode in enumerate(modes, start=1) if j != at]
         law, load = (self.first, machine.load()) if contact == 1 else (self.laws[at - 1], self.law_loads[at - 1])
         limit, middle = (law.holding_limit(load), law.holding_middle(load)) if law.kind == "set-valued" else (1.0, 0.0)
         # What must be held, from outside too where the first contact rests; one that slides was given that force less.
         total = inertia * given.free[at] + (self.push_at_rest if contact == 1 else rests * self.push_at_rest) - middle
-        for j, other, its_load, resting, sliding in others:
-            if other.kind != "set-valued":
+        for j, mode in others:
+            sliding, resting = mode.force + mode.drag, 1.0 - mode.slips
+            if mode.law.kind != "set-valued":
                 total = total - sliding
                 continue
             ahead = given.free[j] - given.free[at]
             departs = ahead / sqrt(ahead * ahead + far * far)
-            most, mean = other.holding_limit(its_load), other.holding_middle(its_load)
-            total = total - ((1.0 - resting) * sliding + resting * (mean + departs * most))
+            most, mean = mode.law.holding_limit(mode.load), mode.law.holding_middle(mode.load)
+            total = total - (mode.slips * sliding + resting * (mean + departs * most))
             beside = resting * (1.0 - departs * departs)
             weight, together = weight + beside * most, together + beside
         return middle + total * ((limit + LEAST) / (limit + LEAST + weight)), together
@@ -209,46 +162,47 @@ class CoupledContacts(MachineOnContacts):
         if self.machine.coupled == "distances":
             return self._shared(t, y, drive, 1)[0] - self.push_at_rest
         given = self.machine.coupling(t, self._own(y), drive)
-        first, (alpha, beta) = given.response[0], self._solved(t, y, drive)
+        first, (alpha, beta, _) = given.response[0], self._solved(t, y, drive)
         held = given.free[0] - sum(a * r for a, r in zip(first[1:], alpha, strict=True))
         return held / (first[0] - sum(a * r for a, r in zip(first[1:], beta, strict=True)))
 
     def further(self, t, y, drive, force=0.0) -> tuple[CoupledContact, ...]:
         """The further contacts at one instant; force: in the place of the friction at the first."""
-        machine = self.machine
-        contacts, normals, together = self._contacts(t, y), [1.0] * len(self.laws), [0.0] * len(self.laws)
+        machine, modes = self.machine, self._contacts(t, y)
+        normals, together, taken = [1.0] * len(modes), [0.0] * len(modes), []
         if machine.coupled == "distances":
-            frictions = []
-            for j, (law, load, velocity, own, slips) in enumerate(contacts):
-                sliding = self._sliding(law, load, velocity, own)
-                if law.kind == "set-valued":
+            for j, mode in enumerate(modes):
+                sliding = mode.force + mode.drag
+                if mode.law.kind == "set-valued":
                     rest, together[j] = self._shared(t, y, drive, 2 + j, force)
-                    sliding = rest + slips * (sliding - rest)
-                frictions.append(sliding)
+                    sliding = rest + mode.slips * (sliding - rest)
+                taken.append(sliding)
         else:
-            alpha, beta = self._solved(t, y, drive)
-            frictions = [a - b * force for a, b in zip(alpha, beta, strict=True)]
+            alpha, beta, _ = self._solved(t, y, drive)
+            taken = [a - b * force for a, b in zip(alpha, beta, strict=True)]
             given = machine.coupling(t, self._own(y), drive)
             if given.load_response is not None:
-                forces = (force, *frictions)
+                forces = (force, *taken)
                 normals = [
                     load - sum(c * r for c, r in zip(row, forces, strict=True))
                     for load, row in zip(given.loads[1:], given.load_response[1:], strict=True)
                 ]
         sizes, kind = machine.scales(), ImposedContact if machine.coupled == "distances" else CoupledContact
-        found = []
-        for j, (law, load, velocity, own, _) in enumerate(contacts):
+        usual, found = machine.further_loads() if machine.follows_load else [1.0] * len(modes), []
+        for j, mode in enumerate(modes):
             name = machine.contacts[j] if machine.contacts[j] in machine.states else machine.contact_state
             scale = sizes[machine.states.index(name)]
-            found.append(kind(2 + j, law, load, velocity, own, frictions[j], normals[j], scale))
-            if isinstance(found[-1], ImposedContact):
-                found[-1].together = together[j]
+            own = mode.law, mode.load, mode.velocity, mode.own, taken[j]
+            each = kind(2 + j, *own, scale, self.environment, normals[j], usual[j])
+            if isinstance(each, ImposedContact):
+                each.together = together[j]
+            found.append(each)
         return tuple(found)
 
     def rates(self, t, y, drive, force) -> tuple:
         """y', with the friction of all contacts; of contacts that rest exactly zero."""
         further = self.further(t, y, drive, force)
-        own = list(self.machine.rates(t, self._own(y), drive, force, *(each.friction for each in further)))
+        own = list(self.machine.rates(t, self._own(y), drive, force, *(each.taken for each in further)))
         if self.machine.coupled == "motion":
             slipping = self.side * self.side if self.first.kind == "set-valued" else 1.0
             shares = {self.machine.contact_state: slipping}
@@ -284,20 +238,19 @@ class CoupledContacts(MachineOnContacts):
         """Force from outside, friction at the further contacts included."""
         found = self.machine.outer_force(t, self._own(y), drive)
         for each in self.further(t, y, drive, force):
-            found = found - each.friction
+            found = found - each.taken
         return found
 
     def powers(self, t, y, drive, force) -> tuple:
         """Powers of the machine's channels, then of each further contact."""
         further = self.further(t, y, drive, force)
-        own = self.machine.powers(t, self._own(y), drive, force, *(each.friction for each in further))
-        lost = [
-            loss for each in further for loss in (-each.sliding_loss, *((-each.bristle_loss,) if each.law.internal else ()))
-        ]
+        own = self.machine.powers(t, self._own(y), drive, force, *(each.taken for each in further))
+        losses = ((-each.sliding_loss, *((-each.bristle_loss,) if each.law.internal else ())) for each in further)
+        lost, kept = [loss for lost in losses for loss in lost], []
         if self.machine.follows_load:
-            kept = (each.sliding_loss + each.bristle_loss - each.friction * each.velocity for each in further if each.law.internal)
-            lost += kept
-        return *own, *lost
+            stored = [each for each in further if each.law.internal]
+            kept = [each.sliding_loss + each.bristle_loss - each.friction * each.velocity for each in stored]
+        return *own, *lost, *kept
 
     def energy(self, t, y):
         """Energy of the machine, and what its further contacts store."""
@@ -308,7 +261,7 @@ class CoupledContacts(MachineOnContacts):
         given = self.machine.coupling(t, self._own(y), drive)
         if given.load_response is None:
             return self.machine.reaction(t, self._own(y), drive)
-        alpha, beta = self._solved(t, y, drive)
+        alpha, beta, _ = self._solved(t, y, drive)
         row = given.load_response[0]
         own = given.loads[0] - sum(c * r for c, r in zip(row[1:], alpha, strict=True))
         return 1.0, own, sum(c * r for c, r in zip(row[1:], beta, strict=True)) - row[0]
@@ -326,7 +279,7 @@ class CoupledContacts(MachineOnContacts):
         velocity = machine.contact_velocity(t, own)
         slips = self.side * self.side if self.first.kind == "set-valued" else 1.0
         contacts = [(self.first, load, slips, self.first.force(velocity, self.internal, self.side, load)[0])]
-        contacts += [(law, at, share, self._sliding(law, at, v, own)) for law, at, v, own, share in self._contacts(t, y)]
+        contacts += [(mode.law, mode.load, mode.slips, mode.force) for mode in self._contacts(t, y)]
         ways = []
         for i, (law, at, slips, sliding) in enumerate(contacts):
             unit = [1.0 if k == i else 0.0 for k in range(n)]
@@ -356,41 +309,3 @@ class CoupledContacts(MachineOnContacts):
             states[place] = states[place] + (velocity - each.velocity)
         else:
             super()._move(states, name, each, velocity)
-
-
-def inertia_load(machine: Any):
-    """The sum of all loads."""
-    return machine.load() + sum(machine.further_loads())
-
-
-def eliminated(rows: Sequence[Sequence], columns: Sequence[Sequence]) -> tuple[list, ...]:
-    """Solutions of a linear problem for several right-hand sides, by elimination without a change of order.
-
-    The pivots are ratios of leading minors, which are positive where there is one way to go on.
-    """
-    n = len(rows)
-    work = [[*row, *(column[i] for column in columns)] for i, row in enumerate(rows)]
-    for i, j in itertools.combinations(range(n), 2):
-        factor = work[j][i] / work[i][i]
-        work[j] = [*([0.0] * (i + 1)), *(work[j][k] - factor * work[i][k] for k in range(i + 1, len(work[j])))]
-    found: list[list] = []
-    for column in range(n, n + len(columns)):
-        values: list = [0.0] * n
-        for i in reversed(range(n)):
-            rest = work[i][column]
-            for k in range(i + 1, n):
-                rest = rest - work[i][k] * values[k]
-            values[i] = rest / work[i][i]
-        found.append(values)
-    return tuple(found)
-
-
-def determinant(rows: Sequence[Sequence]):
-    """By its first row; for the two or three contacts of a machine."""
-    if len(rows) == 1:
-        return rows[0][0]
-    found = 0.0
-    for k, entry in enumerate(rows[0]):
-        minor = [[*row[:k], *row[k + 1 :]] for row in rows[1:]]
-        found = found + math.copysign(1.0, 0.5 - k % 2) * entry * determinant(minor)
-    return found

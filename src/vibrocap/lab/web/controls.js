@@ -74,7 +74,7 @@ class Controls {
     this.rows.clear();
     this.root.replaceChildren();
     for (const section of form.sections) {
-      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment" }[section] ?? wordy(section));
+      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment", actuator: "Actuator" }[section] ?? wordy(section));
       if (PARTS.includes(section)) set.append(this.chooser(section));
       const about = element("p", { className: "line", textContent: model.part(section).about });
       about.style.color = "var(--soft)";

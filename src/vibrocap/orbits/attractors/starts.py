@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.api import Budget, memory
+from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 from vibrocap.orbits.parameter_range import checked_pair
@@ -31,7 +31,7 @@ def checked_ranges(name: str, system: System, given: Any) -> dict[str, tuple[flo
 def checked_start_range(name: str, system: System, state: str, pair: Any) -> tuple[float, float]:
     """(low, high) of the starts of a state; ValueError for what is no range, or lies beyond a rigid stop."""
     low, high = checked_pair(name, pair)
-    least, most = system.machine.room().get(state, (-np.inf, np.inf))
+    least, most = system.placed.room().get(state, (-np.inf, np.inf))
     if low < least or high > most:
         raise ValueError(f"{name} should lie between the stops, {least:g} to {most:g}, got {pair!r}")
     return low, high
@@ -84,21 +84,21 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
     free = [i for i in map_.smooth_states if i < mechanical]
     probes = np.tile(start, (PROBES, 1))
     probes[:, free] = PROBED * sizes[free] * (2.0 * evenly_spread(PROBES, len(free)) - 1.0)
-    room = system.machine.room()
+    room = system.placed.room()
     for name, (least, most) in room.items():
         i = system.state_names.index(name)
         probes[:, i] = np.clip(probes[:, i], least, most)
     rows = np.tile(parameters, (PROBES, 1))
-    budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, memory.ASK_EXTREMES)
+    budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, codes.ASK_EXTREMES)
     ends = map_.run(budget, probes, rows)
-    layout, fine = ends.layout, ends.results[ends.finished]
+    fine = ends[ends.finished]
     found = {}
-    for i in map_.section_states:
+    for i in map(int, map_.section_states):
         name = system.state_names[i]
         low, high = (-PROBED * sizes[i], PROBED * sizes[i]) if i < mechanical else (np.inf, -np.inf)
         if len(fine):
-            low = min(low, float(fine[:, layout.gathered_slice("LEAST")][:, i].min()))
-            high = max(high, float(fine[:, layout.gathered_slice("LARGEST")][:, i].max()))
+            low = min(low, float(fine.entry("LEAST", i).min()))
+            high = max(high, float(fine.entry("LARGEST", i).max()))
         if system.mirrored and system.symmetry[i] < 0:
             low, high = -max(-low, high), max(-low, high)
         least, most = room.get(name, (-np.inf, np.inf))

@@ -7,9 +7,9 @@ import numpy as np
 
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
-from vibrocap.numerics.api import ASK_WORD, Budget
+from vibrocap.numerics.api import Budget, RunResults, codes
 from vibrocap.orbits.maps.itinerary import closed_word
-from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, Ends, StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
 
@@ -180,7 +180,7 @@ class ClosingMap:
         lengths = np.full(m + 2, response * map_.period(rows[0]))
         if self.path.startswith("drive."):
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD)
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD)
         ended = map_.run(
             budget, start, rows, recording=variational_equations(map_.equations), order=ORDER, mark_distance=lengths
         )
@@ -202,12 +202,12 @@ class ClosingMap:
             image=ends[0, :n],
         )
 
-    def _words(self, ended: Ends, runs: list[int]) -> list[str]:
+    def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
         """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
         if self.system.friction.kind == "smooth":
             return [""] * len(runs)
         ones = np.ones(len(runs))
-        gathered = Gathered(self.system, ended.layout, ended.results[runs], ones, ones > 0.0, 0.0)
+        gathered = Gathered(self.system, ended[runs], ones, ones > 0.0, 0.0)
         return [closed_word(str(word), self.half) for word in gathered.words]
 
 

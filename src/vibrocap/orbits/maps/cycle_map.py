@@ -5,7 +5,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.numerics.api import ASK_WORD, Budget
+from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
 from vibrocap.orbits.maps.variations import variational_equations
@@ -96,7 +96,7 @@ class CycleMap(ClosingMap):
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
         ended = map_.run(
-            Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD),
+            Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD),
             start,
             rows,
             recording=variational_equations(map_.equations),

@@ -15,7 +15,9 @@ from vibrocap.physics.machines.machine import (
     sqrt,
 )
 
-Stance = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=2)]
+NARROWEST, LOWEST = 0.3, 0.2  # distance at which the bodies meet, and height at which the mass lies on them
+WIDEST = 2.0 * (1.0 - LOWEST * LOWEST) ** 0.5
+Stance = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=NARROWEST, lt=WIDEST)]
 
 
 @parameters
@@ -36,7 +38,8 @@ class LinkageCrawler(Machine):
 
     A rod that stands steeper than the cone of friction cannot slide its foot away, however hard it is pressed: there
     friction and load raise one another, and for some forces there are several ways to go on, or none. A run that comes
-    there ends as "ambiguous contacts" (see `coupled_contacts.py`), as it ends where the rods stand upright or lie flat.
+    there ends as "ambiguous contacts" (see `coupled_contacts.py`). It ends, too, where the bodies meet, at w = 0.3, and
+    where the mass comes down on them, at h = 0.2.
     """
 
     mass_ratio: Positive = parameter(1.0, "lambda_1", "mass of body 1, the rear one, over the mass on top", "mass")
@@ -80,13 +83,13 @@ class LinkageCrawler(Machine):
         return {"velocity": self.mass_ratio, "velocity_2": self.mass_ratio_2 + 1.0}
 
     def bounds(self, t, y) -> tuple:
-        """The rods stand upright, or lie flat."""
+        """The bodies meet, or the mass comes down on them."""
         width = self.stance + y[0]
-        return 0.5 * width, 1.0 - 0.5 * width
+        return width - NARROWEST, WIDEST - width
 
     def room(self):
         """Between these two."""
-        return {"displacement": (-self.stance, 2.0 - self.stance)}
+        return {"displacement": (NARROWEST - self.stance, WIDEST - self.stance)}
 
     def _shape(self, y) -> tuple:
         """(c, h, dc/dw)."""

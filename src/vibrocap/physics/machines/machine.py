@@ -75,9 +75,9 @@ class Machine(Part):
     contacts: of a machine with several contacts, the sliding velocities of the others, in order: names of states, but
     where distances are imposed.
     coupled: "" where each contact is on a body of its own, so that how fast it is slowed down depends on no friction
-    but its own; else `coupling` says what each friction force does to all contacts, and `rates` and `powers` take all of
-    them. "motion": the velocities of the contacts are independent. "distances": those between the contacts are imposed,
-    so that all of them share one coordinate, the `contact_state`, and `further_velocities` are functions of it and time.
+    but its own; else `coupling` says what each friction force does to all contacts, and `rates` and `powers` take all
+    of them. "motion": the velocities of the contacts are independent. "distances": those between them are imposed, so
+    that all share one coordinate, the `contact_state`, and `further_velocities` are functions of it and of time.
     place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     effort: what the drive is, a force along the line of sliding or a torque; or a displacement or an angle (a number)
     that it imposes.
@@ -117,6 +117,10 @@ class Machine(Part):
     def scales(self, time=1.0):
         """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
         return (1.0,) * len(self.states)
+
+    def effort_scale(self):
+        """Natural size of the force or torque of a drive, over which the error of an actuator's is measured."""
+        return 1.0
 
     def driven_by(self, drive) -> "Machine":
         """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""

@@ -1,10 +1,20 @@
 """Worms of two to ten bodies in a row, whose distances the drive imposes, each with a contact of its own."""
 
 import functools
+import itertools
 import math
 from typing import Any, ClassVar
 
-from vibrocap.physics.machines.machine import Coupling, Imposed, Number, Positive, Shape, SIScales, parameter, parameters
+from vibrocap.physics.machines.machine import (
+    Coupling,
+    Imposed,
+    Number,
+    Positive,
+    Shape,
+    SIScales,
+    parameter,
+    parameters,
+)
 
 APART = 5.0  # of the middles of neighbouring bodies in pictures, where the drive is at 0
 NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
@@ -140,7 +150,7 @@ class Worm(Imposed):
         for i, x in enumerate(places, start=1):
             found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
             found += [Shape("contact", f"contact {i}", ((x, 0.0),), (0.9, 0.0))]
-        for i, (behind, ahead) in enumerate(zip(places, places[1:], strict=False), start=1):
+        for i, (behind, ahead) in enumerate(itertools.pairwise(places), start=1):
             found.append(Shape("rod", f"rod {i}", ((behind + 0.5, 0.25), (ahead - 0.5, 0.25))))
         return tuple(found)
 

@@ -8,6 +8,14 @@ decides. Last stand those of the equations' bounds: beyond one of them they have
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.codes import (
+    BEYOND_BOUND,
+    BOUND_REACHED,
+    FIRST_SWITCH,
+    MACHINE_SWITCHED,
+    SWITCHED,
+    TOO_MANY_EVENTS,
+)
 from vibrocap.numerics.kernel.events.contact import jumped
 from vibrocap.numerics.kernel.generated import (
     BOUND_KINDS,
@@ -38,14 +46,6 @@ from vibrocap.numerics.kernel.generated import (
     switches,
 )
 from vibrocap.numerics.kernel.interface import on_event, on_jump
-from vibrocap.numerics.kernel.memory_layout import (
-    BEYOND_BOUND,
-    BOUND_REACHED,
-    FIRST_SWITCH,
-    MACHINE_SWITCHED,
-    SWITCHED,
-    TOO_MANY_EVENTS,
-)
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_five
 
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
