@@ -108,7 +108,7 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
         defect=defect,
         verdicts=tuple(verdicts),
         least_reaction=reaction,
-        warnings=warnings,
+        warnings=(*warnings, *_shared_rest(motion)),
     )
 
 
@@ -163,6 +163,24 @@ def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> l
         along[stops, -1] = 0.0
         found.append(FurtherEvidence(ratio, float(np.min(along, initial=0.0)), at_event))
     return found
+
+
+def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
+    """What is to be said of contacts at imposed distances that rest together: their forces are open, the motion not."""
+    system, law = motion.system, motion.system.friction
+    if system.machine.coupled != "distances":
+        return ()
+    sides = [motion.piece_side] if law.kind == "set-valued" else []
+    for number, further in enumerate(system.further_laws, 2):
+        if further.kind == "set-valued":
+            sides.append(motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0])
+    together = np.sum(np.array(sides) == 0.0, axis=0) > 1
+    if not np.any(together):
+        return ()
+    return (
+        f"contacts rest together, first from time {motion.piece_start[np.argmax(together)]:.4g}: how they share the "
+        "force that is held is open at imposed distances (the motion is not); shown are equal shares of their limits",
+    )
 
 
 def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:
