@@ -160,5 +160,5 @@ def _consistent(problem: _Problem, sides: tuple[int, ...], moving: np.ndarray) -
     departs = side * accelerations > ROUNDING * (1.0 + np.max(np.abs(problem.free)))
     if not np.all(np.where(rests, within, moving | departs)):
         return None
-    values = (tuple(float(value) for value in each) for each in (friction, loads, accelerations))
-    return ContactModes(sides, *values, determined)
+    lists = [tuple(float(value) for value in each) for each in (friction, loads, accelerations)]
+    return ContactModes(sides, lists[0], lists[1], lists[2], determined)

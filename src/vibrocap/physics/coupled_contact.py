@@ -90,10 +90,8 @@ class ImposedContact(CoupledContact):
         return cube * cube * cube
 
     def after(self, which: int) -> tuple[Any, tuple]:
-        """As of any further contact; one that has jumped goes on with the velocity that it has."""
-        velocity, own = super().after(which)
-        if which != 0:
-            return velocity, own
+        """As of any further contact; but for rounding one that comes to rest or leaves it is still, unless it jumped."""
+        _, own = super().after(which)
         share = self.velocity / (STILL * self.scale)
         fourth = share * share * share * share
         return self.velocity * (1.0 - 1.0 / (1.0 + fourth)), own
