@@ -37,8 +37,9 @@ EVENTS = {
     "impact": "the inner mass strikes a stop",
     "stop_opened": "the inner mass leaves a stop",
     "lift_off": "the contact loses its load, which ends the run",
-    "stop_reached": "the pendulum reaches a stop, which ends the run",
+    "stop_reached": "the machine reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
+    "ambiguous_contacts": "which contacts rest is no longer certain",
 }
 ACTUATOR_EVENTS = {  # counted where there is one
     "saturated": "the actuator reaches its limit",
