@@ -1,31 +1,40 @@
 """The processor for which machine code is made, and LLVM's way there: passes, then an object file.
 
-Which of LLVM's pipelines was measured (AVX-512, LLVM 20, CPU seconds of passes + code in a fresh process, then the time
-of a run over that with Numba; the machine was busy, so that a few hundredths mean nothing), beside a short list of ten
-passes (functions called once inlined, SROA, instcombine, simplifycfg, loops rotated and written out):
+Which passes was measured (AVX-512, LLVM 22, CPU seconds of passes + code, then the time of a run over that by O2; the
+noise of the latter is about 0.02), beside LLVM's pipelines O1 and O2:
 
-    kernel           short list         O1                 O2                 O3
-    EM, one motion   0.08 + 0.17, 0.99  0.31 + 0.22, 0.98  0.46 + 0.23, 1.01  0.37 + 0.19, 1.03
-    LM, one motion   0.16 + 0.31, 0.96  0.51 + 0.35, 1.03  0.69 + 0.32, 1.02  0.71 + 0.42, 0.98
-    EM, lanes        0.15 + 0.31, 1.05  0.58 + 0.43, 0.93  0.71 + 0.35, 0.91  0.82 + 0.37, 0.96
-    LM, lanes        0.25 + 0.40, 1.17  0.81 + 0.43, 1.04  1.10 + 0.50, 0.99  1.37 + 0.56, 1.05
+    kernel           few passes         O1                 O2
+    EM, one motion   0.10 + 0.12, 1.00  0.29 + 0.19, 1.00
+    LM, one motion   0.18 + 0.23, 1.00  0.46 + 0.30, 1.00
+    EM, lanes        0.30 + 0.22, 1.01  0.58 + 0.33, 1.00  0.68 + 0.30, 1.00
+    LM, lanes        0.45 + 0.34, 1.01  0.87 + 0.48, 1.01  1.09 + 0.46, 1.00
+    LM, tangents     0.51 + 0.62, 0.99  0.93 + 0.72, 1.00  1.17 + 0.66, 1.00
 
-O1 to O3 give the same bits, the short list others in the last place: it leaves the operands of sums in another order,
-by which LLVM chooses the product that is fused. So one motion takes O1, an ensemble, worth longer thought, O2.
+The few passes are functions put in the place of their calls at once, where O1 weighs each with what was made of it so
+far, and then O1's passes over one function, each of them once. Left out are those over functions before they are put
+together, and those for loops that nothing has unrolled. O1 and O2 give the same bits, and so do the few passes where
+they were compared: LLVM fuses a product with a sum of the same block, and chooses by the order of operands, which the
+pass `reassociate` decides. Only tangents, whose block structure differs a little, were seen to differ in the last
+place; their kernels take O1.
 """
 
 import contextlib
 import dataclasses
 import functools
 import os
+import re
 import threading
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
 import llvmlite.binding as llvm
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
-SHORT = "; by few passes\n"  # first line of a text that is to be made quickly, by O1; others take O2
+SHORT = "; by few passes\n"  # first line of a text that is to be made so; others take O1
+SMALL = 32  # lines of a function that is put in the place of its calls however many there are
+_FUNCTION = re.compile(r"^define internal ([^@\n]*(@[\w.]+)\([^\n]*)\{\n(?:.*\n)*?\}", re.MULTILINE)
+_CALL = re.compile(r"call [^@\n]*(@[\w.]+)\(")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,14 +123,37 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     """(module, machine): LLVM's text after all passes. To be called within `instructions_in_the_order_written`."""
     machine = _machine(target)
     head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
-    module = llvm.parse_assembly(head + text, llvm.create_context())
-    options = llvm.create_pipeline_tuning_options(speed_level=1 if text.startswith(SHORT) else 2)
+    short = text.startswith(SHORT)
+    module = llvm.parse_assembly(head + (_put_in_place(text) if short else text), llvm.create_context())
+    options = llvm.create_pipeline_tuning_options(speed_level=1)
     options.loop_vectorization = True
     options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
-    passes = builder.getModulePassManager()
+    if not short:
+        builder.getModulePassManager().run(module, builder)
+        return module, machine
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_always_inliner_pass()
+    passes.add_global_dead_code_eliminate_pass()
     passes.run(module, builder)
+    of_one_function = builder.getFunctionPassManager()
+    for function in module.functions:
+        if not function.is_declaration:
+            of_one_function.run(function, builder)
     return module, machine
+
+
+def _put_in_place(text: str) -> str:
+    """The same, in which functions are marked that LLVM puts in the place of their calls: called once, or small."""
+    calls = Counter(_CALL.findall(text))
+
+    def marked(found: re.Match[str]) -> str:
+        small = calls[found[2]] == 1 or found[0].count("\n") < SMALL
+        if not small or "noinline" in found[1]:
+            return found[0]
+        return found[0].replace(f"{found[1]}{{", f"{found[1]}alwaysinline {{", 1)
+
+    return _FUNCTION.sub(marked, text)
 
 
 def object_code(text: str, target: Target) -> bytes:
