@@ -49,7 +49,7 @@ def own_source() -> str:
 
 
 def ir(text: str, entry: str, target: Target | None = None, short: bool = False) -> str:
-    """A kernel in LLVM's language; short: to be made by few passes (see `machine.py`)."""
+    """A kernel in LLVM's language; short: to be made quickly (see `machine.py`)."""
     from vibrocap.numerics.compiler.lowering import lowered
 
     return lowered(text, entry, (target or host()).lanes, short)
@@ -84,7 +84,7 @@ def javascript_statements(text: str, entries: Mapping[str, tuple[Kind, ...]]) ->
 def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:
     """The function `entry` of a kernel, called with (real, whole, tape, rounds), from the disk or made now.
 
-    short: made by few passes, see `machine.py`
+    short: made quickly, see `machine.py`
     literal: computed as a browser does, see `literal_ir`
     Raises Refused where the text is no kernel.
     """

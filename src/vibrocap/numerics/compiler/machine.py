@@ -1,21 +1,16 @@
 """The processor for which machine code is made, and LLVM's way there: passes, then an object file.
 
-Which passes was measured (AVX-512, LLVM 22, CPU seconds of passes + code, then the time of a run over that by O2; the
-noise of the latter is about 0.02), beside LLVM's pipelines O1 and O2:
+Which of LLVM's pipelines was measured (AVX-512, LLVM 22, CPU seconds of passes + code on a busy machine, then the time
+of a run over that by O2, give or take 0.02). In the first column the functions called once are put in the place of
+their calls, and then all is done by O1, which otherwise works on each alone and again where it is called:
 
-    kernel           few passes         O1                 O2
-    EM, one motion   0.10 + 0.12, 1.00  0.29 + 0.19, 1.00
-    LM, one motion   0.18 + 0.23, 1.00  0.46 + 0.30, 1.00
-    EM, lanes        0.30 + 0.22, 1.01  0.58 + 0.33, 1.00  0.68 + 0.30, 1.00
-    LM, lanes        0.45 + 0.34, 1.01  0.87 + 0.48, 1.01  1.09 + 0.46, 1.00
-    LM, tangents     0.51 + 0.62, 0.99  0.93 + 0.72, 1.00  1.17 + 0.66, 1.00
+    kernel           O1, put together   O1                 O2
+    LM, lanes        0.68 + 0.50        0.97 + 0.52, 1.01  1.19 + 0.53
+    LM, tangents     0.75 + 0.76        1.02 + 0.80, 1.02  1.39 + 0.79
 
-The few passes are functions put in the place of their calls at once, where O1 weighs each with what was made of it so
-far, and then O1's passes over one function, each of them once. Left out are those over functions before they are put
-together, and those for loops that nothing has unrolled. O1 and O2 give the same bits, and so do the few passes where
-they were compared: LLVM fuses a product with a sum of the same block, and chooses by the order of operands, which the
-pass `reassociate` decides. Only tangents, whose block structure differs a little, were seen to differ in the last
-place; their kernels take O1.
+All three give the same bits, for all laws, one motion and lanes. O1's passes over one function alone, behind that,
+would take half as long (0.39 + 0.38) and run as fast, but leave blocks and operands otherwise, by which LLVM chooses
+the product of a sum that is fused: motions with Dahl's and Bouc and Wen's laws differed in the last places.
 """
 
 import contextlib
@@ -31,9 +26,8 @@ from typing import Any
 import llvmlite.binding as llvm
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
-SHORT = "; by few passes\n"  # first line of a text that is to be made so; others take O1
-SMALL = 32  # lines of a function that is put in the place of its calls however many there are
-_FUNCTION = re.compile(r"^define internal ([^@\n]*(@[\w.]+)\([^\n]*)\{\n(?:.*\n)*?\}", re.MULTILINE)
+SHORT = "; by few passes\n"  # first line of a text that is to be made quickly, put together and by O1; others take O2
+_FUNCTION = re.compile(r"^(define internal [^@\n]*(@[\w.]+)\([^\n]*)\{$", re.MULTILINE)
 _CALL = re.compile(r"call [^@\n]*(@[\w.]+)\(")
 
 
@@ -124,34 +118,28 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     machine = _machine(target)
     head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
     short = text.startswith(SHORT)
-    module = llvm.parse_assembly(head + (_put_in_place(text) if short else text), llvm.create_context())
-    options = llvm.create_pipeline_tuning_options(speed_level=1)
+    module = llvm.parse_assembly(head + (_called_once_marked(text) if short else text), llvm.create_context())
+    options = llvm.create_pipeline_tuning_options(speed_level=1 if short else 2)
     options.loop_vectorization = True
     options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
-    if not short:
-        builder.getModulePassManager().run(module, builder)
-        return module, machine
-    passes = llvm.create_new_module_pass_manager()
-    passes.add_always_inliner_pass()
-    passes.add_global_dead_code_eliminate_pass()
+    if short:
+        first = llvm.create_new_module_pass_manager()
+        first.add_always_inliner_pass()
+        first.add_global_dead_code_eliminate_pass()
+        first.run(module, builder)
+    passes = builder.getModulePassManager()
     passes.run(module, builder)
-    of_one_function = builder.getFunctionPassManager()
-    for function in module.functions:
-        if not function.is_declaration:
-            of_one_function.run(function, builder)
     return module, machine
 
 
-def _put_in_place(text: str) -> str:
-    """The same, in which functions are marked that LLVM puts in the place of their calls: called once, or small."""
+def _called_once_marked(text: str) -> str:
+    """The same, in which functions called once are marked to be put in the place of their call."""
     calls = Counter(_CALL.findall(text))
 
     def marked(found: re.Match[str]) -> str:
-        small = calls[found[2]] == 1 or found[0].count("\n") < SMALL
-        if not small or "noinline" in found[1]:
-            return found[0]
-        return found[0].replace(f"{found[1]}{{", f"{found[1]}alwaysinline {{", 1)
+        alone = calls[found[2]] == 1 and "noinline" not in found[1]
+        return f"{found[1]}alwaysinline {{" if alone else found[0]
 
     return _FUNCTION.sub(marked, text)
 

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 PLAIN_VECTORS = "from vibrocap.numerics.kernel.arithmetic.plain_vectors"
 GENERATED = "# From the equations"  # as `compiler/subset.py` reads it
-TANGENTS = "# From numerics/kernel/events/tangents.py\n"  # in the text of a kernel that carries them along
 ENTRIES = ("advance", "advance_ensemble", "follow")  # the last one of a kernel is called from outside
 
 
@@ -88,4 +87,4 @@ def compiled_kernel(linked: str, literal: bool = False) -> "Compiled":
     from vibrocap.numerics.compiler import compiled  # only here, as it imports LLVM
 
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
-    return compiled(linked, entry, short=TANGENTS not in linked, literal=literal)
+    return compiled(linked, entry, short=True, literal=literal)
