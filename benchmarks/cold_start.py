@@ -1,5 +1,7 @@
 """How long a first call takes, in a process of its own: with no kernel kept, with all kept, for new numbers.
 
+The package and its libraries have their bytecode, as where pip has put them: it is kept in a folder of this benchmark,
+also where PYTHONDONTWRITEBYTECODE is set, and one call of everything that is measured fills it before.
 Beside it what the peers take from their import to the end of their first motion or sweep, where they are installed.
 Processor seconds are those of the process; on a busy machine they say more than the clock.
 """
@@ -31,6 +33,7 @@ angle = 1.0471975511965976
 periods = 40
 tolerance = 1e-10
 """
+BYTECODE = tempfile.TemporaryDirectory()
 SWEEP = ("--tolerance", "1e-8", "--over", "drive.amplitude=1:2:8", "--out")
 PEERS = {
     "heyoka": ("heyoka", "from benchmarks.peers_heyoka import prepare_{law}; prepare_{law}()()"),
@@ -46,7 +49,9 @@ def main() -> None:
     """Print seconds per call, each in a process of its own."""
     print("\nThe first call of a new process, seconds: by the clock, of the processor")
     with tempfile.TemporaryDirectory() as folder:
-        _row("import vibrocap", "", _seconds(folder, "-c", "import vibrocap"))
+        _warm(folder)
+        for words in ("-c import vibrocap", "-m vibrocap --help", "-m vibrocap new", "-m vibrocap completion bash"):
+            _row(words[3:], "", _seconds(folder, *words.split(maxsplit=1 if words.startswith("-c") else -1)))
         for law in ("exponential", "lugre"):
             for command in ("simulate", "orbit", "sweep"):
                 kept = str(pathlib.Path(folder, f"kernels-{law}-{command}"))
@@ -61,10 +66,22 @@ def main() -> None:
                     _row(f"{peer}, {law}", "its first call", _seconds(folder, "-c", code.format(law=law)))
 
 
+def _warm(folder: str) -> None:
+    """Let Python keep its bytecode."""
+    case = pathlib.Path(folder, "warm.toml")
+    case.write_text(CASE.format(law="exponential", mass_ratio=2.5))
+    for command in ("simulate", "orbit", "sweep"):
+        more = (*SWEEP, str(pathlib.Path(folder, "warm"))) if command == "sweep" else ("--json",)
+        _seconds(str(pathlib.Path(folder, "kernels-warm")), "-m", "vibrocap", command, str(case), *more)
+    for words in ("--help", "new", "completion bash"):
+        _seconds(folder, "-m", "vibrocap", *words.split())
+
+
 def _seconds(kernels: str, *arguments: str) -> tuple[float, float]:
     """(by the clock, of the processor) of a process of Python that keeps its kernels there."""
     before, used = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = os.environ | {"VIBROCAP_CACHE": kernels}
+    environment = os.environ | {"VIBROCAP_CACHE": kernels, "PYTHONPYCACHEPREFIX": BYTECODE.name}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     subprocess.run([sys.executable, *arguments], check=True, capture_output=True, env=environment)
     now = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.perf_counter() - before, now.ru_utime + now.ru_stime - used.ru_utime - used.ru_stime

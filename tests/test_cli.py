@@ -557,8 +557,26 @@ def test_output_without_greek_letters_and_a_closed_pipe(case, lugre):
         assert b"Traceback" not in process.stderr.read()
 
 
-def test_help_loads_nothing_heavy():
-    script = "import sys; from vibrocap.cli.main import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
-    answer = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
-    loaded = set(answer.stderr.split())
-    assert not loaded & {"llvmlite", "scipy", "matplotlib", "xarray", "h5netcdf"}
+ENGINE = {"llvmlite", "vibrocap.motion.simulate", "vibrocap.numerics.codegen.source", "vibrocap.studies.sweep"}
+HEAVY = {"scipy", "matplotlib", "xarray", "zarr", "dask", "pandas", "pint", "h5netcdf", "numcodecs"}
+
+
+@pytest.mark.parametrize(
+    ("words", "spared"),
+    [
+        ("--help", HEAVY | ENGINE),
+        ("new --out new.toml", HEAVY | ENGINE),
+        ("completion bash", HEAVY | ENGINE),
+        ("orbit case.toml --settle-periods 30 --json", HEAVY),
+        ("sweep case.toml --over drive.amplitude=1:2:2 --periods 2 --out map", HEAVY - {"numcodecs"}),
+    ],
+)
+def test_a_command_loads_only_what_it_needs(words, spared, case, tmp_path):
+    """A first answer waits for all that is imported; sweeps are stored and counted without Zarr, xarray and pandas."""
+    script = "import sys; from vibrocap.cli.main import main; main(sys.argv[1:]); print(*sys.modules, file=sys.stderr)"
+    command = [sys.executable, "-c", script, *words.replace("case.toml", str(case)).split()]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, cwd=tmp_path)
+    assert answer.stdout.strip()
+    loaded = set(answer.stderr.splitlines()[-1].split())
+    assert "vibrocap.cli.main" in loaded
+    assert not spared & loaded

@@ -312,6 +312,42 @@ def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypa
     assert np.array_equal(plain.events, exact.events)
 
 
+ENTRY = {motion: "advance", ensemble: "advance_ensemble"}
+
+
+@pytest.mark.parametrize(
+    ("law", "lanes"),
+    [
+        pytest.param(vc.Dahl(), 0, id="one motion"),
+        pytest.param(vc.LuGre(), 0, id="one stiff motion", marks=pytest.mark.slow),
+        pytest.param(vc.LuGre(), None, id="lanes", marks=pytest.mark.slow),
+    ],
+)
+def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
+    """Which product of a sum is fused follows from how the passes leave blocks and operands; Dahl's law shows it."""
+    system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))
+    recorded, parameters = equations(system), parameter_values(system)
+    start = [math.pi / 3, *[0.0] * (len(system.state_names) - 1)]
+    module, made = (motion, "kernel") if lanes == 0 else (ensemble, "ensemble_kernel")
+    found = []
+    for short in (True, False):
+        getattr(module, made).cache_clear()
+        monkeypatch.setattr(
+            module, "compiled_kernel", lambda text, *_, short=short: compiled(text, ENTRY[module], short)
+        )
+        if lanes == 0:
+            run = recorded_run(recorded, parameters, start, system.drive.period, 20, 1e-9, 1000, 10**6, order=12)
+            found.append((run.pieces, run.events, run.final))
+        else:
+            rows = np.tile(parameters, (9, 1)) * np.linspace(0.9, 1.1, 9)[:, None]
+            budget = Budget(20, 4, 0.0, 1e-8, 1000, 10**6, 63)
+            run = ensemble_run(recorded, rows, np.tile(start, (9, 1)), budget, threads=1, order=10)
+            found.append((run.numbers,))
+    getattr(module, made).cache_clear()
+    assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(*found, strict=True))
+    assert np.isfinite(found[0][0]).any()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("lanes", [1, None], ids=["one by one", "abreast"])
 @pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])

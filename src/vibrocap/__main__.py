@@ -1,5 +1,6 @@
 """`vibrocap` and `python -m vibrocap` are the command line; here it hears interrupts, from the first import on."""
 
+import gc
 import os
 import signal
 import sys
@@ -26,8 +27,11 @@ def run() -> int:
 
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # and not ignored, as in the background
         signal.signal(signal.SIGINT, interrupted)
+    gc.disable()  # while modules are made, which stay
     from vibrocap.cli.main import main
 
+    gc.freeze()
+    gc.enable()
     orderly = True
     return main()
 

@@ -3,7 +3,7 @@
 import dataclasses
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -131,13 +131,13 @@ def sweep(
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            write_study(found if adaptive else out or found.dataset(), export)
+            write_study(out or found.dataset(), export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
         complain(_disk_failure(error, request))
         return INCOMPLETE
-    print_study(_adaptive_outcome(found) if adaptive else _outcome(found), seconds, out, export)
+    print_study(found, seconds, out, export)
     return OK
 
 
@@ -160,14 +160,14 @@ def measures(case: Path | None = None, /) -> int:
     return OK
 
 
-def _run(study: "Study", request: "SweepRequest") -> "Completed":
-    """The results of a study that is stored as it runs, or kept in memory."""
+def _run(study: "Study", request: "SweepRequest") -> "Outcome":
+    """How a study ended that is stored as it runs, or kept in memory."""
     from vibrocap.studies.sweep import Stopped, carried_out
 
     left = TimeLeft()
     try:
         with notes(), progress("Sweeping") as report:
-            return carried_out(
+            completed = carried_out(
                 study,
                 out=request.out,
                 resume=request.resume,
@@ -187,14 +187,15 @@ def _run(study: "Study", request: "SweepRequest") -> "Completed":
     except Stopped as stopped:
         done = str(stopped).partition(";")[0]
         raise KeyboardInterrupt(f"{done}. The same command with --resume goes on.") from None
+    return _outcome(completed)
 
 
-def _adaptive(study: "Study", request: "SweepRequest") -> Any:
-    """An adaptive map of a study over two axes."""
+def _adaptive(study: "Study", request: "SweepRequest") -> "Outcome":
+    """How an adaptive map of a study over two axes ended."""
     from vibrocap.studies.adaptive import adaptive_map
 
     with progress("Mapping") as report:
-        return adaptive_map(
+        dataset = adaptive_map(
             study.case.system,
             {axis.path: axis.array for axis in study.plan.axes},  # type: ignore[attr-defined]
             measures=[name for name in study.measures if isinstance(name, str)],
@@ -203,6 +204,11 @@ def _adaptive(study: "Study", request: "SweepRequest") -> Any:
             progress=lambda done, wanted: report(done / wanted, f"Mapping, {done:,} runs so far"),
             **{name: value for name, value in study.settings.items() if name != "device"},
         )
+    status = dataset["status"].values
+    settled = int((dataset["settled"].values.astype(bool) & (status == 0)).sum()) if "settle" in dataset.attrs else None
+    sizes = {str(dim): size for dim, size in dataset.sizes.items()}
+    made = int(dataset.attrs["runs_computed"])
+    return Outcome(sizes, Counter(status.ravel().tolist()), settled, lambda: dataset, made)
 
 
 def _disk_failure(error: OSError, request: "SweepRequest") -> str:
@@ -235,12 +241,13 @@ def _kept(out: Path) -> str:
 class Outcome:
     """How the runs of a study ended: by status, and how many of the finished ones settled (None: it was not asked).
 
-    made: of an adaptive map, the runs that were made; the others are filled in between
+    dataset: gives the results, labelled; made: of an adaptive map, the runs that were made; the others are filled in
     """
 
     sizes: Mapping[str, int]
     statuses: Counter[int]
     settled: int | None
+    dataset: Callable[[], Any]
     made: int | None = None
 
 
@@ -253,14 +260,7 @@ def _outcome(found: "Completed") -> Outcome:
         settled += int((settling & (status == 0)).sum())
     study = found.study
     sizes = dict(zip(study.plan.dims, study.plan.shape, strict=True))
-    return Outcome(sizes, statuses, None if study.settle is None else settled)
-
-
-def _adaptive_outcome(dataset: Any) -> Outcome:
-    status = dataset["status"].values
-    settled = int((dataset["settled"].values.astype(bool) & (status == 0)).sum()) if "settle" in dataset.attrs else None
-    sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-    return Outcome(sizes, Counter(status.ravel().tolist()), settled, int(dataset.attrs["runs_computed"]))
+    return Outcome(sizes, statuses, None if study.settle is None else settled, found.dataset)
 
 
 def print_study(found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:

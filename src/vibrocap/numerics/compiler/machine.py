@@ -1,31 +1,34 @@
 """The processor for which machine code is made, and LLVM's way there: passes, then an object file.
 
-Which of LLVM's pipelines was measured (AVX-512, LLVM 20, CPU seconds of passes + code in a fresh process, then the time
-of a run over that with Numba; the machine was busy, so that a few hundredths mean nothing), beside a short list of ten
-passes (functions called once inlined, SROA, instcombine, simplifycfg, loops rotated and written out):
+Which of LLVM's pipelines was measured (AVX-512, LLVM 22, CPU seconds of passes + code on a busy machine, then the time
+of a run over that by O2, give or take 0.02). In the first column the functions called once are put in the place of
+their calls, and then all is done by O1, which otherwise works on each alone and again where it is called:
 
-    kernel           short list         O1                 O2                 O3
-    EM, one motion   0.08 + 0.17, 0.99  0.31 + 0.22, 0.98  0.46 + 0.23, 1.01  0.37 + 0.19, 1.03
-    LM, one motion   0.16 + 0.31, 0.96  0.51 + 0.35, 1.03  0.69 + 0.32, 1.02  0.71 + 0.42, 0.98
-    EM, lanes        0.15 + 0.31, 1.05  0.58 + 0.43, 0.93  0.71 + 0.35, 0.91  0.82 + 0.37, 0.96
-    LM, lanes        0.25 + 0.40, 1.17  0.81 + 0.43, 1.04  1.10 + 0.50, 0.99  1.37 + 0.56, 1.05
+    kernel           O1, put together   O1                 O2
+    LM, lanes        0.68 + 0.50        0.97 + 0.52, 1.01  1.19 + 0.53
+    LM, tangents     0.75 + 0.76        1.02 + 0.80, 1.02  1.39 + 0.79
 
-O1 to O3 give the same bits, the short list others in the last place: it leaves the operands of sums in another order,
-by which LLVM chooses the product that is fused. So one motion takes O1, an ensemble, worth longer thought, O2.
+All three give the same bits, for all laws, one motion and lanes. O1's passes over one function alone, behind that,
+would take half as long (0.39 + 0.38) and run as fast, but leave blocks and operands otherwise, by which LLVM chooses
+the product of a sum that is fused: motions with Dahl's and Bouc and Wen's laws differed in the last places.
 """
 
 import contextlib
 import dataclasses
 import functools
 import os
+import re
 import threading
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
 import llvmlite.binding as llvm
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
-SHORT = "; by few passes\n"  # first line of a text that is to be made quickly, by O1; others take O2
+SHORT = "; by few passes\n"  # first line of a text that is to be made quickly, put together and by O1; others take O2
+_FUNCTION = re.compile(r"^(define internal [^@\n]*(@[\w.]+)\([^\n]*)\{$", re.MULTILINE)
+_CALL = re.compile(r"call [^@\n]*(@[\w.]+)\(")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,14 +117,31 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     """(module, machine): LLVM's text after all passes. To be called within `instructions_in_the_order_written`."""
     machine = _machine(target)
     head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
-    module = llvm.parse_assembly(head + text, llvm.create_context())
-    options = llvm.create_pipeline_tuning_options(speed_level=1 if text.startswith(SHORT) else 2)
+    short = text.startswith(SHORT)
+    module = llvm.parse_assembly(head + (_called_once_marked(text) if short else text), llvm.create_context())
+    options = llvm.create_pipeline_tuning_options(speed_level=1 if short else 2)
     options.loop_vectorization = True
     options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
+    if short:
+        first = llvm.create_new_module_pass_manager()
+        first.add_always_inliner_pass()
+        first.add_global_dead_code_eliminate_pass()
+        first.run(module, builder)
     passes = builder.getModulePassManager()
     passes.run(module, builder)
     return module, machine
+
+
+def _called_once_marked(text: str) -> str:
+    """The same, in which functions called once are marked to be put in the place of their call."""
+    calls = Counter(_CALL.findall(text))
+
+    def marked(found: re.Match[str]) -> str:
+        alone = calls[found[2]] == 1 and "noinline" not in found[1]
+        return f"{found[1]}alwaysinline {{" if alone else found[0]
+
+    return _FUNCTION.sub(marked, text)
 
 
 def object_code(text: str, target: Target) -> bytes:

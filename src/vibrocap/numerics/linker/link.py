@@ -87,4 +87,4 @@ def compiled_kernel(linked: str, literal: bool = False) -> "Compiled":
     from vibrocap.numerics.compiler import compiled  # only here, as it imports LLVM
 
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
-    return compiled(linked, entry, short=entry != "advance_ensemble", literal=literal)
+    return compiled(linked, entry, short=True, literal=literal)
