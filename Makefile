@@ -11,7 +11,7 @@ export PYTHONDONTWRITEBYTECODE =
 # A worker begins with its half of the files, so that few kernels and kept motions are made twice, and helps at the end.
 TESTS := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-.PHONY: help reproduce test test-slow torture lint format type bench docs site all lock clean
+.PHONY: help reproduce test test-slow torture lint format type bench docs site links all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -49,6 +49,9 @@ docs: $(READY) ## run every snippet of the documentation
 
 site: $(SITE_READY) ## the documentation as a site, in build/site/html (its tutorials and gallery are run)
 	@$(BIN)/python -m website
+
+links: $(SITE_READY) ## the same, and whether its links to other hosts still lead somewhere: asks the network
+	@$(BIN)/python -m website --links
 
 all: lint type test docs reproduce ## lint, type, test, docs and reproduce
 

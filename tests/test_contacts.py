@@ -1,6 +1,7 @@
 """Machines on several contacts: an event-driven solver of its own, closed balances, and travel of unequal bodies."""
 
 import collections
+import dataclasses
 import itertools
 import pickle
 
@@ -294,6 +295,30 @@ def test_a_case_with_a_law_for_each_contact(tmp_path):
     assert in_si.si.unit("velocity_2") == in_si.si.unit("contact_velocity_2") == "m/s"
     assert in_si.si.unit("friction_2") == "N"
     assert in_si.si.unit("bristle_2") == "m"
+
+
+@pytest.mark.slow
+def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
+    """The law of the second contact and an environment: as if the case had them."""
+    system = crawler()
+    over = {"friction_2.law": ["coulomb", "lugre"], "environment.force": [0.0, 0.02]}
+    study = vc.sweep(system, over, periods=6, out=tmp_path / "study", window=6)
+    assert study["mean_velocity"].shape == (2, 2)
+    for i, law in enumerate((system.friction, vc.LuGre())):
+        for j, force in enumerate((0.0, 0.02)):
+            one = dataclasses.replace(system, friction_2=law, environment=vc.Environment(force=force))
+            motion = vc.simulate(one, periods=6, tolerance=1e-8)
+            found = float(study["mean_velocity"][i, j])
+            assert found == pytest.approx(vc.mean_velocity(motion, periods=6).value, abs=1e-6)
+    assert abs(float(study["mean_velocity"][0, 1] - study["mean_velocity"][0, 0])) > 1e-3
+    cases = [{"friction_2.coulomb_coefficient": 0.01}, {"machine.mass": 2.0}]
+    assert vc.sweep(system, cases=cases, periods=2, out=tmp_path / "cases")["status"].values.tolist() == [0, 0]
+    with pytest.raises(vc.CaseError, match=r"friction_3\.law: there is no such quantity here"):
+        vc.sweep(system, {"friction_3.law": ["coulomb"]}, out=tmp_path / "none")
+    with pytest.raises(vc.CaseError, match=r"environment\.inclination: should be less steep than 90 degrees"):
+        vc.sweep(system, {"environment.inclination": [0.0, 1.6]}, out=tmp_path / "none")
+    with pytest.raises(vc.CaseError, match=r"actuator\.limit: the system has no actuator; give the case a section"):
+        vc.sweep(system, {"actuator.limit": [0.5, 1.6]}, out=tmp_path / "none")
 
 
 def test_what_contacts_there_are_not_is_refused_by_name():

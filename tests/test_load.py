@@ -167,6 +167,30 @@ def test_start_in_the_region_of_the_paradox_is_a_status(drive, status):
         assert back.status is not status or back.end > 0.0
 
 
+@pytest.mark.parametrize(
+    ("law", "mass_ratio", "end"), [(vc.LuGre(), 0.05, 4.5105962213216), (vc.LuGre(), 0.08, 4.5595456357635)]
+)
+def test_bristles_come_to_the_paradox(law, mass_ratio, end):
+    """The divisor b - s mu falls to zero like the root of the time left, N grows beyond all bounds: no small steps.
+
+    Ends: DOP853 in the time s with dt = (b - s mu) ds, in which the divisor passes zero with a slope. The run ends
+    within 1e-12 of a period before, and the solver's events are known to about as much.
+    """
+    machine = vc.PendulumCapsule(mass_ratio=mass_ratio, stiffness=4.0, damping=1.2, normal_load="dynamic")
+    system = vc.System(machine, law, vc.Harmonic(amplitude=1.8))
+    motion = vc.simulate(system, periods=2, initial={"angle": np.pi / 3, "bristle": 0.0026}, tolerance=1e-12)
+    assert motion.status is vc.Status.PARADOX
+    assert motion.events[-1].kind == "paradox"
+    assert motion.events[-1].time == motion.end == pytest.approx(end, abs=3e-11)
+    assert motion.at(motion.end, "reaction")[0] > 1e4
+    states = tuple(motion.state[name] for name in system.state_names)
+    inertia, own, slope = machine.reaction(motion.end, states[:4], system.drive.value(motion.end))
+    coefficient, _ = law.force(states[3], states[4:], np.sign(states[3]), 1.0)
+    assert own > 0.1
+    assert 0.0 < inertia - slope * coefficient < 1e-5
+    assert abs(coefficient) > 2.0 * np.sqrt(mass_ratio * (mass_ratio + 1.0))
+
+
 @pytest.mark.slow
 def test_statuses_of_ensembles_are_those_of_single_runs():
     draw = np.random.default_rng(5)

@@ -411,6 +411,7 @@ def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
     assert f"{lightest.end / single.period:.2f}" in loaded_figure(runs, "load09").sentence
     # Bristle damping takes LM beyond its static level, and light capsules into Painleve's paradox.
     stopped = [run for run in runs.loaded_sweep("lugre", light=True) if not run.status.ok]
+    assert {run.status for run in stopped} == {Status.PARADOX}
     assert all(run.last_load > 1e3 for run in stopped)
     for run in stopped:
         assert run.last_coefficient > max(2.0 * math.sqrt(run.mass_ratio * (run.mass_ratio + 1.0)), 0.45)

@@ -69,6 +69,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
@@ -297,6 +298,7 @@ __all__ = [
     "PendulumScales",
     "FreeScales",
     "SIScales",
+    "Actuator",
     "Environment",
     "Oscillator",
     "TwoMassCrawler",

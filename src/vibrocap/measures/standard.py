@@ -51,6 +51,7 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         COST_OF_TRANSPORT,
         *FRICTION,
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
+        *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
         *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
     return {measure.name: measure for measure in found}
@@ -178,6 +179,15 @@ FRICTION = (
         "work against friction per drive period, the area of the loop of friction against displacement",
         Standard(lambda runs: _area(runs, 1), codes.ASK_INTEGRALS),
         si_unit="J",
+    ),
+)
+
+
+STOPS = (
+    Measure(
+        "impacts",
+        "impacts on stops per drive period (infinite: they accumulate at a rigid one; NaN: there are no stops)",
+        Standard(lambda runs: runs.impacts / runs.periods),
     ),
 )
 

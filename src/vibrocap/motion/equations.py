@@ -13,6 +13,7 @@ from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
+from vibrocap.physics.states import actuator_states
 from vibrocap.physics.system import LOCATED, Flow, System
 
 FAR = 1e300  # a bound that is none
@@ -190,6 +191,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
     if from_outside or flow.further:
         observables["outer_force"] = flow.outer_force
+    if system.actuator is not None:
+        observables["command"] = flow.command
     observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
     return Equations(
         graph=graph,
@@ -230,7 +233,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
 def _of_contacts(system: System) -> list[str]:
     """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
     own = (*system.machine.contacts, *system.state_names[len(system.machine.states) :])
-    return [name for name in own if name not in system.switched]
+    aside = (*system.switched, *actuator_states(system.actuator))
+    return [name for name in own if name not in aside]
 
 
 def _resting(system: System) -> list[str]:

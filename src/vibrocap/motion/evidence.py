@@ -137,10 +137,10 @@ class FurtherEvidence:
 
 
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
-    """Evidence of each further contact whose law is not smooth."""
+    """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
     system, found = motion.system, []
     for number, (law, load) in enumerate(zip(system.further_laws, system.machine.further_loads(), strict=True), 2):
-        if law.kind == "smooth":
+        if f"side_{number}" not in motion.state_names:
             continue
         sides = motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0]
         velocity, friction = motion.piece_observables((f"contact_velocity_{number}", f"friction_{number}"), index, s)

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.states import contact_states
+from vibrocap.physics.states import contact_states, turns
 
 # So little speed is none, and so little force: what multiplies one over it is exactly zero where it should not count.
 LEAST = 1e-150
@@ -26,18 +26,25 @@ class FurtherContact:
     """One further contact at one instant: its mode, its friction, and what ends its branch.
 
     number: 2 for the second; velocity: its sliding velocity; own: its states; hold: the force that would hold it
+    environment: whose drag acts on its body, or None
     """
 
-    def __init__(self, number: int, law: Law, load, velocity, own: tuple, hold, scale):
+    def __init__(self, number: int, law: Law, load, velocity, own: tuple, hold, scale, environment: Any = None):
         self.number, self.law, self.load, self.scale = number, law, load, scale
         self.velocity, self.hold, self.own = velocity, hold, own
-        self.sticks, self.turns = law.kind == "set-valued", law.kind != "smooth"
+        self.sticks, self.turns = law.kind == "set-valued", turns(law, environment is not None)
         self.side, self.internal = (own[0], own[1:]) if self.turns else (1.0, own)
         force, self.internal_rates = law.force(velocity, self.internal, self.side, load)
         sliding_loss, self.bristle_loss = law.losses(velocity, self.internal, self.side, load)
         slipping = self.side * self.side if self.sticks else 1.0
         self.friction = hold + slipping * (force - hold) if self.sticks else force
         self.sliding_loss = slipping * sliding_loss if self.sticks else sliding_loss
+        self.drag = None if environment is None else environment.drag(velocity, self.side)
+
+    @property
+    def taken(self):
+        """By the machine in the place of friction: with the drag on the body, which is none at rest."""
+        return self.friction if self.drag is None else self.friction + self.drag
 
     @property
     def rates(self) -> tuple:
@@ -80,21 +87,25 @@ class FurtherContact:
 class MachineOnContacts:
     """A machine with the laws of its further contacts, as a machine on its first contact.
 
-    Friction at the further contacts is a force from outside. All that is not said here is the machine's own.
+    Friction at the further contacts is a force from outside, and so is the drag of an environment on their bodies. All
+    that is not said here is the machine's own.
     """
 
-    def __init__(self, machine: Any, laws: Sequence[Law]):
-        self.machine, self.laws = machine, tuple(laws)
-        contacts = tuple(enumerate(self.laws, start=2))
-        named = [contact_states(i, law) for i, law in contacts]
+    def __init__(self, machine: Any, laws: Sequence[Law], environment: Any = None):
+        self.machine, self.laws, self.environment = machine, tuple(laws), environment
+        contacts, around = tuple(enumerate(self.laws, start=2)), environment is not None
+        named = [contact_states(i, law, around) for i, law in contacts]
         self.states = (*machine.states, *(name for names in named for name in names))
-        self.symmetry = (*machine.symmetry, *(sign for _, law in contacts for sign in _signs(law)))
+        self.symmetry = (*machine.symmetry, *(sign for _, law in contacts for sign in _signs(law, around)))
         self.switched = (
             *machine.switched,
-            *(f"side_{i}" for i, law in contacts if law.kind != "smooth"),
+            *(f"side_{i}" for i, law in contacts if turns(law, around)),
             *(f"{name}_{i}" for i, law in contacts for name in law.switched),
         )
-        self.switch_events = (*machine.switch_events, *(kind for i, law in contacts for kind in _events(i, law)))
+        self.switch_events = (
+            *machine.switch_events,
+            *(kind for i, law in contacts for kind in _events(i, law, around)),
+        )
         losses = ((f"contact_sliding_{i}", *((f"bristle_loss_{i}",) if law.internal else ())) for i, law in contacts)
         self.channels = (*machine.channels, *(name for names in losses for name in names))
         self._places, start = [], len(machine.states)
@@ -114,7 +125,8 @@ class MachineOnContacts:
         """Natural size of each state."""
         found = list(self.machine.scales(time))
         for law, load in zip(self.laws, self.machine.further_loads(), strict=True):
-            found += [*(() if law.kind == "smooth" else (1.0,)), *law.internal_scales(load)]
+            own = (1.0,) if turns(law, self.environment is not None) else ()
+            found += [*own, *law.internal_scales(load)]
         return tuple(found)
 
     def further(self, t, y, drive) -> tuple[FurtherContact, ...]:
@@ -125,7 +137,8 @@ class MachineOnContacts:
         found = []
         for i, (law, state, place) in enumerate(zip(self.laws, machine.contacts, self._places, strict=True)):
             at = machine.states.index(state)
-            found.append(FurtherContact(2 + i, law, loads[i], mechanical[at], tuple(y[place]), holds[i], sizes[at]))
+            own = mechanical[at], tuple(y[place]), holds[i], sizes[at], self.environment
+            found.append(FurtherContact(2 + i, law, loads[i], *own))
         return tuple(found)
 
     def _own(self, y) -> tuple:
@@ -142,7 +155,7 @@ class MachineOnContacts:
     def rates(self, t, y, drive, force) -> tuple:
         """y', with the friction of all contacts."""
         further = self.further(t, y, drive)
-        own = self.machine.rates(t, self._own(y), drive, force, *(each.friction for each in further))
+        own = self.machine.rates(t, self._own(y), drive, force, *(each.taken for each in further))
         return *own, *(rate for each in further for rate in each.rates)
 
     def switches(self, t, y, drive, force) -> tuple:
@@ -177,11 +190,15 @@ class MachineOnContacts:
         return self.machine.momentum(t, self._own(y))
 
     def outer_force(self, t, y, drive):
-        """Force from outside, friction at the further contacts included."""
+        """Force from outside, friction and drag at the further contacts included."""
         found = self.machine.outer_force(t, self._own(y), drive)
         for each in self.further(t, y, drive):
-            found = found - each.friction
+            found = found - each.taken
         return found
+
+    def further_drag_power(self, t, y):
+        """Power of the drag on the bodies of the further contacts."""
+        return sum(-each.drag * each.velocity for each in self.further(t, y, 0.0))
 
     def powers(self, t, y, drive, force) -> tuple:
         """Powers of the machine's channels, then of each further contact."""
@@ -198,14 +215,14 @@ class MachineOnContacts:
         return self.machine.vertical_momentum(t, self._own(y))
 
 
-def _signs(law: Law) -> tuple[int, ...]:
+def _signs(law: Law, surrounded: bool) -> tuple[int, ...]:
     internal = (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
-    return (*(() if law.kind == "smooth" else (-1,)), *internal)
+    return (*((-1,) if turns(law, surrounded) else ()), *internal)
 
 
-def _events(number: int, law: Law) -> tuple[str, ...]:
+def _events(number: int, law: Law, surrounded: bool) -> tuple[str, ...]:
     """What happens at each guard of a further contact."""
-    if law.kind == "smooth":
+    if not turns(law, surrounded):
         return ()
     internal = (0.0,) * len(law.internal)
     pieces = ("switch",) * len(law.switches(0.1, internal, 1, 1.0))

@@ -8,6 +8,7 @@ import contextlib
 import re
 from collections.abc import Callable, Iterable
 
+from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import drives, laws, machines, wrappers
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
@@ -56,6 +57,9 @@ STATES = {
     "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
     "approach_rate": ("y'", "its rate"),
     "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
+    "actuator_output": ("u", "force or torque behind an actuator"),
+    "saturated": ("s_u", "1 or -1 while the output of an actuator is at its limit"),
+    "clipped": ("s_c", "1 or -1 while the command before an actuator is cut off"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -88,6 +92,9 @@ MECHANICAL = (
     "approach",
     "approach_rate",
     "touching",
+    "actuator_output",
+    "saturated",
+    "clipped",
 )
 QUANTITIES = {
     "time": ("tau", "time"),
@@ -95,7 +102,8 @@ QUANTITIES = {
     "friction": ("R", "friction force"),
     "holding_force": ("R_0", "friction force that would hold a resting contact"),
     "contact_velocity": ("v", "sliding velocity of the contact"),
-    "drive": ("h cos(omega tau)", "force or torque of the drive; the motion that it imposes"),
+    "drive": ("h cos(omega tau)", "force or torque that the drive exerts; the motion that it imposes"),
+    "command": ("c", "drive before the actuator, where there is one"),
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
@@ -160,6 +168,7 @@ def page() -> str:
         if title == "Friction law":
             lines += _wrapped()
     lines += ["## Environment: `Environment`", "", *_parameters(Environment), ""]
+    lines += ["## Actuator: `Actuator`", "", *_parameters(Actuator), ""]
     lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
     lines += ["## What else a motion can be asked for", "", *_quantities(QUANTITIES), ""]
     lines += ["## Scales", "", "What the units of a machine are, in [machine] of a case in SI or in [scales].", ""]

@@ -4,6 +4,7 @@ import dataclasses
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.contacts import MachineOnContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
@@ -18,12 +19,13 @@ from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")  # of every system
-OPTIONAL = ("environment", *FURTHER)
+OPTIONAL = ("environment", "actuator", *FURTHER)
 CONTRACTS = {
     "machine": Machine,
     "friction": Law,
     "drive": Drive,
     "environment": Environment,
+    "actuator": Actuator,
     **dict.fromkeys(FURTHER, Law),
 }
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
@@ -39,7 +41,8 @@ class Flow:
     """Everything that the equations say at one instant, as numbers or as recorded expressions."""
 
     rates: tuple  # y', one per state
-    drive: Any
+    drive: Any  # what the machine feels
+    command: Any  # the same before an actuator
     contact_velocity: Any
     friction: Any  # friction force R
     sliding_friction: Any  # R where the contact slides
@@ -78,6 +81,7 @@ class System:
     but if b - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with b - s mu <= 0
     has no way to go on, or could as well be at rest.
 
+    actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.
     environment: a slope, drag and a force from outside; None: level ground and nothing else.
     friction_2, friction_3, ...: of a machine with several contacts (`contacts.py`), the laws of the others; where one
     is left out its contact has the law of the first.
@@ -91,6 +95,7 @@ class System:
     drive: Drive
     units: Scales | None = None
     environment: Environment | None = None
+    actuator: Actuator | None = None
     friction_2: Law | None = None
     friction_3: Law | None = None
     friction_4: Law | None = None
@@ -126,6 +131,9 @@ class System:
                 raise ArgumentError(f"machine.normal_load_{number}", f"should be > 0 with the {law.name} law, got 0")
         if isinstance(self.machine, Imposed):
             self._check_imposed()
+            if self.actuator is not None:
+                what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
+                raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.environment is not None:
             self.environment.check(self.machine)
 
@@ -150,7 +158,8 @@ class System:
         on the first."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        return MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
+        machine = MachineOnContacts(machine, self.further_laws, self.environment) if machine.contacts else machine
+        return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
 
     @property
     def si(self) -> Units:
@@ -168,7 +177,7 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        if not self.machine.contacts:  # at once: every run asks
+        if not self.machine.contacts and self.actuator is None:  # at once: every run asks
             return self.machine.states + self.friction.internal
         return state_names(self.parts)
 
@@ -273,7 +282,8 @@ class System:
             outer_force = outer_force + outside.total
         return Flow(
             rates=(*rates, *internal_rates),
-            drive=drive,
+            drive=drive if self.actuator is None else machine.output(mechanical),
+            command=drive,
             contact_velocity=velocity,
             friction=force,
             sliding_friction=sliding_friction,
@@ -332,6 +342,8 @@ class System:
         if path not in self.parameter_paths:
             if str(path).startswith("environment.") and self.environment is None:
                 raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
+            if str(path).startswith("actuator.") and self.actuator is None:
+                raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
             if str(path).partition(".")[0] in FURTHER[: len(self.machine.contacts)]:
                 part = str(path).partition(".")[0]
                 raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {part}=...")

@@ -31,6 +31,7 @@ from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.axes import Axis, Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
 from vibrocap.studies.plan.study import Study
+from vibrocap.studies.plan.variation import with_varied_parts
 from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
 
 if TYPE_CHECKING:
@@ -108,6 +109,8 @@ def adaptive_map(
 
     from vibrocap.studies.variables import coordinate_attributes
 
+    if system is not None and isinstance(over, Mapping):
+        system = with_varied_parts(system, over)
     axes = _axes(system, over, evaluate)
     steps = coarse if isinstance(coarse, tuple) and len(coarse) == 2 else (coarse, coarse)
     _check(by, steps, margin, dead_band, refine_unsettled, tile)

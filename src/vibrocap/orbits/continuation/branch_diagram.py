@@ -259,9 +259,13 @@ def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
     x = closure.point(state, parameter)
     corners = np.stack([closure.point(*each) for each in zip(branch.states, branch.parameter, strict=True)])
     ways = np.diff(corners, axis=0)
-    lengths = np.maximum(np.linalg.norm(ways, axis=1), 1e-300)
-    shares = np.clip(np.sum((x - corners[:-1]) * ways, axis=1) / lengths**2, 0.0, 1.0)
-    feet = corners[:-1] + shares[:, None] * ways
+    lengths = np.linalg.norm(ways, axis=1)
+    apart = np.flatnonzero(lengths > 0.0)  # where a branch comes to a bifurcation it may have a point twice
+    if not len(apart):
+        return float("inf")
+    starts, ways, lengths = corners[apart], ways[apart], lengths[apart]
+    shares = np.clip(np.sum((x - starts) * ways, axis=1) / lengths**2, 0.0, 1.0)
+    feet = starts + shares[:, None] * ways
     off = np.linalg.norm(feet - x, axis=1)
     i = int(np.argmin(off))
     if off[i] > ROUGHLY:

@@ -93,6 +93,10 @@ class Machine(Part):
         """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
         return (1.0,) * len(self.states)
 
+    def effort_scale(self):
+        """Natural size of the force or torque of a drive, over which the error of an actuator's is measured."""
+        return 1.0
+
     def driven_by(self, drive) -> "Machine":
         """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""
         return self

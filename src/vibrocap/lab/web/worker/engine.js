@@ -41,7 +41,7 @@ class Form {
     this.room.forEach((name, i) => {
       const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
       const wanted = value < whole[2 * i] - near ? `at least ${whole[2 * i]}` : value > whole[2 * i + 1] + near ? `at most ${whole[2 * i + 1]}` : "";
-      if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where a stop stands, got ${value}`);
+      if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where ${name === "actuator_output" ? "the actuator has its limit" : "a stop stands"}, got ${value}`);
     });
     const drive = corners && firstSegment(corners, tape.slice(n + 3), tape[n]);
     if (drive) { this._real.set(drive.present, at.PARAMETER + corners.place); begin(); }
