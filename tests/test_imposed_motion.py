@@ -209,3 +209,26 @@ def test_what_cannot_be_imposed_is_refused_by_name():
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Square())
     with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the two-mass-crawler, but"):
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())
+
+
+def test_measures_of_what_an_imposed_motion_takes():
+    """The largest |force| and power of z = h cos(omega t) where the body is held: m z'' and m z'' z'."""
+    amplitude, frequency, inner = 0.4, 1.7, 1.0
+    held = vc.System(vc.TwoMassCrawler(mass_ratio=2.0), vc.Coulomb(9.0, 9.0), vc.Harmonic(amplitude, frequency))
+    names = ("peak_actuator_force", "largest_actuator_force", "least_actuator_force")
+    names += ("peak_actuator_power", "mean_actuator_power")
+    found = vc.measured(vc.simulate(held, periods=2, tolerance=1e-12), names, window=1)
+    force = inner * amplitude * frequency**2
+    assert [found[name] for name in names[:3]] == pytest.approx([force, force, -force], rel=1e-9)
+    assert found["peak_actuator_power"] == pytest.approx(0.5 * force * amplitude * frequency, rel=1e-9)
+    assert found["mean_actuator_power"] == pytest.approx(0.0, abs=100 * 1e-12)  # as all works are held to
+    assert {*names} < {*vc.measure_table(held)}
+    assert not {*names} & {*vc.measure_table(vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic()))}
+    assert {"peak_actuator_torque", *names} < {*vc.measure_table()}
+    pendulum = vc.System(vc.PendulumCrawler(), vc.Coulomb(), vc.Harmonic(0.5))
+    run = vc.simulate(pendulum, periods=2)
+    torque = run["actuator_torque"][run.time >= run.period]
+    peak = vc.measured(run, "peak_actuator_torque", window=1)["peak_actuator_torque"]
+    assert peak == pytest.approx(abs(torque).max(), rel=1e-3)
+    with pytest.raises(ValueError, match="'actuator_force' is not known of an instant"):
+        vc.measured(run, "peak_actuator_force", window=1)
