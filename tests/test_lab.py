@@ -162,6 +162,7 @@ def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kern
     assert check["pieces"] > 10
 
 
+@pytest.mark.slow
 @needs_node
 def test_a_start_beyond_a_stop_is_refused_by_name(node):
     """By the bound that the parameters of the page make, not those of the case."""

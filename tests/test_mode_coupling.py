@@ -51,6 +51,7 @@ def test_the_critical_coefficient_is_where_two_frequencies_meet():
     assert low - below * (high - low) / (above - below) == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_vibrations_grow_beyond_the_critical_coefficient_only():
     expected = critical_coefficient(MACHINE)
     assert np.abs(multipliers(0.999 * expected)) == pytest.approx(1.0, abs=1e-9)

@@ -21,7 +21,8 @@ def assert_right_or_said_so(number: int):
     assert found.status != "finished" or found.worst <= MOST, found
 
 
-@pytest.mark.parametrize("number", slow_but([1], [110, 187, 411]))
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [110, 187, 411])
 def test_plausible_motions(number):
     assert_right_or_said_so(number)
 

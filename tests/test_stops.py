@@ -245,6 +245,7 @@ def test_impacts_of_an_ensemble_are_those_of_single_motions(machine, law):
             assert found[name][i] == pytest.approx(alone[name], rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("machine", "law", "frequency"),
     [

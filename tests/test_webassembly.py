@@ -5,6 +5,7 @@ compiled kernels do.
 """
 
 import ast
+import json
 import math
 import shutil
 import subprocess
@@ -29,27 +30,58 @@ NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node, which runs WebAssembly, is not installed")
 RUN = """
 const fs = require("fs");
-const [module, rounds, real, whole, tape] = process.argv.slice(1);
-const { exports } = new WebAssembly.Instance(new WebAssembly.Module(fs.readFileSync(module)));
-const content = [real, whole, tape].map((name) => fs.readFileSync(name));
-const size = content.reduce((sum, each) => sum + each.length, 0);
-exports.memory.grow(Math.ceil(size / 65536));
-let place = 65536;
-const addresses = content.map((each) => {
-  new Uint8Array(exports.memory.buffer, place).set(each);
-  place += each.length;
-  return place - each.length;
-});
-console.log(exports.advance(...addresses, Number(rounds)));
-[real, whole, tape].forEach((name, i) => {
-  fs.writeFileSync(name, new Uint8Array(exports.memory.buffer, addresses[i], content[i].length));
+function answer({ module, rounds, files }) {
+  const { exports } = new WebAssembly.Instance(new WebAssembly.Module(fs.readFileSync(module)));
+  const content = files.map((name) => fs.readFileSync(name));
+  const size = content.reduce((sum, each) => sum + each.length, 0);
+  exports.memory.grow(Math.ceil(size / 65536));
+  let place = 65536;
+  const addresses = content.map((each) => {
+    new Uint8Array(exports.memory.buffer, place).set(each);
+    place += each.length;
+    return place - each.length;
+  });
+  const found = exports.advance(...addresses, rounds);
+  files.forEach((name, i) => {
+    fs.writeFileSync(name, new Uint8Array(exports.memory.buffer, addresses[i], content[i].length));
+  });
+  return { found: String(found) };
+}
+require("readline").createInterface({ input: process.stdin }).on("line", (line) => {
+  let said;
+  try { said = answer(JSON.parse(line)); } catch (error) { said = { error: String(error.stack) }; }
+  console.log(JSON.stringify(said));
 });
 """
+RUNNING = []  # the Node of this file, once it is asked for: one process runs every module
+
+
+@pytest.fixture(autouse=True, scope="module")
+def node_ends():
+    yield
+    while RUNNING:
+        with RUNNING.pop() as process:  # closes its input, at which it ends, and waits
+            pass
+        assert process.returncode == 0
+
+
+def in_node(**order):
+    """What Node answers to an order."""
+    if not RUNNING:
+        RUNNING.append(subprocess.Popen([NODE, "-e", RUN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
+    process = RUNNING[0]
+    process.stdin.write(json.dumps(order) + "\n")
+    process.stdin.flush()
+    answer = json.loads(process.stdout.readline())
+    assert "error" not in answer, answer["error"]
+    return answer["found"]
+
+
 ADVANCE = {"advance": ("advance", (FLOATS, INTS, FLOATS, INT))}
 
 
 class InNode:
-    """The function `advance` of a kernel, called as the plain one is; every call is a new process."""
+    """The function `advance` of a kernel, called as the plain one is; every call has a memory of its own."""
 
     def __init__(self, text, folder):
         self.folder = folder
@@ -61,12 +93,10 @@ class InNode:
         for name, array in arrays.items():
             (self.folder / name).write_bytes(array.tobytes())
         files = [str(self.folder / name) for name in arrays]
-        command = [NODE, "-e", RUN, str(self.module), str(rounds), *files]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-        assert done.returncode == 0, done.stderr
+        found = in_node(module=str(self.module), rounds=int(rounds), files=files)
         for name, array in arrays.items():
             array[:] = np.frombuffer((self.folder / name).read_bytes(), dtype=array.dtype)
-        return int(done.stdout)
+        return int(found)
 
 
 class Meaning(ast.NodeTransformer):
