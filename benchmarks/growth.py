@@ -14,7 +14,6 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import SWEEP_SET
 from benchmarks.sweep_vibrocap import budget, problem
-from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_run, ensemble_source
 
@@ -83,9 +82,9 @@ def arithmetic() -> None:
         times, steps = [], 0.0
         for _ in range(5):
             started = time.perf_counter()
-            _, results = ensemble_run(*arguments, budget(law), 1)
+            results = ensemble_run(*arguments, budget(law), 1)
             times.append(time.perf_counter() - started)
-            steps = results[:, RESULT_HEAD.index("taylor_steps")].sum()
+            steps = results.head("taylor_steps").sum()
         series, whole = steps / lanes * per_call, float(np.median(times))
         print(
             f"  {law:12s}{series / whole:6.0%}   ({per_call / lanes * 1e9:.0f} of {whole / steps * 1e9:.0f} ns a step)"

@@ -5,7 +5,6 @@ import numpy as np
 import vibrocap as vc
 from benchmarks.named_sweeps import INITIAL, PERIODS, SWEEP_SET, Sweep
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 
 # The largest with two digits at which 99 % of the runs end within the error asked.
@@ -34,9 +33,7 @@ def prepare_sweep(law: str, masses: np.ndarray, threads: int = 1) -> Sweep:
     arguments = problem(law, masses)
 
     def run() -> np.ndarray:
-        layout, results = ensemble_run(*arguments, budget(law), threads)
-        first = len(RESULT_HEAD) + layout.states
-        return results[:, first : first + layout.states]
+        return ensemble_run(*arguments, budget(law), threads).state
 
     run()
     return run

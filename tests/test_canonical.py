@@ -157,6 +157,7 @@ def test_the_sheet_is_its_tests(sheet):
     assert dataclasses.replace(sheet, mass=2.0).mass == 2.0
 
 
+@pytest.mark.slow
 def test_pictures(sheet, tmp_path):
     path = laboratory_plots.plot_sheet(sheet, tmp_path / "sheet.png")
     assert path.read_bytes()[:4] == b"\x89PNG"

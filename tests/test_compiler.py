@@ -329,7 +329,7 @@ def test_an_ensemble_without_fused_operations_is_that_of_plain_python(law, lanes
         ensemble.ensemble_kernel.cache_clear()
         monkeypatch.setattr(ensemble, "compiled_kernel", make)
         with np.errstate(all="ignore"):
-            results.append(ensemble_run(recorded, parameters, initial, budget, threads=1, lanes=lanes)[1])
+            results.append(ensemble_run(recorded, parameters, initial, budget, threads=1, lanes=lanes).numbers)
     ensemble.ensemble_kernel.cache_clear()
     assert np.array_equal(*results, equal_nan=True)
 

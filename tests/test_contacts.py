@@ -133,6 +133,7 @@ def test_two_blocks_against_an_independent_solver():
     assert motion.certificate.momentum_residual < 100 * motion.tolerance
 
 
+@pytest.mark.slow
 def test_orbit_of_two_contacts_and_its_multipliers():
     """Against central differences of motions; a stick phase of either contact takes one direction for good."""
     system = crawler()
@@ -157,6 +158,7 @@ def test_orbit_of_two_contacts_and_its_multipliers():
     assert expected[1] < 1e-7 < expected[2] < 1.0
 
 
+@pytest.mark.slow
 def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
     """Its velocity is zero there, and nothing depends on it."""
     base = crawler()
@@ -170,6 +172,7 @@ def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
         assert again[name] == pytest.approx(found.state[name], abs=1e-11)
 
 
+@pytest.mark.slow
 def test_a_branch_over_a_parameter_of_the_second_law():
     system = crawler(friction_2=vc.Coulomb(0.06, 0.09))
     start = vc.simulate(system, periods=30, initial={"velocity": 0.1}).state
@@ -250,6 +253,7 @@ def test_equal_contacts_of_one_body_and_two_are_the_same_motion():
     assert stops == {"stick": pytest.approx(0.4 / 0.2, abs=1e-12), "stick_2": pytest.approx(1.5 / 0.3, abs=1e-12)}
 
 
+@pytest.mark.slow
 def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
     """Under a drive that is not odd; an odd one leaves a mirror image half a period later, which travels back."""
     drive = vc.Biharmonic(amplitude=1.5, frequency=0.8, second_amplitude=0.7, second_phase=0.5)
@@ -266,6 +270,7 @@ def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
     assert settled(normal_load_3=3.0) == pytest.approx(-0.050743626572, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_ten_bodies_from_rest():
     """All contacts may stop or start at one instant; nothing is undecided."""
     machine = vc.crawler(10)()

@@ -30,7 +30,7 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 
 EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
-SAMPLES = 60
+SAMPLES = 20
 NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed"}  # contracts, and wrappers of laws
 
 

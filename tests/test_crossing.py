@@ -60,6 +60,7 @@ def test_no_control_point_at_the_printed_parameters(law):
     assert np.max(np.abs(found.differences)) < 1e-9
 
 
+@pytest.mark.slow
 def test_no_boundary_point_at_the_printed_parameters():
     """The paper's P1 and P2: both laws do not travel, at no mass ratio more than at another."""
     lm, em = capsule("lugre", 4.0), capsule("exponential", 4.0)

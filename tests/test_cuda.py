@@ -21,8 +21,8 @@ import vibrocap as vc
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, host, object_code
 from vibrocap.numerics.compiler.card import ARGUMENTS, LIBRARY, THREAD, thread_code
-from vibrocap.numerics.kernel import memory_layout as memory
-from vibrocap.numerics.kernel.memory_layout import DONE, RESULT_HEAD, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.codes import DONE, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.numerics.run import cuda as on_card
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
@@ -130,7 +130,7 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
     """(results, progress, launches): blocks of two threads, launches of so many steps, so many runs at a time."""
     law, runs, budget = CASES[case]
     begun: list[int] = []
-    card = StandIn(thread, layout.places["WORK"] + layout.work_size, len(memory.WHOLE))
+    card = StandIn(thread, layout.real_size, layout.whole_size)
     with mock.patch.multiple(
         on_card,
         Card=lambda: card,
@@ -141,9 +141,9 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
         BLOCK=2,
         FIRST_ROUNDS=rounds,
     ):
-        found, results = on_card.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
-    assert found == layout
-    return results, begun, card.launches
+        found = on_card.cuda_ensemble_run(*ensemble_of(law, runs), budget, progress=begun.append, order=10)
+    assert found.layout == layout
+    return found.numbers, begun, card.launches
 
 
 @pytest.mark.slow
@@ -151,7 +151,7 @@ def through_the_card(case, layout, thread, rounds=10_000, chunk=4):
 def test_the_threads_of_a_card_do_what_the_cpu_does(case):
     """The same steps, modes and statuses; numbers to the rounding of two sets of elementary functions."""
     law, runs, budget = CASES[case]
-    _, expected = ensemble_run(*ensemble_of(law, runs), budget, threads=1, order=10, lanes=1)
+    expected = ensemble_run(*ensemble_of(law, runs), budget, threads=1, order=10, lanes=1).numbers
     results, begun, _ = through_the_card(case, *built(law))
     assert np.array_equal(results[:, 0], expected[:, 0])
     assert np.array_equal(results[:, 7:9], expected[:, 7:9])
@@ -166,6 +166,7 @@ def test_the_threads_of_a_card_do_what_the_cpu_does(case):
         assert np.count_nonzero(expected[:, 3]) > 0  # response periods
 
 
+@pytest.mark.slow
 def test_short_launches_and_small_chunks_change_nothing():
     """All that a thread carries outlives a launch, wherever in a run that ends."""
     layout, thread = built("exponential")
@@ -260,16 +261,16 @@ def test_a_card_agrees_with_the_cpu_to_rounding():
         pytest.skip(problem)
     for law in LAWS:
         recorded, parameters, initial = ensemble_of(law, 1000)
-        layout, expected = ensemble_run(recorded, parameters, initial, ON_CARD, lanes=1)
-        _, results = on_card.cuda_ensemble_run(recorded, parameters, initial, ON_CARD)
+        on_cpu = ensemble_run(recorded, parameters, initial, ON_CARD, lanes=1)
+        with_card = on_card.cuda_ensemble_run(recorded, parameters, initial, ON_CARD)
+        results, expected = with_card.numbers, on_cpu.numbers
         assert np.array_equal(results[:, 0], expected[:, 0])
         assert np.mean(results[:, 7:9] == expected[:, 7:9]) > 0.99
         numbers = slice(len(RESULT_HEAD), None)  # states and everything measured
         size = 1.0 + np.abs(expected[:, numbers])
         difference = np.max(np.abs(results[:, numbers] - expected[:, numbers]) / size, axis=1)
         assert np.quantile(difference, 0.9) <= 1e-11
-        state = slice(len(RESULT_HEAD) + layout.states, len(RESULT_HEAD) + 2 * layout.states)
-        assert np.max(np.abs(results[:, state] - expected[:, state])) <= 100.0 * ON_CARD.tolerance
+        assert np.max(np.abs(with_card.state - on_cpu.state)) <= 100.0 * ON_CARD.tolerance
 
 
 def test_without_the_bindings_the_message_says_what_to_install(monkeypatch):

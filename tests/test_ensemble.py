@@ -13,7 +13,8 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import elementary_polynomials
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
-from vibrocap.numerics.kernel.memory_layout import ASK_WORD, DONE, RESULT_HEAD, TOO_MANY_EVENTS, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.codes import ASK_WORD, DONE, TOO_MANY_EVENTS, TOO_MANY_STEPS
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD
 from vibrocap.numerics.run.ensemble import Budget, ensemble_kernel, ensemble_run, prepared_lanes, write_runs
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.physics.parameters import parameters
@@ -52,7 +53,7 @@ def drawn_runs(law: str, seeds: range):
 
 @functools.cache
 def together(law: str, seeds: range, threads: int = 1):
-    """(layout, results) of the drawn systems in one ensemble, measured from the start, words asked for."""
+    """Results of the drawn systems in one ensemble, measured from the start, words asked for."""
     budget = dataclasses.replace(BUDGET, window=BUDGET.periods, asked=ASK_WORD)
     return ensemble_run(*drawn_runs(law, seeds), budget, threads, order=ORDER)
 
@@ -70,14 +71,12 @@ def assert_lane_is_the_run_alone(law: str, seeds: range):
     Lanes have polynomials of their own for sin, cos and exp, so rounding differs by an ulp here and there, some 1e-16 a
     step; its effect on the final state is measured: that of a shift of the start by 1e-13, a thousand ulps.
     """
-    layout, results = together(law, seeds)
-    head, states, ones = len(RESULT_HEAD), layout.states, np.ones(len(results))
-    words = Gathered(drawn(law, 0)[0], layout, results, ones, ones, 0.0).words
+    results, ones = together(law, seeds), np.ones(len(seeds))
+    words = Gathered(drawn(law, 0)[0], results, ones, ones, 0.0).words
     sensitive = 0
-    for row, word, seed in zip(results, words, seeds, strict=True):
+    for status, final, word, seed in zip(results.status, results.state, words, seeds, strict=True):
         single, shifted = alone(law, seed), alone(law, seed, 1e-13)
-        assert row[0] == single.status == DONE
-        final = row[head + states : head + 2 * states]
+        assert status == single.status == DONE
         allowed = 1e-12 + 10.0 * np.max(np.abs(single.final - shifted.final))
         if single.implicit_steps > 0:  # their length follows from the difference of two nearly equal results
             allowed += BUDGET.tolerance
@@ -116,37 +115,37 @@ def test_five_hundred_lanes_are_their_runs_alone(law):
 def test_the_same_bits_in_any_order_and_company(law):
     """Two threads, another order of the runs, a part of them, one alone: not a bit of a result changes."""
     seeds = range(40)
-    _, results = together(law, seeds)
-    assert np.array_equal(results, together(law, seeds, threads=2)[1])
-    assert np.array_equal(results[::-1], together(law, seeds[::-1])[1])
-    assert np.array_equal(results[3:17], together(law, seeds[3:17])[1])
-    assert np.array_equal(results[5:6], together(law, seeds[5:6])[1])
+    results = together(law, seeds).numbers
+    assert np.array_equal(results, together(law, seeds, threads=2).numbers)
+    assert np.array_equal(results[::-1], together(law, seeds[::-1]).numbers)
+    assert np.array_equal(results[3:17], together(law, seeds[3:17]).numbers)
+    assert np.array_equal(results[5:6], together(law, seeds[5:6]).numbers)
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_plain_python_is_the_compiled_kernel(law):
     """The vectors as NumPy arrays take the same steps; within a period rounding has not grown to 1e-11."""
     arguments = (*drawn_runs(law, range(8)), dataclasses.replace(BUDGET, periods=1, window=1), 1)
-    layout, compiled = ensemble_run(*arguments, order=ORDER)
+    compiled = ensemble_run(*arguments, order=ORDER)
     with np.errstate(all="ignore"):  # free lanes and lanes that take the other branch are computed along
-        _, plain = ensemble_run(*arguments, order=ORDER, plain=True)
-    assert np.array_equal(plain[:, STEPS], compiled[:, STEPS])
-    head, states = len(RESULT_HEAD), layout.states
-    assert plain[:, : head + 2 * states] == pytest.approx(compiled[:, : head + 2 * states], abs=1e-11)
+        plain = ensemble_run(*arguments, order=ORDER, plain=True)
+    gathered = len(RESULT_HEAD) + 2 * compiled.state.shape[1]
+    assert np.array_equal(plain.head("taylor_steps"), compiled.head("taylor_steps"))
+    assert plain.numbers[:, :gathered] == pytest.approx(compiled.numbers[:, :gathered], abs=1e-11)
 
 
 def test_a_run_that_fails_fails_alone():
     """One lane gets too few events, another too few steps: they stop there, exactly, and the others are not touched."""
     arguments = drawn_runs("exponential", range(20))
-    _, whole = ensemble_run(*arguments, BUDGET, 1, order=ORDER)
+    whole = ensemble_run(*arguments, BUDGET, 1, order=ORDER).numbers
     limit = int(np.median(whole[:, STEPS]))
-    _, some = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_steps=limit), 1, order=ORDER)
+    some = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_steps=limit), 1, order=ORDER).numbers
     cut = some[:, 0] == TOO_MANY_STEPS
     assert np.array_equal(cut, whole[:, STEPS] > limit)
     assert 0 < np.count_nonzero(cut) < len(cut)
     assert np.all(some[cut, STEPS] == limit)
     assert np.array_equal(some[~cut], whole[~cut])
-    _, none = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_events_per_period=1), 1, order=ORDER)
+    none = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_events_per_period=1), 1, order=ORDER).numbers
     refused = none[:, 0] == TOO_MANY_EVENTS
     assert np.count_nonzero(refused) > 0
     assert np.array_equal(none[~refused], whole[~refused])
@@ -157,7 +156,7 @@ def test_a_motion_that_runs_away_says_so():
     system, start = drawn("exponential", 0)
     wild = system.with_parameters({"drive.amplitude": 1e200})
     parameters = np.array([parameter_values(one) for one in (system, wild, system)])
-    _, results = ensemble_run(equations(system), parameters, np.array([start] * 3), BUDGET, 1, order=ORDER)
+    results = ensemble_run(equations(system), parameters, np.array([start] * 3), BUDGET, 1, order=ORDER).numbers
     assert list(results[:, 0] == DONE) == [True, False, True]
     assert np.array_equal(results[0], results[2])
 
@@ -183,9 +182,9 @@ def test_a_run_that_fails_leaves_nothing_to_the_next(law, limit):
     system, parameters, starts = drawn_runs(law, range(24))
     for most in (*range(1, 12), 25, 50, 100):
         budget = dataclasses.replace(BUDGET, **{limit: most})
-        results = ensemble_run(system, parameters, starts, budget, 1, order=ORDER)[1]
+        results = ensemble_run(system, parameters, starts, budget, 1, order=ORDER).numbers
         for i, row in enumerate(results):
-            single = ensemble_run(system, parameters[i : i + 1], starts[i : i + 1], budget, 1, order=ORDER)[1][0]
+            single = ensemble_run(system, parameters[i : i + 1], starts[i : i + 1], budget, 1, order=ORDER).numbers[0]
             upto = len(RESULT_HEAD)  # what comes after means nothing in a run that failed before its window
             assert np.array_equal(row[:upto], single[:upto]), (most, i)
 
@@ -202,11 +201,11 @@ def test_a_new_run_finds_nothing_of_the_last():
 
 def test_the_same_bits_from_many_small_blocks(monkeypatch):
     """A thread that has used up its block comes back for the next; no run is left out."""
-    results = together("exponential", range(40))[1]
+    results = together("exponential", range(40)).numbers
     monkeypatch.setattr("vibrocap.numerics.run.ensemble.BLOCK", 3)
     monkeypatch.setattr(np, "empty", np.zeros)  # so that what nobody writes is not by chance what was there before
     for threads in (1, 2):
-        assert np.array_equal(together.__wrapped__("exponential", range(40), threads)[1], results)
+        assert np.array_equal(together.__wrapped__("exponential", range(40), threads).numbers, results)
 
 
 def test_a_side_that_is_not_looked_at_does_not_give_way():
@@ -271,12 +270,10 @@ def test_a_motion_below_the_tolerance_keeps_its_signs():
     for amplitude in (1e-9, 1e-8, 1e-7, 1e-6):
         system = drawn("lugre", 0)[0].with_parameters({"drive.amplitude": amplitude})
         parameters, start = parameter_values(system), np.zeros((1, len(system.state_names)))
-        layout, (row,) = ensemble_run(equations(system), np.array([parameters]), start, BUDGET, 1, order=ORDER)
+        results = ensemble_run(equations(system), np.array([parameters]), start, BUDGET, 1, order=ORDER)
         single = recorded_run(equations(system), parameters, list(start[0]), system.drive.period, *LIMITS, order=ORDER)
-        assert row[STEPS] == len(single.pieces)
-        assert row[len(RESULT_HEAD) + layout.states :][: layout.states] == pytest.approx(
-            single.final, rel=0.0, abs=1e-12 * amplitude
-        )
+        assert results.head("taylor_steps") == len(single.pieces)
+        assert results.state[0] == pytest.approx(single.final, rel=0.0, abs=1e-12 * amplitude)
 
 
 def test_a_contact_that_comes_to_rest_as_the_period_ends():
@@ -343,6 +340,7 @@ def test_single_motions_and_runs_of_an_ensemble_end_alike(law, max_steps):
     assert 0 < ends[vc.Status.FINISHED] < PAIRS, ends
 
 
+@pytest.mark.slow
 def test_works_that_do_not_add_up_are_said_so():
     """A law of one's own that owns up to half of what it takes; without works asked for nothing of it is reported."""
 

@@ -9,6 +9,7 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion
+from thinned import slow_but
 from vibrocap.measures.during_run import SYNONYMS, resolved
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
@@ -18,6 +19,7 @@ from vibrocap.numerics.linker import link
 from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.motion import recorded_run
+from vibrocap.numerics.run.results import RunResults
 
 BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -52,7 +54,7 @@ def stored_motion(system, periods) -> Trajectory:
 # --- during the run = from the stored motion -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", slow_but([0], [*LAWS]))
 def test_during_the_run_is_from_the_stored_motion(law):
     """Every standard measure. Both take the same steps, so they differ by rounding, which the motion may amplify.
 
@@ -109,7 +111,7 @@ def window_of(motion):
     return (done - WINDOW) * motion.period, done * motion.period
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("name", slow_but([2, 3], [*MOTIONS]))
 class TestAgainstArrays:
     """Six points per piece against twelve or sixteen, which are exact to rounding.
 
@@ -421,7 +423,7 @@ def test_runs_of_one_form_go_together(monkeypatch):
         calls.append([dict(zip(recording.parameter_paths, row, strict=True)) for row in parameters])
         results = np.zeros((len(states), layout.result_size))
         results[:, 0], results[:, 1] = 1.0, 10.0
-        return layout, results
+        return RunResults(layout, results)
 
     monkeypatch.setattr(BRIDGE.numerics, "ensemble_run", run)
     over = {"friction.stribeck_exponent": [2.0, 1.5, 1.0, 1.7, 2.0], "machine.mass_ratio": [1.0, 2.0, 3.0, 4.0, 5.0]}

@@ -109,6 +109,7 @@ def test_phase_of_the_second_harmonic_reverses_travel(motions):
     assert vc.drift(other) == pytest.approx(-0.221, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_bristles_open_the_loop_and_exceed_static_friction(motions):
     loop = vc.friction_loop(motions["bristles-lugre"])
     assert loop.peak_force == pytest.approx(0.459, abs=1e-3)

@@ -22,6 +22,7 @@ def basalt():
     return basalt_velocity_step(published_folder("basalt-velocity-step"))[0]
 
 
+@pytest.mark.slow
 def test_lugre_on_the_rotary_damper(damper):
     """Over the standard deviation of the force, as 25.1 % is counted: over the root mean square it would be 24.8 %."""
     one = fit(damper, "lugre", held_out=EARTHQUAKE, starts=2, start="relaxed", intervals="covariance")
@@ -62,6 +63,7 @@ def test_profiles_of_the_rotary_damper_name_what_is_open(damper):
     assert "bristle_damping" in one.identifiability.experiments
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("intervals", ["covariance", pytest.param("profile", marks=pytest.mark.slow)])
 def test_basalt_with_the_spring_as_measured(basalt, intervals):
     """The published a, b and D_c lie within the intervals where the machine's spring is that of the initial rise."""

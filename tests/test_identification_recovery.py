@@ -39,6 +39,7 @@ def check(found):
     return {p.name for p in found.identifiable}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [Exponential(), Dahl()], ids=lambda law: law.name)
 def test_intervals_hold_the_truth(law):
     found = recovery(law, repetitions=16, starts=2, intervals="covariance")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.catalogue import law as law_of
 
@@ -52,7 +53,7 @@ TWO_PHASES = [
 ]
 
 
-@pytest.mark.parametrize("given", TWO_PHASES)
+@pytest.mark.parametrize("given", slow_but([2], [pytest.param(given) for given in TWO_PHASES]))
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
     expected = two_phase_velocity(*given)
@@ -121,6 +122,7 @@ def test_the_best_of_three_phases(factor, best, expected):
     assert all(speed(*each) < found for each in around if max(each) <= factor)
 
 
+@pytest.mark.slow
 def test_an_even_two_phase_motion_is_one_of_a_continuum():
     """Isotropic and t1 = t2: one multiplier is exactly 1, and every velocity between the phases is kept."""
     system = crawler(0.5, 0.1, 0.1, two_phases(0.4, 0.5, 0.5))
@@ -134,6 +136,7 @@ def test_an_even_two_phase_motion_is_one_of_a_continuum():
     assert other.drift != pytest.approx(found.drift, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("forward", "back", "expected"),
     [(0.1, 0.2, 0.485158081300), (0.3, 0.6, 0.345848422333), (0.5, 1.0, 0.201452203334)],
@@ -156,7 +159,7 @@ def test_the_work_per_distance_is_the_friction():
 SLOPE = vc.Environment(inclination=0.15, linear_drag=0.3, quadratic_drag=0.2, force=0.1, gravity=1.7)
 
 
-@pytest.mark.parametrize("environment", [None, SLOPE], ids=["level", "slope"])
+@pytest.mark.parametrize("environment", slow_but([1], [None, SLOPE]), ids=["level", "slope"])
 def test_the_force_of_the_actuator_is_that_of_newton(environment):
     """F = m (X' + z')' + m g_t from the motion itself, by differences within a piece, and its power F z'."""
     drive = vc.Trapezoid(amplitude=0.7, frequency=1.3, rise=0.3, hold=0.2, fall=0.15)
@@ -175,7 +178,7 @@ def test_the_force_of_the_actuator_is_that_of_newton(environment):
     assert power == pytest.approx(force * slope, abs=1e-12)
 
 
-@pytest.mark.parametrize("motion", ["angle", "displacement"])
+@pytest.mark.parametrize("motion", slow_but([0], ["angle", "displacement"]))
 def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
     """The torque that the imposed motion takes, given to the free machine, makes that motion again: both equations."""
     imposed = vc.System(vc.PendulumCrawler(motion=motion), vc.Exponential(), vc.Harmonic(amplitude=0.6, frequency=1.2))

@@ -5,6 +5,7 @@ compiled kernels do.
 """
 
 import ast
+import json
 import math
 import shutil
 import subprocess
@@ -15,11 +16,12 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from test_compiler import BODIES, Python, bits, body_text, operands
+from thinned import slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Refused, javascript_text
 from vibrocap.numerics.compiler.javascript import OWN
 from vibrocap.numerics.compiler.subset import LIBRARY
-from vibrocap.numerics.kernel.memory_layout import DONE, MACHINE_SWITCHED
+from vibrocap.numerics.kernel.codes import DONE, MACHINE_SWITCHED
 from vibrocap.numerics.linker.link import compiled_kernel, plain_kernel
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.motion import recorded_run
@@ -29,37 +31,65 @@ NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node, which runs JavaScript, is not installed")
 RUN = """
 import fs from "node:fs";
-const { advance } = await import(process.argv[2]);
-const arrays = process.argv.slice(4).map((name) => {
-  const content = fs.readFileSync(name);
-  return new Float64Array(content.buffer, content.byteOffset, content.byteLength / 8).slice();
-});
-const found = advance(...arrays, Number(process.argv[3]));
-arrays.forEach((array, i) => fs.writeFileSync(process.argv[4 + i], Buffer.from(array.buffer)));
-console.log(found);
+import readline from "node:readline";
+for await (const line of readline.createInterface({ input: process.stdin })) {
+  try {
+    const { module, rounds, files } = JSON.parse(line);
+    const { advance } = await import(module);
+    const arrays = files.map((name) => {
+      const content = fs.readFileSync(name);
+      return new Float64Array(content.buffer, content.byteOffset, content.byteLength / 8).slice();
+    });
+    const found = advance(...arrays, rounds);
+    arrays.forEach((array, i) => fs.writeFileSync(files[i], Buffer.from(array.buffer)));
+    console.log(JSON.stringify({ found: String(found) }));
+  } catch (error) {
+    console.log(JSON.stringify({ error: String(error.stack) }));
+  }
+}
 """
+RUNNING = []  # the Node of this file, once it is asked for: one process runs every module
+
+
+@pytest.fixture(autouse=True, scope="module")
+def node_ends():
+    yield
+    while RUNNING:
+        with RUNNING.pop() as process:  # closes its input, at which it ends, and waits
+            pass
+        assert process.returncode == 0
+
+
+def in_node(**order):
+    """What Node answers to an order."""
+    if not RUNNING:
+        command = [NODE, "--input-type=module", "--eval", RUN]
+        RUNNING.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
+    process = RUNNING[0]
+    process.stdin.write(json.dumps(order) + "\n")
+    process.stdin.flush()
+    answer = json.loads(process.stdout.readline())
+    assert "error" not in answer, answer["error"]
+    return answer["found"]
 
 
 class InNode:
-    """The function `advance` of a kernel, called as the plain one is; every call is a new process."""
+    """The function `advance` of a kernel, called as the plain one is."""
 
     def __init__(self, text, folder):
         self.folder = folder
-        self.module, self.run = folder / "kernel.mjs", folder / "run.mjs"
+        self.module = folder / f"kernel{len(list(folder.glob('*.mjs')))}.mjs"  # a module is read once by its name
         self.module.write_text(javascript_text(text, "advance"))
-        self.run.write_text(RUN)
 
     def __call__(self, real, whole, tape, rounds):
         arrays = {"real": real, "whole": whole, "tape": tape}
         for name, array in arrays.items():
             (self.folder / name).write_bytes(array.astype(np.float64).tobytes())
         files = [str(self.folder / name) for name in arrays]
-        command = [NODE, str(self.run), str(self.module), str(rounds), *files]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-        assert done.returncode == 0, done.stderr
+        found = in_node(module=str(self.module), rounds=int(rounds), files=files)
         for name, array in arrays.items():
             array[:] = np.frombuffer((self.folder / name).read_bytes())
-        return int(float(done.stdout))
+        return int(float(found))
 
 
 class Meaning(ast.NodeTransformer):
@@ -205,7 +235,7 @@ def test_a_motion_is_that_of_plain_python(law, tmp_path, monkeypatch):
     assert_the_same(plain, found)
 
 
-@pytest.mark.parametrize(("machine", "law"), [("pendulum", "exponential"), ("oscillator", "lugre")])
+@pytest.mark.parametrize(("machine", "law"), slow_but([0], [("pendulum", "exponential"), ("oscillator", "lugre")]))
 def test_literal_machine_code_is_plain_python(machine, law, monkeypatch):
     """By it a page is checked: all sums and products rounded, the package's functions; Taylor and stiff steps."""
     system = system_of(machine, laws()[law]())

@@ -145,7 +145,7 @@ def test_modules_import_what_runs():
                     recipes.ensemble_recipe(loop, stiff and not tangent, branches, tangent)
                     for loop in ("ensemble", "abreast", "card")
                 ]
-    promised = {"memory_layout", "generated", "driven_generated", "interface", "arithmetic.plain_vectors"}
+    promised = {"codes", "memory_layout", "generated", "driven_generated", "interface", "arithmetic.plain_vectors"}
     strays = set()
     for recipe in every:
         for module in recipe.modules:

@@ -11,7 +11,8 @@ import vibrocap.motion.equations as recordings
 from plain_kernels import PlainKernel, kernel_of, set_lane
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel.arithmetic import roots
-from vibrocap.numerics.kernel.memory_layout import DONE, PIECE_HEAD, RUNNING, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.codes import DONE, RUNNING, TOO_MANY_EVENTS
+from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.linker import link
 from vibrocap.numerics.run.motion import kernel, recorded_run
 

@@ -91,6 +91,13 @@ def test_pyplot_stays_out_of_it(results):
     subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
 
 
+def test_a_notebook_shows_what_is_returned(results):
+    """A figure, and axes of its own, without being told of Matplotlib; axes that were given stay as they were."""
+    pictures = {getattr(drawn(results["law"]), "_repr_png_")() for drawn in (vc.figure, vc.plot)}  # noqa: B009
+    assert [each[:4] for each in pictures] == [b"\x89PNG", b"\x89PNG"]
+    assert not hasattr(vc.plot(results["law"], ax=Figure().subplots()), "_repr_png_")
+
+
 def test_what_cannot_be_drawn_is_refused_by_name(results):
     for kind, what, words in (
         ("motion", "velocty", "a motion has no 'velocty'; did you mean 'velocity'"),

@@ -1,14 +1,26 @@
 """Objects for processors that need not be here, each written in a process of its own: LLVM ends it on some errors."""
 
+import shutil
 import struct
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 import vibrocap as vc
-from vibrocap.motion.equations import equations
-from vibrocap.numerics.run.ensemble import ensemble_source
+from thinned import slow_but
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.numerics.kernel import codes
+from vibrocap.numerics.run.ensemble import (
+    Budget,
+    ensemble_order,
+    ensemble_run,
+    ensemble_source,
+    prepared_lanes,
+    write_runs,
+)
+from vibrocap.numerics.run.results import RunResults
 
 EMIT = """
 import sys
@@ -26,7 +38,7 @@ TARGETS = {
 }
 
 
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize("name", slow_but([2], [*TARGETS]))
 def test_objects_are_written_for_other_processors(name):
     """The exponential law abreast: an object file of that machine, with the entry in it."""
     triple, processor, features, lanes, machine = TARGETS[name]
@@ -40,3 +52,73 @@ def test_objects_are_written_for_other_processors(name):
     assert (kind, of) == (1, machine)  # a relocatable object
     assert b"kernel_entry\0" in found
     assert len(found) > 30_000
+
+
+# What runs an object of another processor here: the compiler that links it, and the machine that plays the processor.
+PLAYED = {
+    "x86-64": ("gcc", ("qemu-x86_64", "-cpu", "Nehalem")),
+    "AVX2": ("gcc", ("qemu-x86_64", "-cpu", "Haswell")),
+    "aarch64": ("aarch64-linux-gnu-gcc", ("qemu-aarch64", "-cpu", "neoverse-n1")),
+}
+RUNNER = """
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+int64_t kernel_entry(double *real, int64_t *whole, double *tape, int64_t rounds);
+
+static void *numbers(long count) { /* eight bytes each, from the start of a cache line on, as the kernel expects */
+    void *room = aligned_alloc(64, (8 * count + 63) / 64 * 64);
+    if (fread(room, 8, count, stdin) != (size_t)count) exit(2);
+    return room;
+}
+
+int main(int count, char **sizes) {
+    long length = atol(sizes[3]);
+    double *real = numbers(atol(sizes[1]));
+    int64_t *whole = numbers(atol(sizes[2]));
+    double *tape = numbers(length);
+    while (kernel_entry(real, whole, tape, 500)) {}
+    return fwrite(tape, 8, length, stdout) == (size_t)length ? 0 : 3;
+}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
+@pytest.mark.parametrize("name", PLAYED)
+def test_objects_for_other_processors_do_what_this_one_does(name, law, tmp_path):
+    """Nine runs on a played processor: the same steps, and states as near as fused products let them be."""
+    linker, player = PLAYED[name]
+    for tool in (linker, player[0]):
+        if shutil.which(tool) is None:
+            pytest.skip(f"needs {tool} (packages qemu-user, gcc, gcc-aarch64-linux-gnu)")
+    system = vc.System(vc.PendulumCapsule(mass_ratio=2.5, stiffness=2.0, damping=1.0), law, vc.Harmonic())
+    recorded, runs = equations(system), 9
+    parameters = np.tile(parameter_values(system), (runs, 1))
+    parameters[:, recorded.parameter_paths.index("drive.amplitude")] = np.linspace(0.5, 2.0, runs)
+    start = np.zeros((runs, len(system.state_names)))
+    start[:, 0] = 1.0
+    budget = Budget(12, 10, 0.0, 1e-9, 10_000, 1_000_000, codes.ASK_EXTREMES)
+    here = ensemble_run(recorded, parameters, start, budget, threads=1)
+
+    triple, processor, features, lanes, _ = TARGETS[name]
+    layout, text = ensemble_source(recorded, ensemble_order(budget.tolerance), lanes)
+    command = [sys.executable, "-c", EMIT, triple, processor, features]
+    done = subprocess.run(command, input=text.encode(), capture_output=True, check=True, timeout=120)
+    (tmp_path / "kernel.o").write_bytes(done.stdout)
+    (tmp_path / "runner.c").write_text(RUNNER)
+    files = [str(tmp_path / "runner.c"), str(tmp_path / "kernel.o")]
+    subprocess.run([linker, "-static", "-o", str(tmp_path / "run"), *files, "-lm"], check=True, timeout=120)
+    real, whole = prepared_lanes(layout, budget, runs)
+    whole[layout.places["LAST_RUN"]], whole[layout.places["MORE"]] = runs, 0
+    tape = np.zeros(runs * (layout.run_size + layout.result_size))
+    write_runs(tape[: runs * layout.run_size].reshape(runs, -1), recorded, parameters, start)
+    sizes = [str(part.size) for part in (real, whole, tape)]
+    sent = b"".join(part.tobytes() for part in (real, whole, tape))
+    done = subprocess.run([*player, str(tmp_path / "run"), *sizes], input=sent, capture_output=True, timeout=300)
+    assert done.returncode == 0, done.stderr.decode()
+    there = RunResults(layout, np.frombuffer(done.stdout)[runs * layout.run_size :].reshape(runs, -1))
+    assert np.all(there.finished)
+    assert np.array_equal(there.head("taylor_steps"), here.head("taylor_steps"))
+    assert there.state == pytest.approx(here.state, rel=0.0, abs=1e-9)

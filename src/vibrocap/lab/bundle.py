@@ -76,7 +76,7 @@ def contents(
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
-        *([] if examples is None else gallery(examples)),
+        *([] if examples is None else (each for each in gallery(examples) if each.key != (opened and opened.key))),
     ]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
     order = series_order(tolerance)

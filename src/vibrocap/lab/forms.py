@@ -6,11 +6,12 @@ from typing import Any
 
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
+from vibrocap.lab.rules import mirrored, rules
 from vibrocap.motion.corners import Corners
 from vibrocap.motion.equations import equations, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.api import BrowserKernel, Layout, browser_kernels, memory, series_order
+from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
@@ -65,6 +66,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         for info in parameter_table(record)
         if f"{part}.{info.name}" not in recording.parameter_paths
     }
+    paths = tuple(path for path in recording.parameter_paths if path.split(".")[0] in system.parts)
     record = {
         "sections": list(system.parts),
         **{part: record.name for part, record in system.parts.items()},
@@ -78,7 +80,9 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "sticks": recording.hold is not None,
         "channels": list(system.channels),
         "observed": list(observed),
-        "parameters": [path for path in recording.parameter_paths if path.split(".")[0] in system.parts],
+        "parameters": list(paths),
+        "rules": rules(system, paths),
+        "mirrored": mirrored(system, paths),
         "room": list(room),
         "corners": None if recording.corners is None else _corners(recording.corners),
         "fixed": fixed,
@@ -87,10 +91,10 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
             for shape in shapes
         ],
         "tolerance": looser,
-        "motion": _places(motion.layout),
-        "ensemble": _places(ensemble.layout) | result_record(ensemble.layout),
+        "motion": _places(motion),
+        "ensemble": _places(ensemble) | result_record(ensemble),
         "units": _units(system, (*system.state_names, *observed)),
-        "measures": measure_records(system, ensemble.layout),
+        "measures": measure_records(system, ensemble),
     }
     return Form(record, motion, ensemble)
 
@@ -116,7 +120,8 @@ def _on(graph: Any, expression: Any) -> Any:
     return type(expression)(graph, expression.index)
 
 
-def _places(layout: Layout) -> dict[str, Any]:
+def _places(kernel: BrowserKernel) -> dict[str, Any]:
+    layout = kernel.layout
     constants = layout.constants()
     sizes = {
         "rows": layout.rows,
@@ -126,8 +131,8 @@ def _places(layout: Layout) -> dict[str, Any]:
         "run": layout.run_size,
         "result": layout.result_size,
         "marks": layout.marks,
-        "whole": len(memory.WHOLE),
-        "real": layout.places["WORK"] + layout.work_size,
+        "whole": layout.whole_size,
+        "real": layout.real_size,
     }
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
 

@@ -4,35 +4,27 @@ from typing import Any
 
 from vibrocap.measures.during_run import asked_groups, measure_table
 from vibrocap.measures.response import MIRRORED
-from vibrocap.numerics.api import (
-    ASK_EXTREMES,
-    ASK_INTEGRALS,
-    ASK_PEAK,
-    ASK_SYMMETRY,
-    ASK_WORD,
-    LETTERS_PER_PLACE,
-    RESULT_HEAD,
-    Layout,
-)
+from vibrocap.numerics.api import BrowserKernel, codes
 from vibrocap.physics.system import System
 
-ASKED = ASK_EXTREMES | ASK_INTEGRALS | ASK_PEAK | ASK_SYMMETRY | ASK_WORD
+ASKED = codes.ASK_EXTREMES | codes.ASK_INTEGRALS | codes.ASK_PEAK | codes.ASK_SYMMETRY | codes.ASK_WORD
 
 
-def measure_records(system: System, layout: Layout) -> list[dict[str, Any]]:
+def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any]]:
     """The measures of a system: name, meaning, and how the number is read from a result of the kernel.
 
     take: places whose numbers are added with the signs beside them; over: "periods" or "time" of the window, or "";
     asked: groups of measures that have to be gathered for it
     """
-    first = len(RESULT_HEAD)
+    layout = kernel.layout
+    first = layout.start_place
     cyclic, sticks = system.machine.cyclic, system.friction.kind == "set-valued"
     found: dict[str, tuple[list[list[int]], str]] = {}
     if cyclic is not None:
         at = first + system.state_names.index(cyclic)
         travel = [[at + layout.states, 1], [at, -1]]
         found |= {"mean_velocity": (travel, "time"), "drift": (travel, "periods")}
-    found["response_period"] = [[RESULT_HEAD.index("response_period"), 1]], ""
+    found["response_period"] = [[kernel.result_head["response_period"], 1]], ""
     if sticks:
         found["stick_fraction"] = [[layout.gathered_slice("STICK_TIME").start, 1]], "time"
     channels = layout.gathered_slice("INTEGRAL").start
@@ -56,12 +48,13 @@ def measure_records(system: System, layout: Layout) -> list[dict[str, Any]]:
     ]
 
 
-def result_record(layout: Layout) -> dict[str, Any]:
+def result_record(kernel: BrowserKernel) -> dict[str, Any]:
     """Where the rest of a result stands: its head by name, the word of its last period, how far it is from a mirror."""
+    layout = kernel.layout
     letters = layout.gathered_slice("LETTERS")
     return {
-        "head": {name: i for i, name in enumerate(RESULT_HEAD)},
-        "letters": [letters.start, letters.stop, LETTERS_PER_PLACE],
+        "head": kernel.result_head,
+        "letters": [letters.start, letters.stop, codes.LETTERS_PER_PLACE],
         "letter_count": layout.gathered_slice("LETTER_COUNT").start,
         "asymmetry": layout.gathered_slice("ASYMMETRY").start,
         "mirrored": MIRRORED,

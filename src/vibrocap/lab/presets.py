@@ -101,11 +101,11 @@ def preset_record(preset: Preset) -> dict[str, Any]:
         "tolerance": case.tolerance,
         "units": "none" if case.system.units is None else "SI",
         "scales": None if scales is None else [scales.mass_kg, scales.length_m, scales.time_s],
-        "check": _check(case),
+        "check": end_of(case),
     }
 
 
-def _check(case: Case) -> dict[str, Any]:
+def end_of(case: Case) -> dict[str, Any]:
     """The end of the motion to the last bit of the plain kernel, which is what a page computes."""
     system, start = case.system, initial_state(case.system, case.initial)
     found = recorded_run(

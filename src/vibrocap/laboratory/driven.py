@@ -9,16 +9,16 @@ import numpy as np
 from vibrocap.laboratory.driven_equations import driven_equations
 from vibrocap.laboratory.driven_input import imposed_motion, parameter_sets, start_states
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.api import DrivenEquations, driven_runs, memory
+from vibrocap.numerics.api import DrivenEquations, codes, driven_runs
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.physics.friction.law import Law
 
 STATUSES = {
-    memory.DONE: Status.FINISHED,
-    memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
-    memory.NOT_FINITE: Status.NOT_FINITE,
-    memory.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
-    memory.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+    codes.DONE: Status.FINISHED,
+    codes.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
+    codes.NOT_FINITE: Status.NOT_FINITE,
+    codes.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
+    codes.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
 }
 
 

@@ -17,7 +17,7 @@ from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.numerics.api import ASK_INTEGRALS, ASK_PEAK, replayed
+from vibrocap.numerics.api import codes, replayed
 from vibrocap.physics.system import System
 
 # what a measure is called elsewhere: its name here
@@ -42,6 +42,9 @@ SYNONYMS = {
     "period": "response_period",
     "settling_time": "time_to_settle",
     "symmetry": "symmetric",
+    "bounces": "impacts",
+    "collisions": "impacts",
+    "grazing": "impacts",
     "sticking": "stick_fraction",
     "stick": "stick_fraction",
 }
@@ -79,7 +82,7 @@ def measured(
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)
     recording = equations(motion.system)
-    layout, result = replayed(
+    results = replayed(
         recording,
         parameter_values(motion.system),
         motion,
@@ -87,11 +90,19 @@ def measured(
         float(settle or 0.0),
         asked_groups(needed),
         own_integrands(needed, recording),
+        _switch_times(motion),
     )
     mirrored = np.array([motion.system.mirrored])
-    runs = Gathered(motion.system, layout, result[None], np.array([motion.period]), mirrored, float(settle or 0.0))
+    runs = Gathered(motion.system, results, np.array([motion.period]), mirrored, float(settle or 0.0))
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
+
+
+def _switch_times(motion: Trajectory) -> list[np.ndarray]:
+    """When each guard of the machine fell to zero; of several that mean the same, all of them as of the first."""
+    recording = equations(motion.system)
+    names = motion.system.placed.switch_events[: len(recording.switches) - recording.law_switches]
+    return [motion.event_times[(motion.event_kinds == name) & (names.index(name) == i)] for i, name in enumerate(names)]
 
 
 def near_measure(name: object, table: Iterable[str]) -> str:
@@ -151,7 +162,7 @@ def asked_groups(needed: Sequence[Measure]) -> int:
         if isinstance(measure.how, Standard):
             found |= measure.how.groups
         elif isinstance(measure.how, Reduction):
-            found |= ASK_INTEGRALS if is_summed(measure) else ASK_PEAK
+            found |= codes.ASK_INTEGRALS if is_summed(measure) else codes.ASK_PEAK
     return found
 
 
@@ -167,11 +178,11 @@ def values(needed: Sequence[Measure], runs: Gathered) -> dict[str, np.ndarray]:
             value = np.asarray(how.function(*(found[name] for name in how.of)))
             found[measure.name] = np.broadcast_to(value, (len(runs.results),))
         elif is_summed(measure):
-            total = runs.entry("INTEGRAL", own_sum)
+            total = runs.results.entry("INTEGRAL", own_sum)
             found[measure.name] = total / runs.time if how.kind == "mean" else total
             own_sum += 1
         else:
-            value = runs.entry("PEAK", own_extreme)
+            value = runs.results.entry("PEAK", own_extreme)
             found[measure.name] = -value if how.kind == "least" else value
             own_extreme += 1
     return found

@@ -158,23 +158,21 @@ def _measured(
         elif path in recording.parameter_paths:
             parameters[:, recording.parameter_paths.index(path)] = column
     integrands = own_integrands(needed, recording)
-    layout, results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
+    results = run_all(recording, parameters, states, budget, progress=progress, integrands=integrands)
     period = np.broadcast_to(evaluate([recording.period], 0.0, states.T, 1.0, parameters.T)[0], (runs,))
-    status = STATUS_CODES[results[:, 0].astype(np.int64)]
+    status = STATUS_CODES[results.status]
     finished = status == FINISHED
-    gathered = Gathered(
-        one, layout, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold
-    )
-    everything = Gathered(one, layout, results, period, np.zeros(runs, bool), budget.threshold)
-    begun = everything.head("window_start") >= 0
-    if budget.asked & numerics.ASK_INTEGRALS:
+    gathered = Gathered(one, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold)
+    everything = Gathered(one, results, period, np.zeros(runs, bool), budget.threshold)
+    begun = results.head("window_start") >= 0
+    if budget.asked & numerics.codes.ASK_INTEGRALS:
         unbalanced = ~balanced(recording, gathered, parameters[finished], budget.tolerance)
         status[np.flatnonzero(finished)[unbalanced]] = NOT_CERTIFIED
     found = {
         "status": status,
         "settled": everything.settled,
-        "response_period": everything.head("response_period").astype(np.int16),
-        "window_start": everything.head("window_start").astype(np.int32),
+        "response_period": results.head("response_period").astype(np.int16),
+        "window_start": results.head("window_start").astype(np.int32),
         "window_periods": np.where(begun, everything.periods, 0).astype(np.int32),
     }
     for name, value in values(needed, gathered).items():

@@ -23,7 +23,7 @@ from vibrocap.numerics.expressions.graph import Expression, Graph
 class Standard:
     """Read from what the kernel gathers.
 
-    groups: what has to be gathered for it, a sum of `ASK_...` of `memory_layout`
+    groups: what has to be gathered for it, a sum of `ASK_...` of `codes`
     value: of the runs that finished, one number (or text) per run
     """
 

@@ -9,12 +9,7 @@ from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
 from vibrocap.numerics.api import (
-    ASK_EXTREMES,
-    ASK_INTEGRALS,
-    ASK_MAGNITUDE,
-    ASK_PEAK,
-    ASK_SYMMETRY,
-    ASK_WORD,
+    codes,
 )
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
@@ -57,6 +52,7 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         *FRICTION,
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
+        *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
         *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
     return {measure.name: measure for measure in found}
@@ -82,17 +78,17 @@ STICKING = (
     Measure(
         "stick_fraction",
         "share of the window in which the contact sticks (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.entry("STICK_TIME") / runs.time), ASK_WORD),
+        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_TIME") / runs.time), codes.ASK_WORD),
     ),
     Measure(
         "stick_phases",
         "number of rests in the window, parts of rests included (NaN: the law cannot stick)",
-        Standard(lambda runs: _if_it_sticks(runs, runs.entry("STICK_PHASES")), ASK_WORD),
+        Standard(lambda runs: _if_it_sticks(runs, runs.results.entry("STICK_PHASES")), codes.ASK_WORD),
     ),
     Measure(
         "word",
         "phases of the last period: F forward, S stuck, B back (empty: the law is smooth)",
-        Standard(_words, ASK_WORD, text=True),
+        Standard(_words, codes.ASK_WORD, text=True),
     ),
 )
 
@@ -108,7 +104,7 @@ def _stick_fraction(number: int) -> Measure:
 
 
 def _symmetric(runs: Gathered) -> np.ndarray:
-    mirrored = runs.entry("ASYMMETRY") <= MIRRORED * runs.threshold
+    mirrored = runs.results.entry("ASYMMETRY") <= MIRRORED * runs.threshold
     return np.where(runs.settled & runs.mirrored, mirrored, np.nan)
 
 
@@ -116,19 +112,19 @@ RESPONSE = (
     Measure(
         "response_period",
         "drive periods after which the settled motion repeats up to a shift; 0: not settled",
-        Standard(lambda runs: runs.head("response_period")),
+        Standard(lambda runs: runs.results.head("response_period")),
     ),
     Measure(
         "time_to_settle",
         "time after which the motion stays within the threshold of where it goes (NaN: not settled)",
-        Standard(lambda runs: np.where(runs.settled, runs.head("since") * runs.period, np.nan)),
+        Standard(lambda runs: np.where(runs.settled, runs.results.head("since") * runs.period, np.nan)),
         si_unit="s",
     ),
     Measure(
         "symmetric",
         "1: the settled motion is its own mirror image half a period later, 0: it is not (NaN: not settled, or the "
         "drive is not odd)",
-        Standard(_symmetric, ASK_SYMMETRY),
+        Standard(_symmetric, codes.ASK_SYMMETRY),
     ),
 )
 
@@ -136,10 +132,10 @@ RESPONSE = (
 def _work(channel: str) -> Measure:
     def work(runs: Gathered) -> np.ndarray:
         names = runs.system.channels
-        return runs.entry("INTEGRAL", names.index(channel)) / runs.periods if channel in names else runs.nowhere
+        return runs.results.entry("INTEGRAL", names.index(channel)) / runs.periods if channel in names else runs.nowhere
 
     meaning = f"work of {channel.replace('_', ' ')} per drive period, positive into the system"
-    return Measure(f"{channel}_work", meaning, Standard(work, ASK_INTEGRALS), si_unit="J")
+    return Measure(f"{channel}_work", meaning, Standard(work, codes.ASK_INTEGRALS), si_unit="J")
 
 
 def _cost_of_transport(work: np.ndarray, drift: np.ndarray) -> np.ndarray:
@@ -157,32 +153,32 @@ COST_OF_TRANSPORT = Measure.derived(
 
 
 def _area(runs: Gathered, after_channels: int) -> np.ndarray:
-    return runs.entry("INTEGRAL", len(runs.system.channels) + after_channels) / runs.periods
+    return runs.results.entry("INTEGRAL", len(runs.system.channels) + after_channels) / runs.periods
 
 
 FRICTION = (
     Measure(
         "peak_friction",
         "largest friction force |R| in the window",
-        Standard(lambda runs: runs.entry("PEAK"), ASK_PEAK),
+        Standard(lambda runs: runs.results.entry("PEAK"), codes.ASK_PEAK),
         si_unit="N",
     ),
     Measure(
         "mean_friction",
         "mean of the friction force |R| over the window",
-        Standard(lambda runs: runs.entry("MAGNITUDE") / runs.time, ASK_MAGNITUDE),
+        Standard(lambda runs: runs.results.entry("MAGNITUDE") / runs.time, codes.ASK_MAGNITUDE),
         si_unit="N",
     ),
     Measure(
         "velocity_loop_area",
         "area of the loop of friction against velocity per drive period, positive clockwise",
-        Standard(lambda runs: _area(runs, 2), ASK_INTEGRALS),
+        Standard(lambda runs: _area(runs, 2), codes.ASK_INTEGRALS),
         si_unit="N m/s",
     ),
     Measure(
         "displacement_loop_area",
         "work against friction per drive period, the area of the loop of friction against displacement",
-        Standard(lambda runs: _area(runs, 1), ASK_INTEGRALS),
+        Standard(lambda runs: _area(runs, 1), codes.ASK_INTEGRALS),
         si_unit="J",
     ),
 )
@@ -224,6 +220,15 @@ ACTUATOR_POWER = (
     ),
 )
 
+STOPS = (
+    Measure(
+        "impacts",
+        "impacts on stops per drive period (infinite: they accumulate at a rigid one; NaN: there are no stops)",
+        Standard(lambda runs: runs.impacts / runs.periods),
+    ),
+)
+
+
 REACTION = (
     Measure.mean(
         "mean_reaction", "mean normal reaction of the ground over the window", lambda now: now.reaction, si_unit="N"
@@ -250,6 +255,6 @@ def _extreme(bound: str, state: str, unit: str) -> Measure:
     return Measure(
         f"{bound}_{state}",
         f"{bound} {state.replace('_', ' ')} in the window",
-        Standard(extreme, ASK_EXTREMES),
+        Standard(extreme, codes.ASK_EXTREMES),
         si_unit=unit,
     )

@@ -7,7 +7,6 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import Equations
 from vibrocap.motion.evidence import BALANCE_BOUND, BALANCE_PER_STEP, LEAST_TOLERANCE
-from vibrocap.numerics.api import RESULT_HEAD
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 
 
@@ -23,9 +22,7 @@ def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, t
     count = len(gathered.results)
     if not count or loses_at_switches(recording):
         return np.ones(count, dtype=bool)
-    size = len(recording.state_names)
-    first = len(RESULT_HEAD)
-    before, after = (gathered.results[:, first + i * size : first + (i + 1) * size].T for i in range(2))
+    before, after = gathered.results.start.T, gathered.results.state.T
     energy, slopes = _energy(recording)
     values = parameters.T
 
@@ -37,9 +34,9 @@ def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, t
     reach = np.zeros(count)
     for states in (before, after, scales):
         reach = np.maximum(reach, np.sum(np.abs(at(slopes, states)) * scales, axis=0))
-    works = np.array([gathered.entry("INTEGRAL", i) for i in range(len(recording.integrals) - 1)])
+    works = np.array([gathered.results.entry("INTEGRAL", i) for i in range(len(recording.integrals) - 1)])
     residual = at((energy,), after)[0] - at((energy,), before)[0] - works.sum(axis=0)
-    steps = gathered.head("taylor_steps") + gathered.head("implicit_steps")
+    steps = gathered.results.head("taylor_steps") + gathered.results.head("implicit_steps")
     errors = max(tolerance, LEAST_TOLERANCE) * (BALANCE_BOUND + BALANCE_PER_STEP * steps)
     return np.abs(residual) <= errors * (reach + np.abs(works).sum(axis=0))
 

@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.motion.certificate import Certificate, Verdict
 from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
-from vibrocap.numerics.api import Recorded, memory
+from vibrocap.numerics.api import Recorded, codes
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import CONTACT_CHANNELS
 
@@ -302,7 +302,7 @@ def _estimated_error(
     """
     count = min(len(recorded.sections), len(loose.sections))
     differences = list(recorded.sections[1:count] - loose.sections[1:count])
-    if recorded.status == loose.status == memory.DONE:
+    if recorded.status == loose.status == codes.DONE:
         differences.append(recorded.final - loose.final)
     if not differences:
         return None

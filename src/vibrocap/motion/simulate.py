@@ -15,7 +15,7 @@ from vibrocap.motion.evidence import certificate
 from vibrocap.motion.observer import Observer
 from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.trajectory import Status, Trajectory
-from vibrocap.numerics.api import Recorded, memory, recorded_run
+from vibrocap.numerics.api import Recorded, codes, recorded_run
 from vibrocap.physics.system import BOUNDS, System
 from vibrocap.progress import Progress, reporting
 from vibrocap.resources import TooMuchMemory, in_words
@@ -23,18 +23,17 @@ from vibrocap.resources import TooMuchMemory, in_words
 MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
-# By the numbers of `memory_layout`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
+# By the numbers of `codes`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
 EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS)
 STATUSES = {
-    memory.DONE: Status.FINISHED,
-    memory.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
-    memory.NOT_FINITE: Status.NOT_FINITE,
-    memory.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
-    memory.UNDECIDED: Status.UNDECIDED_CONTACT,
-    memory.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
-    **{memory.BEYOND_BOUND + i: Status(kind.replace("_", " ")) for i, kind in enumerate(BOUNDS)},
+    codes.DONE: Status.FINISHED,
+    codes.STEP_UNDERFLOW: Status.STEP_UNDERFLOW,
+    codes.NOT_FINITE: Status.NOT_FINITE,
+    codes.TOO_MANY_EVENTS: Status.TOO_MANY_EVENTS,
+    codes.UNDECIDED: Status.UNDECIDED_CONTACT,
+    codes.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+    **{codes.BEYOND_BOUND + i: Status(kind.replace("_", " ")) for i, kind in enumerate(BOUNDS)},
 }
-METHOD = 4  # place of the method among the numbers of a piece: 0 of a Taylor step, 1 of an implicit one
 NOTHING = np.empty((0, 0))
 COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
 
@@ -140,10 +139,9 @@ def _run(
 
 def _trajectory(system, start, periods, tolerance, limits, time, phase, samples, recorded) -> Trajectory:
     recording = equations(system)
-    states = len(recording.rates)
     period = system.drive.period
-    pieces, head = recorded.pieces, memory.PIECE_HEAD
-    kinds, events = _contact_events(system, recorded.events)
+    begun, events = recorded.piece_instants, recorded.event_instants
+    kinds, kept = _contact_events(system, recorded)
     origin = time - phase * period  # when the drive began the period in which the motion begins
     motion = Trajectory(
         system=system,
@@ -154,24 +152,24 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
         run_status=STATUSES[recorded.status],
         state_names=system.state_names,
         integral_names=(*(f"{name}_work" for name in system.channels), "impulse"),
-        piece_start=origin + (pieces[:, 0] * period + pieces[:, 1]),
-        piece_length=pieces[:, 2],
-        piece_side=pieces[:, 3],
-        piece_implicit=pieces[:, METHOD] == 1.0,
-        coefficients=pieces[:, head:].reshape(len(pieces), states, (pieces.shape[1] - head) // states),
+        piece_start=origin + (begun[:, 0] * period + begun[:, 1]),
+        piece_length=recorded.piece_lengths,
+        piece_side=recorded.piece_sides,
+        piece_implicit=recorded.piece_implicit,
+        coefficients=recorded.series,
         sections=recorded.sections,
-        event_times=origin + (events[:, 0] * period + events[:, 1]),
+        event_times=origin + (events[:, 0] * period + events[:, 1])[kept],
         event_kinds=kinds,
-        event_states=events[:, memory.EVENT_HEAD :],
+        event_states=recorded.event_states[kept],
         observe=Observer(system),
         observable_names=tuple(recording.observables),
         certify=Certifier(recorded, limits),
         samples=samples,
         start_time=time,
         start_phase=phase,
-        piece_drive_time=None if recording.corners is None else pieces[:, 1],
+        piece_drive_time=None if recording.corners is None else begun[:, 1],
     )
-    if phase and len(pieces):  # the run's own marks are those of the drive
+    if phase and len(begun):  # the run's own marks are those of the drive
         done = math.floor((motion.end - time) / period + 1e-12)
         own = np.minimum(time + np.arange(done + 1) * period, motion.end)
         motion = dataclasses.replace(motion, sections=motion.states(own).T)
@@ -180,31 +178,31 @@ def _trajectory(system, start, periods, tolerance, limits, time, phase, samples,
 
 @functools.lru_cache(maxsize=64)
 def event_kinds(own: tuple[str, ...]) -> np.ndarray:
-    """Names of the kinds of event, by the numbers of `memory_layout`. own: those of the machine, `switch_events`."""
-    unused = [""] * (memory.MACHINE_SWITCHED - len(EVENT_KINDS))
+    """Names of the kinds of event, by the numbers of `codes`. own: those of the machine, `switch_events`."""
+    unused = [""] * (codes.MACHINE_SWITCHED - len(EVENT_KINDS))
     return np.array([*EVENT_KINDS, *unused, *own])
 
 
-def _contact_events(system: System, events: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(kinds of the events that are kept, the events themselves).
+def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any]:
+    """(kinds of the events that are kept, which of all events these are).
 
     A further contact that stops and leaves at one instant has turned; where the run starts it is found to slide.
     """
-    numbers = events[:, 2].astype(int)
-    kinds, kept = event_kinds(system.placed.switch_events)[numbers], np.ones(len(events), dtype=bool)
+    numbers, instants = recorded.event_kinds, recorded.event_instants
+    kinds, kept = event_kinds(system.placed.switch_events)[numbers], np.ones(len(numbers), dtype=bool)
     if not system.machine.contacts:
-        return kinds, events
+        return kinds, slice(None)
     if not system.friction.switched:
-        kept = numbers != memory.SWITCHED
+        kept = numbers != codes.SWITCHED
     for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
         number = kinds[i].removeprefix("stick_")
         for k in range(i + 1, len(kinds)):
-            if tuple(events[k, :2]) != tuple(events[i, :2]) or kinds[k] == kinds[i]:
+            if tuple(instants[k]) != tuple(instants[i]) or kinds[k] == kinds[i]:
                 break
             if kinds[k] in (f"slip_forward_{number}", f"slip_back_{number}"):
                 kinds[k], kept[i] = f"reversal_{number}", False
                 break
-    return kinds[kept], events[kept]
+    return kinds[kept], kept
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

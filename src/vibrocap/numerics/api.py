@@ -6,7 +6,8 @@
 - Kernels for a page, in JavaScript: `browser_kernels`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
-`memory` names the numbers in what comes back: why a run ended, kinds of event, groups of measures, places in a result.
+What comes back is a record with names: `Recorded`, `RunResults`, `DrivenRuns`. `codes` are the numbers by which a
+kernel says why a run ended and of what kind an event is, and by which groups of measures are asked for.
 
 What stands behind a name is imported when the name is asked for.
 """
@@ -19,18 +20,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.codegen.resolution import sharpness
     from vibrocap.numerics.codegen.source import Integrands, ScalarWriter, integrands_source
     from vibrocap.numerics.compiler.machine import code_made_for
-    from vibrocap.numerics.kernel import memory_layout as memory
-    from vibrocap.numerics.kernel.memory_layout import (
-        ASK_EXTREMES,
-        ASK_INTEGRALS,
-        ASK_MAGNITUDE,
-        ASK_PEAK,
-        ASK_SYMMETRY,
-        ASK_WORD,
-        LETTERS_PER_PLACE,
-        RESULT_HEAD,
-        Layout,
-    )
+    from vibrocap.numerics.kernel import codes
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
@@ -38,37 +28,30 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
     from vibrocap.numerics.run.motion import Recorded, recorded_run, series_order
     from vibrocap.numerics.run.replay import replayed
+    from vibrocap.numerics.run.results import RunResults
     from vibrocap.numerics.run.stroboscope import Stroboscope
     from vibrocap.numerics.run.threads import available_threads
 
 __all__ = [
-    "ASK_EXTREMES",
-    "ASK_INTEGRALS",
-    "ASK_MAGNITUDE",
-    "ASK_PEAK",
-    "ASK_SYMMETRY",
-    "ASK_WORD",
-    "LETTERS_PER_PLACE",
     "LONGEST_PERIOD",
-    "RESULT_HEAD",
     "BrowserKernel",
     "Budget",
     "DrivenEquations",
     "DrivenRuns",
     "Integrands",
-    "Layout",
     "Recorded",
+    "RunResults",
     "ScalarWriter",
     "Stroboscope",
     "available_threads",
     "browser_kernels",
     "code_made_for",
+    "codes",
     "cuda_ensemble_run",
     "cuda_problem",
     "driven_runs",
     "ensemble_run",
     "integrands_source",
-    "memory",
     "recorded_run",
     "replayed",
     "series_order",
@@ -84,17 +67,6 @@ _HOMES = {
         "integrands_source",
     ),
     "compiler.machine": ("code_made_for",),
-    "kernel.memory_layout": (
-        "ASK_EXTREMES",
-        "ASK_INTEGRALS",
-        "ASK_MAGNITUDE",
-        "ASK_PEAK",
-        "ASK_SYMMETRY",
-        "ASK_WORD",
-        "LETTERS_PER_PLACE",
-        "RESULT_HEAD",
-        "Layout",
-    ),
     "kernel.observe.settle": ("LONGEST_PERIOD",),
     "run.browser": (
         "BrowserKernel",
@@ -118,6 +90,7 @@ _HOMES = {
         "series_order",
     ),
     "run.replay": ("replayed",),
+    "run.results": ("RunResults",),
     "run.stroboscope": ("Stroboscope",),
     "run.threads": ("available_threads",),
 }
@@ -126,8 +99,8 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 def __getattr__(name: str) -> Any:
     """What a name of the door stands for."""
-    if name == "memory":
-        return importlib.import_module("vibrocap.numerics.kernel.memory_layout")
+    if name == "codes":
+        return importlib.import_module("vibrocap.numerics.kernel.codes")
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"vibrocap.numerics.{_HOME[name]}"), name)

@@ -4,6 +4,7 @@ A quadtree over a grid of two axes, kept as the levels of its points and masks o
 """
 
 import itertools
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -109,6 +110,15 @@ def middles(values: np.ndarray) -> np.ndarray:
     return back((positions[1:] + positions[:-1]) / 2)
 
 
+PERIODS = math.lcm(*range(1, 17))  # a count per period, of a response of so many, is a whole number over it
+
+
 def discrete(values: np.ndarray) -> bool:
-    """Whether values are words, flags or whole numbers, which may be held as floats; NaN is a value of its own."""
-    return values.dtype.kind in "biuUT" or bool(np.all((values == np.floor(values)) | np.isnan(values)))
+    """Whether values are words, flags, whole numbers or counts over up to 16 periods, which may be held as floats.
+
+    NaN and infinity are values of their own.
+    """
+    if values.dtype.kind in "biuUT":
+        return True
+    counts = np.where(np.isfinite(values), values, 0.0) * PERIODS
+    return bool(np.all(np.abs(counts - np.round(counts)) <= 1e-9 * np.maximum(1.0, np.abs(counts))))

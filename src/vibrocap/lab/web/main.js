@@ -27,6 +27,7 @@ class Lab {
     this.notice(wrong.join("\n"), wrong.length > 0);
     this.rebuilt(false);
     this.controls.complain(wrong);
+    this.mode(this.model.state.view);
   }
 
   // Parts, preset or units have changed: the controls are others.
@@ -47,7 +48,7 @@ class Lab {
 
   // Ask for the motion as it is now; while one is on its way, only the latest wish is kept.
   async compute(kept = true) {
-    if (kept) { clearTimeout(this.later); this.later = setTimeout(() => history.replaceState(null, "", fragmentOf(this.model)), 150); }
+    if (kept) { this.remember(); this.fields.stale(); }
     this.wish = true;
     if (this.busy) return;
     this.busy = true;
@@ -57,21 +58,34 @@ class Lab {
         this.wish = false;
         const begun = performance.now();
         await this.motions();
+        if (this.failed) this.notice("");
+        this.failed = false;
         this.draw();
         this.frames.push(performance.now() - begun);
         if (this.frames.length === 1) this.first = performance.now();
         if (!this.wish) await this.detailed();
       }
     } catch (error) {
+      this.failed = true;
       this.notice(`The motion could not be computed: ${error.message}. The last one stays.`, true);
       this.controls.complain([error.message]);
     } finally { this.busy = false; }
   }
 
+  // The address follows, a moment later.
+  remember() {
+    clearTimeout(this.later);
+    this.later = setTimeout(() => history.replaceState(null, "", fragmentOf(this.model)), 150);
+  }
+
   async motions() {
     const request = this.model.request(), form = this.model.form;
-    const beside = this.model.state.beside ? this.model.requestBeside() : null;
+    const beside = this.model.requestBeside();
     const answer = await this.asked.ask({ ask: "motion", side: 0, ...request });
+    if (beside && this.model.state.beside === "twin") { // begins half a period later, and mirrored
+      const { final } = await this.asked.ask({ ask: "motion", side: 1, ...request, periods: 0.5 });
+      beside.initial = form.symmetry.map((sign, i) => sign * final[i] + 0);
+    }
     const other = beside ? await this.asked.ask({ ask: "motion", side: 1, ...beside }) : null;
     this.shown = new Shown(form, answer);
     this.other = other ? new Shown(this.model.data.forms[beside.form], other) : null;
@@ -88,7 +102,7 @@ class Lab {
     document.body.dataset.settled = String(this.frames.length);
   }
 
-  get names() { return [wordy(this.model.form.friction), wordy(this.model.state.beside)]; }
+  get names() { return this.model.names; }
 
   panels() {
     const wanted = PANELS.filter((panel) => !panel.wanted || (panel.wanted(this.model.state.beside || null) && this.model.state.beside));
@@ -199,12 +213,19 @@ class Lab {
   mode(name) {
     for (const button of document.querySelectorAll("nav button")) button.setAttribute("aria-pressed", String(button.dataset.mode === name));
     for (const each of ["motion", "map", "strip"]) $$(`${each}-view`).hidden = each !== name;
+    if (this.model.state.view !== name) { this.model.state.view = name; this.remember(); }
     if (name === "motion") { this.panels(); this.draw(); } else this.fields.show(name);
   }
 
   listen() {
     for (const { key, title } of data.presets) $$("preset").append(element("option", { value: key, textContent: title }));
-    $$("preset").addEventListener("change", () => { this.model.open($$("preset").value); this.notice(""); this.rebuilt(); });
+    $$("preset").addEventListener("change", () => {
+      const { view } = this.model.state;
+      this.model.open($$("preset").value);
+      this.model.state.view = view;
+      this.notice("");
+      this.rebuilt();
+    });
     for (const button of document.querySelectorAll("nav button")) button.addEventListener("click", () => this.mode(button.dataset.mode));
     $$("play").addEventListener("click", () => this.play(!this.clock.playing));
     this.play(this.clock.playing);

@@ -61,6 +61,52 @@ function atShare([low, high, log], share) {
   return log ? low * (high / low) ** share : low + (high - low) * share;
 }
 
+const SIZES = ["16", "32", "64", "128"];
+
+// The settings of maps and strips as they are until another choice is made; an axis is a path, or "path,low,high".
+function usualFields({ form }) {
+  const axes = axesOf(form), second = axes.find((path) => path.startsWith("drive.amplitude")) ?? axes[1];
+  const first = axes.includes("machine.mass_ratio") ? "machine.mass_ratio" : axes[0];
+  const measures = form.measures.map(({ name }) => name);
+  return {
+    "map.x": first, "map.y": second, "map.measure": measures.includes("mean_velocity") ? "mean_velocity" : measures[0],
+    "map.size": "64", "map.start": "own", "strip.x": second, "strip.state": form.states.find((_, i) => i !== form.cyclic),
+  };
+}
+
+const axesOf = (form) => [...form.parameters, ...form.states.map((name) => `initial.${name}`)];
+
+// What such a setting may be, of those that are no axis.
+function choicesOf({ form }, key) {
+  if (key === "map.measure") return form.measures.map(({ name }) => name);
+  if (key === "strip.state") return form.states.filter((_, i) => i !== form.cyclic);
+  return key === "map.size" ? SIZES : ["own", "mirrored"];
+}
+
+// An axis of such a setting: its path and range, low, high, by factors; the usual range where none is given.
+function axisOf(model, text) {
+  const [path, ...ends] = text.split(","), state = path.startsWith("initial.");
+  const [low, high] = ends.length ? ends.map(typed) : usualRange(model, path);
+  return { path, range: [low, high, !state && model.record(path).log && low > 0] };
+}
+
+function usualRange(model, path) {
+  const [low, high] = rangeOfPath(model, path), { least, most } = path.startsWith("initial.") ? {} : model.record(path);
+  const inset = (high - low) / 50, inner = (end, by) => Number((end + by).toPrecision(3));
+  return [low <= least ? inner(least, inset) : low, high >= most ? inner(most, -inset) : high];
+}
+
+// What is wrong with such a setting; "" where nothing is.
+function fieldWrong(model, key, text) {
+  if (!/\.[xy]$/.test(key)) return choicesOf(model, key).includes(text) ? "" : `should be one of ${choicesOf(model, key).join(", ")}`;
+  const [path, ...ends] = text.split(",");
+  if (!axesOf(model.form).includes(path)) return "should be a number of this system";
+  const [low, high] = ends.map(typed);
+  if (ends.length === 0) return "";
+  if (ends.length !== 2 || !Number.isFinite(low) || !Number.isFinite(high)) return "the ends of a range should be numbers";
+  return low < high ? "" : "the range should rise";
+}
+
 // The cells of a map of n by n: every level halves the size, each cell once; [column, row, size] in cells.
 function coarseToFine(n) {
   const found = [], seen = new Set();
@@ -105,6 +151,13 @@ function inkOf(value, low, high, signed) {
   const share = Math.min(1, Math.max(0, (value - low) / (high - low || 1))) * (list.length - 1);
   const k = Math.min(list.length - 2, Math.floor(share)), part = share - k;
   return `rgb(${list[k].map((each, i) => Math.round(each + part * (list[k + 1][i] - each))).join(",")})`;
+}
+
+// Ticks of an axis, [place, value]; by factors, low and high are powers of ten, which stand alone where there are enough.
+function logTicks(low, high, log) {
+  if (!log) return ticks(low, high, 6).map((each) => [each, each]);
+  const powers = ticks(low, high, 4).map((each) => [each, 10 ** each]);
+  return high - low > 1.5 ? powers : ticks(10 ** low, 10 ** high, 6).map((each) => [Math.log10(each), each]);
 }
 
 // A map: its cells as they are known, drawn with its axes and legend.
@@ -164,7 +217,7 @@ class FieldMap {
 
   ticks(pen, theme, map, i, [low, high], log, label) {
     const place = (value) => ((value - low) / (high - low)) * this.n;
-    const values = log ? ticks(low, high, 4).map((each) => [each, 10 ** each]) : ticks(low, high, 6).map((each) => [each, each]);
+    const values = logTicks(low, high, log);
     for (const [where, value] of values) {
       if (i === 0) pen.text(map.sx(place(where)), map.box.bottom + 15, said(value, 3), { fill: theme.soft, size: 11, align: "center" });
       else pen.text(map.box.left - 6, map.sy(place(where)), said(value, 3), { fill: theme.soft, size: 11, align: "right", base: "middle" });

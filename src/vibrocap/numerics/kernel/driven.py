@@ -9,6 +9,7 @@ The tape holds time, velocity and load of all samples, then what is computed.
 
 import math
 
+from vibrocap.numerics.kernel.codes import DONE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, TOO_MANY_EVENTS, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.driven_generated import (
     FORCE_START,
     GUARDS,
@@ -38,14 +39,6 @@ from vibrocap.numerics.kernel.driven_generated import (
     least_guard,
     reverse,
     switch,
-)
-from vibrocap.numerics.kernel.memory_layout import (
-    DONE,
-    NOT_FINITE,
-    RUNNING,
-    STEP_UNDERFLOW,
-    TOO_MANY_EVENTS,
-    TOO_MANY_STEPS,
 )
 
 JUMP_LIMIT = 1000  # in an interval between two samples

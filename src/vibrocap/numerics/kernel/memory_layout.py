@@ -10,37 +10,7 @@ import functools
 
 import numpy as np
 
-# What a lane is doing, or why it stopped.
-RUNNING = 0
-DONE = 1
-TAPE_FULL = 2
-STEP_UNDERFLOW = 3
-NOT_FINITE = 4
-TOO_MANY_EVENTS = 5
-UNDECIDED = 6
-TOO_MANY_STEPS = 7
-BEYOND_BOUND = 8  # the first of the equations' bounds; the next ones have the next numbers
-
-# Kinds of event.
-STICK = 0
-SLIP_FORWARD = 1
-SLIP_BACK = 2
-REVERSAL = 3
-GRAZE = 4
-SWITCHED = 5  # the law goes over to another of its pieces
-BOUND_REACHED = 6  # the first of the equations' bounds; the next ones have the next numbers
-MACHINE_SWITCHED = 20  # at the first guard of the machine; the next ones have the next numbers
-FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
-
-# Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).
-ASK_INTEGRALS = 1  # works, impulse, areas of the friction loop, own integrals
-ASK_MAGNITUDE = 2  # integral of |R|
-ASK_PEAK = 4  # largest |R|, own extremes
-ASK_EXTREMES = 8  # of the states
-ASK_WORD = 16  # sticking, and the word of the last period
-ASK_SYMMETRY = 32
-WORD_PLACES = 4  # numbers that hold a word
-LETTERS_PER_PLACE = 26  # of two bits each
+from vibrocap.numerics.kernel.codes import WORD_PLACES
 
 # Entries of `whole`, one number per lane each.
 WHOLE = (
@@ -133,13 +103,16 @@ RESULT_HEAD = (
     "contact_residual",
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
-EVENT_HEAD = 3  # an event on the tape: kind, period, time, then states and integrals
+EVENT_HEAD = 3  # an event on the tape: period, time, kind, then states and integrals
 
 
-def gathered_entries(states: int, integrals: int, own_extremes: int) -> tuple[tuple[str, int], ...]:
+def gathered_entries(
+    states: int, integrals: int, own_extremes: int, machine_switches: int = 0
+) -> tuple[tuple[str, int], ...]:
     """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
 
     integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
+    machine_switches: guards of the machine
     """
     return (
         ("INTEGRAL", integrals),
@@ -156,6 +129,7 @@ def gathered_entries(states: int, integrals: int, own_extremes: int) -> tuple[tu
         ("LETTER_COUNT", 1),
         ("LETTERS", WORD_PLACES),
         ("ASYMMETRY", 1),
+        *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
     )
 
 
@@ -178,9 +152,14 @@ class Layout:
         """Numbers gathered over the window of a run."""
         return sum(size for _, size in self.gathered)
 
+    @property
+    def start_place(self) -> int:
+        """Where the states at the start of the window stand in a result; those at its end follow."""
+        return len(RESULT_HEAD)
+
     def gathered_slice(self, name: str) -> slice:
         """Where an entry of what is gathered stands in a result."""
-        first = len(RESULT_HEAD) + 2 * self.states
+        first = self.start_place + 2 * self.states
         for entry, size in self.gathered:
             if entry == name:
                 return slice(first, first + size)
@@ -243,6 +222,16 @@ class Layout:
         """Numbers per result of a run on the tape: RESULT_HEAD, states at the window's start and end, measured."""
         return len(RESULT_HEAD) + 2 * self.states + self.measured
 
+    @property
+    def real_size(self) -> int:
+        """Numbers in `real`."""
+        return self.places["WORK"] + self.work_size
+
+    @property
+    def whole_size(self) -> int:
+        """Numbers in `whole`."""
+        return len(WHOLE) * self.lanes
+
     @functools.cached_property
     def places(self) -> dict[str, int]:
         """Offset of each entry of `whole` and of `real`."""
@@ -259,8 +248,7 @@ class Layout:
 
     def allocated(self) -> tuple[np.ndarray, np.ndarray]:
         """(real, whole) with everything zero."""
-        real = _aligned_zeros(self.places["WORK"] + self.work_size, np.float64)
-        return real, _aligned_zeros(len(WHOLE) * self.lanes, np.int64)
+        return _aligned_zeros(self.real_size, np.float64), _aligned_zeros(self.whole_size, np.int64)
 
     def constants(self) -> dict[str, int]:
         """All places and sizes, for the linked kernel."""

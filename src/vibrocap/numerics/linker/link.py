@@ -31,9 +31,10 @@ def kernel_source(name: str) -> str:
 
 @functools.cache
 def _lane_constants() -> str:
-    """The status and event numbers of `memory_layout.py`."""
-    module = importlib.import_module("vibrocap.numerics.kernel.memory_layout")
-    numbers = {name: value for name, value in vars(module).items() if name.isupper() and isinstance(value, int)}
+    """The numbers of `codes.py` and `memory_layout.py`."""
+    modules = [importlib.import_module(f"vibrocap.numerics.kernel.{name}") for name in ("codes", "memory_layout")]
+    every = {name: value for module in modules for name, value in vars(module).items()}
+    numbers = {name: value for name, value in every.items() if name.isupper() and isinstance(value, int)}
     return "\n".join(f"{name} = {value}" for name, value in numbers.items())
 
 
@@ -59,7 +60,11 @@ def _segment(lines: list[str], node: ast.stmt) -> str:
 def linked_source(generated: str, recipe: Recipe) -> str:
     """Text of a kernel as plain Python: generated code and the modules of a recipe, checked (see `checks.py`)."""
     kernel = {name: kernel_source(name) for name in recipe.modules}
-    parts = {"the numbers of memory_layout.py": _lane_constants(), "the generated code": generated, **kernel}
+    parts = {
+        "codes.py and memory_layout.py": _lane_constants(),
+        "the generated code": generated,
+        **kernel,
+    }
     check(recipe, parts, kernel_source("interface"))
     head = "import math\n\nimport numpy as np\n"
     if recipe.primitives:

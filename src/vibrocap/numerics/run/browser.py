@@ -7,7 +7,7 @@ from typing import Any
 from vibrocap.numerics.codegen.source import generated_source, instants_source
 from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, javascript_statements
 from vibrocap.numerics.expressions.graph import Expression
-from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
 from vibrocap.numerics.linker.link import linked_source
 from vibrocap.numerics.linker.recipes import shown_motion_recipe
 from vibrocap.numerics.run.ensemble import ensemble_order, ensemble_source
@@ -33,6 +33,11 @@ class BrowserKernel:
     layout: Layout
     statements: tuple[str, ...]
     text: str
+
+    @property
+    def result_head(self) -> dict[str, int]:
+        """Where the first numbers of a result stand, by name."""
+        return {name: i for i, name in enumerate(RESULT_HEAD)}
 
     @property
     def module(self) -> str:

@@ -31,7 +31,6 @@ from typing import Any
 import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
-from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.loop.card_thread import BUSY, NEXT
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.run.ensemble import (
@@ -42,6 +41,7 @@ from vibrocap.numerics.run.ensemble import (
     prepared_lanes,
     write_runs,
 )
+from vibrocap.numerics.run.results import RunResults
 
 BLOCK = 32  # threads per block: one warp, since blocks share nothing and few runs then spread over the whole card
 RESIDENT = 256  # threads per multiprocessor: ptxas gives each all 255 registers that it may have, of 65,536
@@ -54,7 +54,7 @@ ENTRY = "run_all"
 def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
     """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
     layout, text = ensemble_source(equations, order, 1, integrands, loop="card")
-    return layout, f"{text}\nWHOLE_SIZE = {len(memory.WHOLE) * layout.lanes}\n"
+    return layout, f"{text}\nWHOLE_SIZE = {layout.whole_size}\n"
 
 
 @functools.lru_cache(maxsize=64)
@@ -63,7 +63,7 @@ def cuda_code(equations: Any, order: int, integrands: Integrands | None = None) 
     from vibrocap.numerics.compiler.card import ptx
 
     layout, text = cuda_text(equations, order, integrands)
-    return layout, ptx(text, layout.places["WORK"] + layout.work_size, len(memory.WHOLE))
+    return layout, ptx(text, layout.real_size, layout.whole_size)
 
 
 class Card:
@@ -164,12 +164,11 @@ def cuda_ensemble_run(
     progress: Callable[[int], None] | None = None,
     order: int | None = None,
     integrands: Integrands | None = None,
-) -> tuple[Layout, np.ndarray]:
+) -> RunResults:
     """Run an ensemble to its end on the first graphics card; the same contract as `ensemble.ensemble_run`.
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called after each launch with the runs begun
     integrands: with functions of one's own, see `ensemble.ensemble_source`
-    Returns the layout and the results [runs, layout.result_size], see `memory_layout.RESULT_HEAD`.
     Raises ValueError, saying what was found, where there is no such card or the extra is missing.
     """
     problem = cuda_problem()
@@ -193,7 +192,7 @@ def cuda_ensemble_run(
                 results[part] = _chunk_run(card, function, threads, layout, runs, tables, budget, report)
     finally:
         card.close()
-    return layout, results
+    return RunResults(layout, results)
 
 
 def _report(progress: Callable[[int], None], before: int, begun: int) -> None:
@@ -210,8 +209,8 @@ def runs_at_a_time(layout: Layout, threads: int, free: float) -> int:
 
     The driver keeps local memory for the 2,048 threads that a multiprocessor could hold if they used fewer registers.
     """
-    local = layout.places["WORK"] + layout.work_size + len(memory.WHOLE)
-    saved = layout.places["WORK"] + len(memory.WHOLE)
+    local = layout.real_size + layout.whole_size
+    saved = layout.places["WORK"] + layout.whole_size
     carried = 8 * threads * (local * 2048 // RESIDENT + saved)
     return int(max(1, min(2**31, SHARE * max(0.0, free - carried) // (8 * (layout.run_size + layout.result_size)))))
 

@@ -25,7 +25,7 @@ class DrivenRuns:
     """What came back. After a run that failed its numbers are NaN from where it failed.
 
     force: [runs, samples]; internal: [runs, samples, states] in the law's order, or None
-    status: [runs] of `memory_layout.py`
+    status: [runs] of `codes.py`
     """
 
     force: np.ndarray

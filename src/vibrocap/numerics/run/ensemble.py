@@ -10,11 +10,12 @@ import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
 from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
+from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
 
 MARKS = 72  # stroboscopic states that are kept: a response of 16 periods is recognised from 65
@@ -68,7 +69,8 @@ def ensemble_source(
     loop = loop or ("ensemble" if lanes == 1 else "abreast")
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
-    entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
+    own_switches = len(equations.switches) - equations.law_switches
+    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches)
     parameters, switches = len(equations.parameter_paths), len(equations.guards)
     corners = equations.corners
     coefficients = 0 if corners is None else corners.coefficients
@@ -93,14 +95,13 @@ def ensemble_run(
     integrands: Integrands | None = None,
     mark_distance: np.ndarray | None = None,
     start: np.ndarray | None = None,
-) -> tuple[Layout, np.ndarray]:
+) -> RunResults:
     """Run an ensemble to its end.
 
     parameters: [runs, parameters]; initial: [runs, states]; progress: called now and then with the runs begun
     integrands: with functions of one's own, see `ensemble_source`
     mark_distance: [runs] time between two marks, at each of which the drive begins anew, if not the period of the drive
     start: [runs] time since the drive began its period at which a run begins, if not 0
-    Returns the layout and the results [runs, layout.result_size], see `memory_layout.RESULT_HEAD`.
     """
     order = ensemble_order(budget.tolerance) if order is None else order
     lanes = lane_count() if lanes is None else lanes
@@ -142,7 +143,7 @@ def ensemble_run(
                 whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]], whole[place["MORE"]] = start, end, start < end
 
     share(work, workers)
-    return layout, tape[count * layout.run_size : results_end].reshape(count, -1)
+    return RunResults(layout, tape[count * layout.run_size : results_end].reshape(count, -1))
 
 
 def prepared_lanes(
@@ -151,7 +152,7 @@ def prepared_lanes(
     """The memory of the lanes of one thread, all of them free; tables: as of `drive_tables`, behind the results."""
     real, whole = layout.allocated()
     for name, value in (
-        ("STATUS", memory.DONE),
+        ("STATUS", codes.DONE),
         ("RUN", -1),
         ("EVENT_LIMIT", budget.max_events_per_period),
         ("STEP_LIMIT", budget.max_steps),

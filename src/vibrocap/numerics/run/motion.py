@@ -9,6 +9,7 @@ import numpy as np
 
 from vibrocap.numerics.codegen.source import generated_source
 from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel import memory_layout as memory
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
@@ -29,14 +30,56 @@ Progress = Callable[[float], None]
 class Recorded:
     """What came back from the kernel. Times of pieces and events count from the start of their period."""
 
-    status: int  # of `memory_layout.py`
-    pieces: np.ndarray  # [pieces, 5 + rows * (order + 1)]
-    events: np.ndarray  # [events, 3 + rows]
+    status: int  # of `codes`
+    pieces: np.ndarray  # [pieces, 5 + rows * (order + 1)]: period, time, length, side, method, series
+    events: np.ndarray  # [events, 3 + rows]: period, time, kind, states
     sections: np.ndarray  # [whole periods completed + 1, rows]
     final: np.ndarray  # [rows] where the run ended
     contact_residual: float
     taylor_steps: int
     implicit_steps: int
+
+    @property
+    def piece_instants(self) -> np.ndarray:
+        """[pieces, 2] start: whole periods, and the time since the start of the period."""
+        return self.pieces[:, :2]
+
+    @property
+    def piece_lengths(self) -> np.ndarray:
+        """[pieces]"""
+        return self.pieces[:, 2]
+
+    @property
+    def piece_sides(self) -> np.ndarray:
+        """[pieces] +1, -1 sliding; 0 at rest."""
+        return self.pieces[:, 3]
+
+    @property
+    def piece_implicit(self) -> np.ndarray:
+        """[pieces] whether it is an implicit step."""
+        return self.pieces[:, 4] == 1.0
+
+    @property
+    def series(self) -> np.ndarray:
+        """[pieces, rows, order + 1] coefficients in powers of the time since the start of the piece."""
+        pieces, size = self.pieces.shape
+        rows = len(self.final)
+        return self.pieces[:, memory.PIECE_HEAD :].reshape(pieces, rows, (size - memory.PIECE_HEAD) // rows)
+
+    @property
+    def event_kinds(self) -> np.ndarray:
+        """[events] numbers of `codes`."""
+        return self.events[:, 2].astype(int)
+
+    @property
+    def event_states(self) -> np.ndarray:
+        """[events, rows]"""
+        return self.events[:, memory.EVENT_HEAD :]
+
+    @property
+    def event_instants(self) -> np.ndarray:
+        """[events, 2] whole periods, and the time since the start of the period."""
+        return self.events[:, :2]
 
 
 def series_order(tolerance: float) -> int:
@@ -122,18 +165,18 @@ def recorded_run(
     whole[place["PIECE_START"]], whole[place["PIECE_LIMIT"]] = piece_start, piece_room
 
     pieces, events = [], []
-    status = memory.RUNNING
-    while status == memory.RUNNING:
+    status = codes.RUNNING
+    while status == codes.RUNNING:
         advance(real, whole, tape, ROUNDS)
         status = int(whole[place["STATUS"]])
-        full = status == memory.TAPE_FULL
-        if status != memory.RUNNING or not keep_pieces:
+        full = status == codes.TAPE_FULL
+        if status != codes.RUNNING or not keep_pieces:
             if keep_pieces:  # a tape that is used again is copied
                 pieces.append(_cut(tape, piece_start, whole[place["PIECES"]], layout.piece_size, full))
                 events.append(_cut(tape, event_start, whole[place["RECORDED_EVENTS"]], layout.event_size, full))
             whole[place["PIECES"]] = whole[place["RECORDED_EVENTS"]] = 0
         if full:
-            whole[place["STATUS"]] = status = memory.RUNNING
+            whole[place["STATUS"]] = status = codes.RUNNING
             share = (whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods
             held = sum(part.nbytes for part in pieces) + sum(part.nbytes for part in events)
             if pieces and share > 0.0:  # to be joined in the end, which takes the same again

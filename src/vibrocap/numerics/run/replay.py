@@ -8,11 +8,12 @@ import numpy as np
 
 from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.graph import evaluate
-from vibrocap.numerics.kernel import memory_layout as memory
+from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.numerics.run.ensemble import drive_tables, ensemble_source
+from vibrocap.numerics.run.results import RunResults
 
 
 def replayed(
@@ -23,10 +24,12 @@ def replayed(
     threshold: float,
     asked: int,
     integrands: Integrands | None = None,
-) -> tuple[Layout, np.ndarray]:
-    """(layout, result) of a motion, as an ensemble with a budget of its whole periods would have written it.
+    switch_times: Sequence[np.ndarray] = (),
+) -> RunResults:
+    """The result of a motion, as an ensemble with a budget of its whole periods would have written it.
 
     motion: a `Trajectory`; window, threshold, asked: see `ensemble.Budget`
+    switch_times: when each guard of the machine fell to zero
     """
     layout, kernel = _hooks(equations, motion.coefficients.shape[2] - 1, integrands)
     real, whole = layout.allocated()
@@ -49,7 +52,7 @@ def replayed(
         ("WINDOW", window),
         ("WINDOW_START", -1),
         ("ASKED", asked),
-        ("STATUS", memory.DONE),
+        ("STATUS", codes.DONE),
         ("TABLE_START", layout.result_size),
         ("SEGMENT_COUNT", tables.shape[1]),
     ):
@@ -79,8 +82,11 @@ def replayed(
             fill("STATE", motion.sections[whole[count]])
             kernel["begin_drive_period"](real, whole, tape, 0)
             kernel["on_period"](real, whole, tape, 0)
+    if "OCCURRED" in place:
+        begun = motion.start_time + whole[place["WINDOW_START"]] * motion.period
+        fill("OCCURRED", [np.sum(times > begun) for times in switch_times])
     kernel["end_run"](real, whole, tape, 0)
-    return layout, tape[: layout.result_size]
+    return RunResults(layout, tape[None, : layout.result_size])
 
 
 @functools.lru_cache(maxsize=16)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import check_run, initial_state
-from vibrocap.numerics.api import memory
+from vibrocap.numerics.api import codes
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
 from vibrocap.orbits.maps.drive_phase import at_next_section
@@ -129,7 +129,7 @@ def started_anywhere(
     """Runs from states at phases of the drive [runs], until they settle."""
     rows = np.tile(map_.parameters(), (len(states), 1))
     marked, ended = at_next_section(map_, states, rows, phases)
-    going = ended == memory.DONE
+    going = ended == codes.DONE
     parts = settling_runs(map_, marked[going], rows[going], periods, progress=progress)
     state, ended = marked.copy(), ended.copy()
     response, drift = np.zeros(len(states), dtype=int), np.full(len(states), np.nan)

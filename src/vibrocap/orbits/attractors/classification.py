@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibrocap.arguments import check_whole
-from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.orbits.attractors.lyapunov import LyapunovExponents, exponents
 from vibrocap.orbits.attractors.zero_one import ZeroOneTest, zero_one_test
 from vibrocap.orbits.closing.attractor_matching import NEAR, orbits_reached
@@ -93,7 +93,7 @@ def classify(
     run = settling_runs(map_, start[None], parameters[None], settle_periods)
     orbits, _, run = orbits_reached(map_, run, settle_periods, 1)
     if not run.finished[0]:
-        reason = f"the run ended with the number {run.ended[0]} of memory_layout.py; simulate it to see its status"
+        reason = f"the run did not go to its end: {STATUSES[int(run.ended[0])].text}"
         return MotionClass("failed", reason, None, math.nan, None, named_states(map_.system, run.state[0]))
     if run.response_period[0] > 0:
         return class_of_orbit(orbits[0].orbit)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.api import Budget, memory
+from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.settling_runs import ROUGH
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 from vibrocap.orbits.parameter_range import checked_pair
@@ -89,16 +89,16 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
         i = system.state_names.index(name)
         probes[:, i] = np.clip(probes[:, i], least, most)
     rows = np.tile(parameters, (PROBES, 1))
-    budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, memory.ASK_EXTREMES)
+    budget = Budget(PROBE_PERIODS, PROBE_PERIODS, 0.0, ROUGH, MOST_EVENTS, MOST_STEPS, codes.ASK_EXTREMES)
     ends = map_.run(budget, probes, rows)
-    layout, fine = ends.layout, ends.results[ends.finished]
+    fine = ends[ends.finished]
     found = {}
-    for i in map_.section_states:
+    for i in map(int, map_.section_states):
         name = system.state_names[i]
         low, high = (-PROBED * sizes[i], PROBED * sizes[i]) if i < mechanical else (np.inf, -np.inf)
         if len(fine):
-            low = min(low, float(fine[:, layout.gathered_slice("LEAST")][:, i].min()))
-            high = max(high, float(fine[:, layout.gathered_slice("LARGEST")][:, i].max()))
+            low = min(low, float(fine.entry("LEAST", i).min()))
+            high = max(high, float(fine.entry("LARGEST", i).max()))
         if system.mirrored and system.symmetry[i] < 0:
             low, high = -max(-low, high), max(-low, high)
         least, most = room.get(name, (-np.inf, np.inf))

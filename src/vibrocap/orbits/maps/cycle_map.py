@@ -5,7 +5,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.numerics.api import ASK_WORD, Budget
+from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, nudged_slope
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER
 from vibrocap.orbits.maps.variations import variational_equations
@@ -96,7 +96,7 @@ class CycleMap(ClosingMap):
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
         ended = map_.run(
-            Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, ASK_WORD),
+            Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD),
             start,
             rows,
             recording=variational_equations(map_.equations),
@@ -125,6 +125,7 @@ class CycleMap(ClosingMap):
             drift=float(ends[0, map_.cyclic]) if map_.cyclic >= 0 else 0.0,
             image=ends[0, :n],
             bordered=np.vstack((above, section)),
+            impacts=self.impacts_of(ended)[0],
         )
 
     def _at_rest_again(self, x: np.ndarray, like: Closing | None) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrocap.numerics.api import Budget, memory
+from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap
 
 TOLERANCE = 1e-9
@@ -11,14 +11,14 @@ TOLERANCE = 1e-9
 def at_next_section(
     map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, phase: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(states at the next start of a drive period [runs, states], numbers of `memory_layout` for how each run ended).
+    """(states at the next start of a drive period [runs, states], how each run ended: numbers of `codes`).
 
     phase: [runs] where in the drive's period each run starts, as a share of it (whole parts do not matter); a run that
         starts at the section is there already
     """
     share = phase - np.floor(phase)
     waiting = np.flatnonzero(share)
-    ends, ended = states.copy(), np.full(len(states), memory.DONE)
+    ends, ended = states.copy(), np.full(len(states), codes.DONE)
     if not len(waiting):
         return ends, ended
     period = np.array([map_.period(row) for row in np.unique(parameters, axis=0)])

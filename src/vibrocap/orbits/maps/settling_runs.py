@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.measures.ensemble import CHUNK
-from vibrocap.numerics.api import Budget, memory
+from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
 SETTLED = 1e-6  # distance to the steady motion, over natural sizes, at which a run has settled
@@ -18,7 +18,7 @@ MOST_STEPS = 10**9
 class SettlingRuns:
     """Where runs ended, arrays [runs, ...].
 
-    state: [runs, states] at the start of a drive period; ended: numbers of `memory_layout`
+    state: [runs, states] at the start of a drive period; ended: numbers of `numerics/kernel/codes.py`
     response_period: 0 where it did not settle
     drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
     """
@@ -31,7 +31,7 @@ class SettlingRuns:
     @property
     def finished(self) -> np.ndarray:
         """Whether the run came to its end."""
-        return self.ended == memory.DONE
+        return self.ended == codes.DONE
 
 
 def settling_runs(
@@ -56,7 +56,7 @@ def settling_runs(
         response = ends.response_period
         drift = np.full(len(response), np.nan)
         if map_.cyclic >= 0:
-            gained = ends.state[:, map_.cyclic] - ends.response_earlier[:, map_.cyclic]
+            gained = ends.state[:, map_.cyclic] - ends.start[:, map_.cyclic]
             drift[response > 0] = (gained / np.maximum(response, 1))[response > 0]
         parts.append((ends.state, ends.status, response, drift))
     return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))

@@ -1,13 +1,12 @@
 """The stroboscopic map: the state whole drive periods later, and its derivative, for many states at once."""
 
 import dataclasses
-import functools
 from collections.abc import Callable
 
 import numpy as np
 
 from vibrocap.motion.equations import Equations, equations, parameter_values
-from vibrocap.numerics.api import Budget, ensemble_run, memory
+from vibrocap.numerics.api import Budget, RunResults, ensemble_run
 from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
@@ -15,44 +14,6 @@ from vibrocap.physics.system import System
 MOST_EVENTS = 100_000  # in one period
 MOST_STEPS = 2_000_000
 ORDER = 12  # of the series: one kernel serves all tolerances
-
-
-@dataclasses.dataclass(frozen=True)
-class Ends:
-    """How runs ended: the kernel's results [runs, ...], and their parts by name."""
-
-    layout: memory.Layout
-    results: np.ndarray
-
-    @functools.cached_property
-    def state(self) -> np.ndarray:
-        """[runs, states] at the end."""
-        return self._states(1)
-
-    @property
-    def response_earlier(self) -> np.ndarray:
-        """[runs, states] one response before the end, of a run that has settled."""
-        return self._states(0)
-
-    @property
-    def status(self) -> np.ndarray:
-        """[runs] numbers of `numerics/kernel/memory_layout.py`."""
-        return self.results[:, memory.RESULT_HEAD.index("status")].astype(int)
-
-    @property
-    def finished(self) -> np.ndarray:
-        """[runs] whether the run came to its end."""
-        return self.status == memory.DONE
-
-    @property
-    def response_period(self) -> np.ndarray:
-        """[runs] in drive periods; 0 where the run did not settle."""
-        found = self.results[:, memory.RESULT_HEAD.index("response_period")]
-        return np.where(self.finished & (found > 0), found, 0).astype(int)
-
-    def _states(self, place: int) -> np.ndarray:
-        first = len(memory.RESULT_HEAD) + place * self.layout.states
-        return self.results[:, first : first + self.layout.states].copy()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -162,7 +123,7 @@ class StroboscopicMap:
         mark_distance: np.ndarray | None = None,
         start: np.ndarray | None = None,
         progress: Callable[[int], None] | None = None,
-    ) -> Ends:
+    ) -> RunResults:
         """Run states [runs, states] with parameters [runs, parameters] as far as a budget allows.
 
         recording: equations in place of the map's own; the others as for `numerics.run.ensemble.ensemble_run`
@@ -170,7 +131,7 @@ class StroboscopicMap:
         options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
         recording = self.equations if recording is None else recording
         times = {"mark_distance": mark_distance, "start": start}
-        return Ends(*ensemble_run(recording, parameters, states, budget, **times, **options))
+        return ensemble_run(recording, parameters, states, budget, **times, **options)
 
     def images(
         self,

@@ -6,6 +6,15 @@ to slide with a velocity of which one or more leading coefficients vanish, known
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.codes import (
+    FIRST_SWITCH,
+    GRAZE,
+    REVERSAL,
+    SLIP_BACK,
+    SLIP_FORWARD,
+    STICK,
+    TOO_MANY_EVENTS,
+)
 from vibrocap.numerics.kernel.generated import (
     ARRIVING,
     CAME_FROM,
@@ -36,15 +45,6 @@ from vibrocap.numerics.kernel.generated import (
     holding_limit,
 )
 from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, turned
-from vibrocap.numerics.kernel.memory_layout import (
-    FIRST_SWITCH,
-    GRAZE,
-    REVERSAL,
-    SLIP_BACK,
-    SLIP_FORWARD,
-    STICK,
-    TOO_MANY_EVENTS,
-)
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare

@@ -13,6 +13,7 @@ to rest and sticks has lost one direction for good: its change of velocity is ex
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import whole_equal
+from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated import (
     BASE,
     CONTACT_STATE,
@@ -32,7 +33,6 @@ from vibrocap.numerics.kernel.generated import (
     WORK,
     guard_tangents,
 )
-from vibrocap.numerics.kernel.memory_layout import FIRST_SWITCH
 
 
 def tangent_waits(whole, lane):

@@ -5,10 +5,10 @@ The elementary functions are the package's own polynomials: a card has no librar
 
 from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import take
+from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated import RUN, STATUS, WORK
 from vibrocap.numerics.kernel.interface import advance
 from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
-from vibrocap.numerics.kernel.memory_layout import RUNNING
 
 # Places of `queue`.
 NEXT, END, BUSY = 0, 1, 2  # first run that no thread has begun; end of the runs; threads that go on in another launch

@@ -1,9 +1,9 @@
 """The loop over lanes that takes one after another: of a recorded motion, and of a thread of a graphics card."""
 
+from vibrocap.numerics.kernel.codes import RUNNING, TAPE_FULL, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.generated import IMPLICIT_STEPS, LANES, STATUS, STEP_LIMIT, TAYLOR_STEPS, jet
 from vibrocap.numerics.kernel.interface import has_room
 from vibrocap.numerics.kernel.loop.one_step import step
-from vibrocap.numerics.kernel.memory_layout import RUNNING, TAPE_FULL, TOO_MANY_STEPS
 
 
 def advance(real, whole, tape, rounds):

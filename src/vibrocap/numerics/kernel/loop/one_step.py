@@ -12,6 +12,7 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
+from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.kernel.events.contact import cross, guard_series, side_holds
 from vibrocap.numerics.kernel.generated import (
     EVENTS,
@@ -53,15 +54,6 @@ from vibrocap.numerics.kernel.interface import (
     repeat_to,
     tangent_waits,
     within_bounds,
-)
-from vibrocap.numerics.kernel.memory_layout import (
-    DONE,
-    FIRST_SWITCH,
-    GRAZE,
-    NOT_FINITE,
-    RUNNING,
-    STEP_UNDERFLOW,
-    UNDECIDED,
 )
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.taylor import move_to

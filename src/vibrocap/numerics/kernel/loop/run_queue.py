@@ -3,6 +3,7 @@
 Each run has its own steps, modes and events, so lanes end at different times; none waits for the slowest.
 """
 
+from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated import (
     ARRIVING,
     CAME_FROM,
@@ -48,7 +49,7 @@ from vibrocap.numerics.kernel.generated import (
     ZEROS,
 )
 from vibrocap.numerics.kernel.interface import advance, begin_drive, on_period
-from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE, RUNNING
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 from vibrocap.numerics.kernel.step.resolved import forget
 from vibrocap.numerics.kernel.step.taylor import hold_rate
 

@@ -19,6 +19,7 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
     whole_set,
 )
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
+from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import JUMP, cross
 from vibrocap.numerics.kernel.generated import (
     ARRIVING,
@@ -61,7 +62,6 @@ from vibrocap.numerics.kernel.generated import (
 )
 from vibrocap.numerics.kernel.interface import on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
-from vibrocap.numerics.kernel.memory_layout import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_abreast, resolved_abreast
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
 from vibrocap.numerics.kernel.generated import (
     ASKED,
     CONTACT_STATE,
@@ -33,7 +34,6 @@ from vibrocap.numerics.kernel.generated import (
     integrands,
 )
 from vibrocap.numerics.kernel.interface import fitting_point
-from vibrocap.numerics.kernel.memory_layout import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
 from vibrocap.numerics.kernel.observe.turning_points import (
     CELLS,
     may_turn,

@@ -1,5 +1,6 @@
 """Recording a whole motion: the hooks that the loop calls in a run of which everything is kept (one lane)."""
 
+from vibrocap.numerics.kernel.codes import TAPE_FULL
 from vibrocap.numerics.kernel.generated import (
     EVENT_SIZE,
     LANES,
@@ -20,7 +21,7 @@ from vibrocap.numerics.kernel.generated import (
     STIFF,
     TIME,
 )
-from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD, TAPE_FULL
+from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 
 

@@ -3,6 +3,7 @@
 A phase is a stretch of time on one side. What is shorter than a sliver, cut off by the window's end, is no phase.
 """
 
+from vibrocap.numerics.kernel.codes import LETTERS_PER_PLACE, WORD_PLACES
 from vibrocap.numerics.kernel.generated import (
     LANES,
     LETTER_COUNT,
@@ -16,7 +17,6 @@ from vibrocap.numerics.kernel.generated import (
     STICK_PHASES,
     STICK_TIME,
 )
-from vibrocap.numerics.kernel.memory_layout import LETTERS_PER_PLACE, WORD_PLACES
 
 SLIVER = 1e-12  # of a period
 NO_SIDE = 2.0  # before the first phase

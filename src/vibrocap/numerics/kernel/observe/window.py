@@ -4,6 +4,7 @@ A run is followed without measuring until its window begins: when its stroboscop
 response period, or else for the last periods of its budget. Of what can be measured only the groups asked for are.
 """
 
+from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, ASK_SYMMETRY, ASK_WORD
 from vibrocap.numerics.kernel.generated import (
     ASKED,
     ASYMMETRY,
@@ -36,14 +37,6 @@ from vibrocap.numerics.kernel.generated import (
     WHOLE_PERIODS,
     WINDOW,
     WINDOW_START,
-)
-from vibrocap.numerics.kernel.memory_layout import (
-    ASK_EXTREMES,
-    ASK_INTEGRALS,
-    ASK_MAGNITUDE,
-    ASK_PEAK,
-    ASK_SYMMETRY,
-    ASK_WORD,
 )
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response

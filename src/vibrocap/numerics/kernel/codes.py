@@ -1,0 +1,33 @@
+"""The numbers by which a kernel says things: why a run ended, kinds of event, groups of measures, letters of a word."""
+
+# What a lane is doing, or why it stopped.
+RUNNING = 0
+DONE = 1
+TAPE_FULL = 2
+STEP_UNDERFLOW = 3
+NOT_FINITE = 4
+TOO_MANY_EVENTS = 5
+UNDECIDED = 6
+TOO_MANY_STEPS = 7
+BEYOND_BOUND = 8  # the first of the equations' bounds; the next ones have the next numbers
+
+# Kinds of event.
+STICK = 0
+SLIP_FORWARD = 1
+SLIP_BACK = 2
+REVERSAL = 3
+GRAZE = 4
+SWITCHED = 5  # the law goes over to another of its pieces
+BOUND_REACHED = 6  # the first of the equations' bounds; the next ones have the next numbers
+MACHINE_SWITCHED = 20  # at the first guard of the machine; the next ones have the next numbers
+FIRST_SWITCH = 10  # number of the first guard of the pieces among the events of a step
+
+# Groups of measures, powers of two: an ensemble gathers those that are asked for (ASKED).
+ASK_INTEGRALS = 1  # works, impulse, areas of the friction loop, own integrals
+ASK_MAGNITUDE = 2  # integral of |R|
+ASK_PEAK = 4  # largest |R|, own extremes
+ASK_EXTREMES = 8  # of the states
+ASK_WORD = 16  # sticking, and the word of the last period
+ASK_SYMMETRY = 32
+WORD_PLACES = 4  # numbers that hold a word
+LETTERS_PER_PLACE = 26  # of two bits each

@@ -1,0 +1,91 @@
+"""What the runs of an ensemble ended with, by name: nobody outside has to know where the numbers stand."""
+
+import dataclasses
+
+import numpy as np
+
+from vibrocap.numerics.kernel import codes
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RunResults:
+    """Results of runs that are measured as they run; every quantity is an array [runs].
+
+    layout: of the kernel; numbers: [runs, layout.result_size], as the kernel wrote them
+    """
+
+    layout: Layout
+    numbers: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, which: slice | np.ndarray | list[int]) -> "RunResults":
+        """Those of some runs."""
+        return RunResults(self.layout, self.numbers[which])
+
+    def head(self, name: str) -> np.ndarray:
+        """A number of the head of a result, by its name in `memory_layout.RESULT_HEAD`."""
+        return self.numbers[:, RESULT_HEAD.index(name)]
+
+    @property
+    def status(self) -> np.ndarray:
+        """Why each run ended, a number of `codes`."""
+        return self.head("status").astype(int)
+
+    @property
+    def finished(self) -> np.ndarray:
+        """Whether the run came to its end."""
+        return self.status == codes.DONE
+
+    @property
+    def response_period(self) -> np.ndarray:
+        """Drive periods after which the motion repeats; 0 where the run did not settle."""
+        found = self.head("response_period")
+        return np.where(self.finished & (found > 0), found, 0).astype(int)
+
+    @property
+    def start(self) -> np.ndarray:
+        """[runs, states] at the start of the window; of a run that has settled, one response before its end."""
+        return self._states(0)
+
+    @property
+    def state(self) -> np.ndarray:
+        """[runs, states] at the end."""
+        return self._states(1)
+
+    def _states(self, place: int) -> np.ndarray:
+        first = self.layout.start_place + place * self.layout.states
+        return self.numbers[:, first : first + self.layout.states].copy()
+
+    def entries(self, name: str) -> np.ndarray:
+        """[runs, numbers] of an entry of what was gathered over the window, see `memory_layout.gathered_entries`."""
+        return self.numbers[:, self.layout.gathered_slice(name)]
+
+    def entry(self, name: str, i: int = 0) -> np.ndarray:
+        """Number i of such an entry."""
+        found = self.entries(name)
+        if not 0 <= i < found.shape[1]:
+            raise IndexError(f"{name} has no number {i}")
+        return found[:, i]
+
+    def letters(self) -> tuple[list[tuple[tuple[int, ...], bool]], np.ndarray]:
+        """The different sequences of sides of the last period, and which of them is that of each run.
+
+        A sequence is its letters (1 forward, 2 at rest, 3 back), and whether there was room for all of them.
+        """
+        keys = np.column_stack((self.entries("LETTERS"), self.entry("LETTER_COUNT")))
+        different, which = np.unique(keys, axis=0, return_inverse=True)
+        return [_unpacked(key) for key in different], which.ravel()
+
+
+def _unpacked(key: np.ndarray) -> tuple[tuple[int, ...], bool]:
+    """The letters in the numbers of the entry LETTERS followed by their count, two bits each."""
+    *places, count = (int(number) for number in key)
+    room = codes.LETTERS_PER_PLACE
+    found: list[int] = []
+    for place, packed in enumerate(places):
+        size = min(max(count - place * room, 0), room)
+        found += [(packed >> (2 * (size - 1 - i))) & 3 for i in range(size)]
+    return tuple(found), count <= room * len(places)
