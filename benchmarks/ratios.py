@@ -1,8 +1,8 @@
 """`python -m benchmarks ratios`: what a square drive and a load that follows the motion cost, over what they replace.
 
 The two of a pair run in turn, again and again, and medians of their processor times are compared; each within the limit
-that was set when it was built. Counted per drive period, alone and side by side, over machines that all settle on
-motions of the same kind.
+that was set when it was built. The motions of a pair are not the same and take other numbers of steps, whose ratio stands
+last: where it is 1.26 and that of the times 1.65, a step costs 1.31 times as much.
 """
 
 import dataclasses
@@ -16,6 +16,7 @@ import vibrocap as vc
 
 ROUNDS = 21
 PERIODS = 200
+TOLERANCE = 1e-8
 START = {"angle": 0.5}
 MASSES = np.linspace(3.5, 4.5, 1000)  # mass ratios of the runs side by side
 
@@ -28,6 +29,11 @@ class Pair:
     over: vc.System
     plain: vc.System
     limit: float | None
+
+    @property
+    def systems(self) -> tuple[vc.System, vc.System]:
+        """Both."""
+        return self.over, self.plain
 
 
 def capsule(load="weight", drive=None, **more) -> vc.System:
@@ -46,13 +52,13 @@ PAIRS = (
 
 def alone(system: vc.System) -> Callable[[], object]:
     """A motion of its own, everything recorded."""
-    return lambda: vc.simulate(system, periods=PERIODS, initial=START, tolerance=1e-9)
+    return lambda: vc.simulate(system, periods=PERIODS, initial=START, tolerance=TOLERANCE)
 
 
 def side_by_side(system: vc.System) -> Callable[[], object]:
     """An ensemble of a thousand mass ratios on one thread."""
     over = {"machine.mass_ratio": MASSES}
-    return lambda: vc.ensemble(system, over, initial=START, periods=20, tolerance=1e-8, threads=1)
+    return lambda: vc.ensemble(system, over, initial=START, periods=20, tolerance=TOLERANCE, threads=1)
 
 
 def ratio(one: Callable[[], object], other: Callable[[], object]) -> tuple[float, float, float]:
@@ -72,13 +78,16 @@ def ratio(one: Callable[[], object], other: Callable[[], object]) -> tuple[float
 def main() -> None:
     """Print the ratio of every pair, alone and side by side, beside its limit."""
     print("\nWhat drives and loads cost: ratios of processor times, medians of alternating runs")
-    print(f"  {'':36s}{'':14s}{'ms':>9s}{'plain ms':>10s}{'ratio':>8s}{'limit':>8s}")
+    print(f"  {'':36s}{'':14s}{'ms':>9s}{'plain ms':>10s}{'ratio':>8s}{'limit':>8s}{'steps':>8s}")
     for pair in PAIRS:
+        one, other = (vc.simulate(each, periods=PERIODS, initial=START, tolerance=TOLERANCE) for each in pair.systems)
+        steps = len(one.piece_start) / len(other.piece_start)
         for how, prepared in (("alone", alone), ("side by side", side_by_side)):
-            found, one, other = ratio(prepared(pair.over), prepared(pair.plain))
-            limit = "" if pair.limit is None else f"{pair.limit:8.2f}"
+            found, one, other = ratio(*map(prepared, pair.systems))
+            limit = "-" if pair.limit is None else f"{pair.limit:.2f}"
             missed = "  above its limit" if pair.limit is not None and found > pair.limit else ""
-            print(f"  {pair.title:36s}{how:14s}{one * 1e3:9.2f}{other * 1e3:10.2f}{found:8.2f}{limit}{missed}")
+            times = f"{one * 1e3:9.2f}{other * 1e3:10.2f}{found:8.2f}{limit:>8s}{steps:8.2f}"
+            print(f"  {pair.title:36s}{how:14s}{times}{missed}")
 
 
 if __name__ == "__main__":
