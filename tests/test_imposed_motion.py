@@ -53,7 +53,8 @@ TWO_PHASES = [
 ]
 
 
-@pytest.mark.parametrize("given", slow_but([2], [pytest.param(given) for given in TWO_PHASES]))
+@pytest.mark.slow
+@pytest.mark.parametrize("given", TWO_PHASES)
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
     expected = two_phase_velocity(*given)
@@ -83,6 +84,7 @@ def three_phase_velocity(share, friction, stroke, factor):
     return (factor - 1.0) / (2.0 * factor) * math.sqrt(2.0 * share * friction * stroke * factor / (factor + 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "friction", "stroke", "factor", "expected"),
     [
@@ -147,6 +149,7 @@ def test_harmonic_inner_motion_on_anisotropic_ground(forward, back, expected):
     assert found.mean_velocity == pytest.approx(expected, abs=2e-12)
 
 
+@pytest.mark.slow
 def test_the_work_per_distance_is_the_friction():
     """Energy per distance and mass is k (1 + 2 D_back/D), and k exactly where the body never slides back."""
     system = best_three_phases(0.3, 0.2, 1.0, 4.0)

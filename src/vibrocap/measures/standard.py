@@ -51,8 +51,8 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         COST_OF_TRANSPORT,
         *FRICTION,
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
-        *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
+        *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
     return {measure.name: measure for measure in found}
@@ -184,6 +184,15 @@ FRICTION = (
 )
 
 
+STOPS = (
+    Measure(
+        "impacts",
+        "impacts on stops per drive period (infinite: they accumulate at a rigid one; NaN: there are no stops)",
+        Standard(lambda runs: runs.impacts / runs.periods),
+    ),
+)
+
+
 def _imposed_by(kind: type[Machine]) -> str:
     """What imposes the motion of a kind of machine, "force" or "torque"; "" where none is imposed."""
     if kind.actuator is Machine.actuator:
@@ -219,15 +228,6 @@ ACTUATOR_POWER = (
         "peak_actuator_power", "largest power of an imposed motion", lambda now: now.actuator_power, "1", "W"
     ),
 )
-
-STOPS = (
-    Measure(
-        "impacts",
-        "impacts on stops per drive period (infinite: they accumulate at a rigid one; NaN: there are no stops)",
-        Standard(lambda runs: runs.impacts / runs.periods),
-    ),
-)
-
 
 REACTION = (
     Measure.mean(
