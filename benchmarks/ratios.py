@@ -1,7 +1,7 @@
 """`python -m benchmarks ratios`: what a square drive and a load that follows the motion cost, over what they replace.
 
 The two of a pair run in turn, again and again, and medians of their processor times are compared; each within the limit
-that was set when it was built. The motions of a pair are not the same and take other numbers of steps, whose ratio stands
+that was set when it was built. Motions of a pair are not the same and take other numbers of steps; their ratio stands
 last: where it is 1.26 and that of the times 1.65, a step costs 1.31 times as much.
 """
 

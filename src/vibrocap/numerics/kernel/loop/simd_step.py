@@ -152,8 +152,8 @@ def step_abreast(real, whole, tape, running):
 def within_piece(real, row, h):
     """Where a guard stays positive over the step beyond doubt, so that its branch lasts.
 
-    As in `ahead_abreast`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of all
-    others, which is largest at the end of the step.
+    As in `ahead_abreast`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
+    all others, which is largest at the end of the step.
     """
     others = abs(load(real, row + (ORDER - 1) * LANES))
     for k in range(ORDER - 2, 3, -1):
