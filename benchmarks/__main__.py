@@ -22,6 +22,7 @@ from benchmarks import (
     growth,
     named_sweeps,
     orders,
+    ratios,
     two_threads,
 )
 from benchmarks.named_motions import EXPONENTIAL_40, FIRST_SET, LUGRE_100, NamedMotion
@@ -106,6 +107,7 @@ def main() -> None:
         "driven": driven_law,
         "attractors": attractors,
         "branches": branches,
+        "ratios": ratios,
     }
     wanted = set(sys.argv[1:]) or {"single", *tables, "orders", "cold"}
     del sys.argv[1:]  # the tables below read it when they are run alone

@@ -150,11 +150,21 @@ def step_abreast(real, whole, tape, running):
 
 
 def within_piece(real, row, h):
-    """Where the first term of a guard of the law's pieces outweighs all others, so that its piece lasts the step."""
-    others = 0.0 * h
-    for k in range(ORDER - 1, 0, -1):
+    """Where a guard stays positive over the step beyond doubt, so that its branch lasts.
+
+    As in `ahead_abreast`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
+    all others, which is largest at the end of the step.
+    """
+    others = abs(load(real, row + (ORDER - 1) * LANES))
+    for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(real, row + k * LANES))
-    return load(real, row) > others * h
+    first = load(real, row)
+    second = load(real, row + LANES) * h
+    third = load(real, row + 2 * LANES) * h * h
+    fourth = (load(real, row + 3 * LANES) - others * h) * h * h * h
+    early = first + second * (1.0 / 3.0)
+    late = early + (second + third) * (1.0 / 3.0)
+    return lesser(lesser(first, early), lesser(late, first + second + third + fourth)) > 0.0
 
 
 def ahead_abreast(real, side, stuck, one, two, h):

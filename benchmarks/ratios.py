@@ -1,0 +1,94 @@
+"""`python -m benchmarks ratios`: what a square drive and a load that follows the motion cost, over what they replace.
+
+The two of a pair run in turn, again and again, and medians of their processor times are compared; each within the limit
+that was set when it was built. Motions of a pair are not the same and take other numbers of steps; their ratio stands
+last: where it is 1.26 and that of the times 1.65, a step costs 1.31 times as much.
+"""
+
+import dataclasses
+import statistics
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import vibrocap as vc
+
+ROUNDS = 21
+PERIODS = 200
+TOLERANCE = 1e-8
+START = {"angle": 0.5}
+MASSES = np.linspace(3.5, 4.5, 1000)  # mass ratios of the runs side by side
+
+
+@dataclasses.dataclass(frozen=True)
+class Pair:
+    """A system over the one that it is compared with; limit: of the ratio of their times."""
+
+    title: str
+    over: vc.System
+    plain: vc.System
+    limit: float | None
+
+    @property
+    def systems(self) -> tuple[vc.System, vc.System]:
+        """Both."""
+        return self.over, self.plain
+
+
+def capsule(load="weight", drive=None, **more) -> vc.System:
+    """The capsule of all pairs: it slides, sticks and does not lift off, whatever its load and drive."""
+    law = vc.Exponential(coulomb_coefficient=0.1, static_coefficient=0.2)
+    machine = vc.PendulumCapsule(mass_ratio=4.0, normal_load=load)
+    return vc.System(machine, law, drive or vc.Harmonic(amplitude=1.5), **more)
+
+
+PAIRS = (
+    Pair("square drive over harmonic drive", capsule(drive=vc.Square(amplitude=1.2)), capsule(), 1.3),
+    Pair("dynamic load over constant load", capsule("dynamic"), capsule(), 1.5),
+    Pair("with an actuator over without", capsule(actuator=vc.Actuator(0.3, 1.2)), capsule(), None),
+)
+
+
+def alone(system: vc.System) -> Callable[[], object]:
+    """A motion of its own, everything recorded."""
+    return lambda: vc.simulate(system, periods=PERIODS, initial=START, tolerance=TOLERANCE)
+
+
+def side_by_side(system: vc.System) -> Callable[[], object]:
+    """An ensemble of a thousand mass ratios on one thread."""
+    over = {"machine.mass_ratio": MASSES}
+    return lambda: vc.ensemble(system, over, initial=START, periods=20, tolerance=TOLERANCE, threads=1)
+
+
+def ratio(one: Callable[[], object], other: Callable[[], object]) -> tuple[float, float, float]:
+    """(ratio of the medians, both medians in seconds) of processor times, taken in turn."""
+    times: tuple[list[float], list[float]] = ([], [])
+    for run in (one, other):
+        run()
+    for _ in range(ROUNDS):
+        for run, measured in zip((one, other), times, strict=True):
+            before = time.process_time()
+            run()
+            measured.append(time.process_time() - before)
+    medians = [statistics.median(each) for each in times]
+    return medians[0] / medians[1], *medians
+
+
+def main() -> None:
+    """Print the ratio of every pair, alone and side by side, beside its limit."""
+    print("\nWhat drives and loads cost: ratios of processor times, medians of alternating runs")
+    print(f"  {'':36s}{'':14s}{'ms':>9s}{'plain ms':>10s}{'ratio':>8s}{'limit':>8s}{'steps':>8s}")
+    for pair in PAIRS:
+        one, other = (vc.simulate(each, periods=PERIODS, initial=START, tolerance=TOLERANCE) for each in pair.systems)
+        steps = len(one.piece_start) / len(other.piece_start)
+        for how, prepared in (("alone", alone), ("side by side", side_by_side)):
+            found, one, other = ratio(*map(prepared, pair.systems))
+            limit = "-" if pair.limit is None else f"{pair.limit:.2f}"
+            missed = "  above its limit" if pair.limit is not None and found > pair.limit else ""
+            times = f"{one * 1e3:9.2f}{other * 1e3:10.2f}{found:8.2f}{limit:>8s}{steps:8.2f}"
+            print(f"  {pair.title:36s}{how:14s}{times}{missed}")
+
+
+if __name__ == "__main__":
+    main()
