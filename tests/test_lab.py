@@ -34,9 +34,12 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 HEAD = """
 const fs = require("node:fs"), zlib = require("node:zlib");
 const data = JSON.parse(fs.readFileSync(process.argv[2]));
-const pool = zlib.inflateSync(Buffer.from(data.code, "base64")).toString().split("\\0");
+const opened = ({ code, forms }) => {
+  const pool = zlib.inflateSync(Buffer.from(code, "base64")).toString().split("\\0");
+  return forms.map((record) => new Form(record, pool));
+};
 const print = (value) => console.log(JSON.stringify(value));
-const forms = () => data.forms.map((record) => new Form(record, pool));
+const forms = () => opened(data);
 const limits = { events: 1e4, steps: 1e6, pieces: 1e5 };
 const runOf = (model) => model.request();
 """
@@ -147,8 +150,7 @@ def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kern
     made = bundle(Contents((system,), (Preset("held", "held", "", vc.Case(system, periods=2.5)),)))
     found = node(
         """
-    const made = JSON.parse(fs.readFileSync(process.argv[3])), packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), [form] = opened(made), model = new Model(made);
     const { parameters, initial, tolerance } = model.request();
     const motion = recordedRun(form, parameters, initial, 2.5, tolerance, limits);
     print([motion.pieces.length / form.motion.sizes.piece, [...motion.final]]);
