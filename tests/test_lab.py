@@ -35,8 +35,8 @@ HEAD = """
 const fs = require("node:fs"), zlib = require("node:zlib");
 const data = JSON.parse(fs.readFileSync(process.argv[2]));
 const opened = ({ code, forms }) => {
-  const pool = zlib.inflateSync(Buffer.from(code, "base64")).toString().split("\\0");
-  return forms.map((record) => new Form(record, pool));
+  const engine = new Engine(new WebAssembly.Module(zlib.inflateSync(Buffer.from(code, "base64"))));
+  return forms.map((record, i) => new Form(record, i, engine));
 };
 const print = (value) => console.log(JSON.stringify(value));
 const forms = () => opened(data);
@@ -120,8 +120,7 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     preset = Preset("corners", "corners", "", vc.Case(system, {"angle": 0.5}, periods=2.5))
     made = bundle(Contents((system,), (preset,)))
     found = node(f"""
-    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0"));
+    const made = {json.dumps(made)}, [form] = opened(made);
     const model = new Model(made), {{ parameters, initial }} = model.request();
     const motion = recordedRun(form, parameters, initial, 2.5, 1e-9, limits), dense = new Dense(motion);
     const rows = dense.rows(0, dense.end, 1e5), at = 2 + form.states.length + form.observed.indexOf("drive");
@@ -168,8 +167,7 @@ def test_a_start_beyond_a_stop_is_refused_by_name(node):
     system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
     made = bundle(Contents((system,), (Preset("stop", "stop", "", vc.Case(system, periods=1)),)))
     found = node(f"""
-    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const made = {json.dumps(made)}, [form] = opened(made), model = new Model(made);
     const tried = (gap, displacement) => {{
       model.set("machine.gap", gap);
       model.set("initial.displacement", displacement);

@@ -47,6 +47,7 @@ class Equations:
     law_switches: int  # how many of them are the law's
     impact: int  # place among the integrals of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
+    quotients: tuple[Expression, ...]  # of contacts that act on one another, whose divisors are bounds
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
     bound_kinds: tuple[int, ...]  # number of each bound among those that there are
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
@@ -172,6 +173,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     }
     for each in flow.further:
         observables |= {f"friction_{each.number}": each.friction, f"contact_velocity_{each.number}": each.velocity}
+        if system.machine.follows_load:
+            observables[f"reaction_{each.number}"] = each.normal
+            if each.sticks:
+                observables[f"holding_limit_{each.number}"] = each.limit
+                observables[f"holding_middle_{each.number}"] = each.middle
     contact = system.state_names.index(system.machine.contact_state)
     side = graph.node("side")
     balance = Balance(
@@ -193,7 +199,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables["outer_force"] = flow.outer_force
     if system.actuator is not None:
         observables["command"] = flow.command
-    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
+    others = (each.taken for each in flow.further) if system.machine.coupled == "distances" else ()
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken, *others)
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -215,6 +222,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         law_switches=flow.law_switches,
         impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
         loads=tuple(expression(load) for load in flow.loads),
+        quotients=tuple(expression(quotient) for quotient in flow.quotients),
         bounds=tuple(expression(bound) for bound in flow.bounds),
         bound_kinds=flow.bound_kinds,
         located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
@@ -232,15 +240,21 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
 
 def _of_contacts(system: System) -> list[str]:
     """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
-    own = (*system.machine.contacts, *system.state_names[len(system.machine.states) :])
+    own = (*_contact_states(system), *system.state_names[len(system.machine.states) :])
     aside = (*system.switched, *actuator_states(system.actuator))
     return [name for name in own if name not in aside]
+
+
+def _contact_states(system: System) -> list[str]:
+    """The velocities of further contacts that are states."""
+    return [name for name in system.machine.contacts if name in system.machine.states]
 
 
 def _resting(system: System) -> list[str]:
     """The velocities that are exactly zero while a further contact sticks."""
     pairs = zip(system.machine.contacts, system.further_laws, strict=True)
-    return [name for name, law in pairs if law.kind == "set-valued"]
+    states = _contact_states(system)
+    return [name for name, law in pairs if law.kind == "set-valued" and name in states]
 
 
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:

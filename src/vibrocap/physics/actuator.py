@@ -145,9 +145,9 @@ class ActuatedMachine:
         """Of the machine."""
         return self.machine.momentum(t, self._own(y))
 
-    def outer_force(self, t, y, drive):
+    def outer_force(self, t, y, drive, *at_first):
         """Of the machine, under u."""
-        return self.machine.outer_force(t, self._own(y), self.output(y))
+        return self.machine.outer_force(t, self._own(y), self.output(y), *at_first)
 
     def powers(self, t, y, drive, force) -> tuple:
         """Of the machine: the work of the drive is that of u."""
@@ -161,9 +161,21 @@ class ActuatedMachine:
         """Of the machine."""
         return self.machine.vertical_momentum(t, self._own(y))
 
-    def further(self, t, y, drive) -> tuple:
+    def further(self, t, y, drive, *at_first) -> tuple:
         """Further contacts of the machine."""
-        return self.machine.further(t, self._own(y), self.output(y))
+        return self.machine.further(t, self._own(y), self.output(y), *at_first)
+
+    def seen(self, side, internal, outside) -> "ActuatedMachine":
+        """As of `CoupledContacts`."""
+        return ActuatedMachine(self.machine.seen(side, internal, outside), self.actuator_part)
+
+    def further_bounds(self, t, y, drive, force) -> tuple:
+        """As of `CoupledContacts`."""
+        return self.machine.further_bounds(t, self._own(y), self.output(y), force)
+
+    def quotients(self, t, y, drive) -> list:
+        """As of `CoupledContacts`."""
+        return self.machine.quotients(t, self._own(y), self.output(y))
 
     def scene(self, t, y) -> tuple:
         """Of the machine."""

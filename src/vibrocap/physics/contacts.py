@@ -7,9 +7,10 @@ Guards end each branch, as for a stop that is struck:
     resting    |holding force - middle| <= limit; beyond it the contact slides to the side of that force
 
 No time passes between the two, so that a contact which nothing can hold turns at once. A kinked law goes from one side
-to the other. Each contact is on a body of its own and the bodies touch through springs, dampers and drives alone, so
-that the force which would hold a contact depends on no friction at the others (`Machine.further_holding_forces`): the
-modes are decided contact by contact, and there is always exactly one way to go on.
+to the other. Here each contact is on a body of its own and the bodies touch through springs, dampers and drives alone,
+so that the force which would hold a contact depends on no friction at the others (`Machine.further_holding_forces`):
+the modes are decided contact by contact, and there is always exactly one way to go on. Contacts that act on one another
+are decided together, see `coupled_contacts.py`.
 """
 
 from collections.abc import Sequence
@@ -65,12 +66,19 @@ class FurtherContact:
         stops = rests + self.side * self.velocity / self.scale
         forward = back = 0.0  # of a kinked law a side is sought only where the run starts
         if self.sticks:
-            limit, middle = self.law.holding_limit(self.load), self.law.holding_middle(self.load)
-            forward = (limit - (self.hold - middle)) / (limit + LEAST)
-            back = (limit + (self.hold - middle)) / (limit + LEAST)
-        push = self.velocity / LEAST
+            forward, back = self._margins()
+        push = self._push()
         pieces = self.law.switches(self.velocity, self.internal, self.side, self.load)
         return stops, sliding + rests * (forward - push), sliding + rests * (back + push), *pieces
+
+    def _margins(self) -> tuple:
+        """Shares of its limit by which the force that holds it may grow forward and back."""
+        limit, middle = self.law.holding_limit(self.load), self.law.holding_middle(self.load)
+        return (limit - (self.hold - middle)) / (limit + LEAST), (limit + (self.hold - middle)) / (limit + LEAST)
+
+    def _push(self):
+        """Beyond all margins where a contact that should rest slides."""
+        return self.velocity / LEAST
 
     def after(self, which: int) -> tuple[Any, tuple]:
         """(sliding velocity, own states) after guard number `which`."""
@@ -173,9 +181,14 @@ class MachineOnContacts:
         for each, state, place in zip(self.further(t, y, drive), self.machine.contacts, self._places, strict=True):
             guards = len(each.guards())
             if 0 <= which < guards:
-                states[self.machine.states.index(state)], states[place] = each.after(which)
+                velocity, states[place] = each.after(which)
+                self._move(states, state, each, velocity)
             which -= guards
         return tuple(states)
+
+    def _move(self, states: list, name: str, each: FurtherContact, velocity) -> None:
+        """Give a further contact its velocity."""
+        states[self.machine.states.index(name)] = velocity
 
     def energy(self, t, y):
         """Energy of the machine, and what its further contacts store."""
@@ -198,7 +211,8 @@ class MachineOnContacts:
 
     def further_drag_power(self, t, y):
         """Power of the drag on the bodies of the further contacts."""
-        return sum(-each.drag * each.velocity for each in self.further(t, y, 0.0))
+        pairs = ((each.drag, each.velocity) for each in self.further(t, y, 0.0))
+        return sum(-drag * velocity for drag, velocity in pairs if drag is not None)
 
     def powers(self, t, y, drive, force) -> tuple:
         """Powers of the machine's channels, then of each further contact."""

@@ -51,7 +51,7 @@ STATES = {
     "position": ("X", "position of the capsule, or of the rearmost body; nothing depends on it"),
     "velocity": ("X'", "its velocity"),
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
-    **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers)") for i in (2, 3)},
+    **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers, linkage)") for i in (2, 3)},
     "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
     "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
@@ -108,7 +108,10 @@ QUANTITIES = {
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
     "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator, environment)"),
-    "actuator_force": ("F_a", "force between body and inner mass that an imposed motion takes (two-mass crawler)"),
+    "actuator_force": (
+        "F_a",
+        "force between body and inner mass that an imposed motion takes (two-mass crawler), or in gap 1 (worms)",
+    ),
     "actuator_torque": ("T", "torque on the pendulum that an imposed motion takes (pendulum crawler)"),
     "actuator_power": ("P_a", "power of that force or torque"),
     "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
@@ -140,6 +143,11 @@ QUANTITIES = {
             ("bristle_loss", "_work", "W_bristle{}", "work lost in deforming it"),
         )
     },
+    "actuator_force_2": ("F_a2", "force in gap 2 that an imposed distance takes (worms)"),
+    "reaction_2": ("N_2", "normal reaction of the ground at contact 2, where loads follow the motion (linkage)"),
+    "holding_limit_2": ("R_max2", "how far the forces reach that contact 2 can hold, under such a load"),
+    "holding_middle_2": ("R_mid2", "their middle"),
+    "contact_storage_2_work": ("W_store2", "work that bristles there gave back less what they took, under such a load"),
 }
 
 

@@ -6,6 +6,7 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.contacts import MachineOnContacts
+from vibrocap.physics.coupled_contacts import CoupledContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
@@ -32,8 +33,8 @@ CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of 
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached")
-LOCATED = (False, True, False, True)  # whether it is a located event, or is looked at where a step starts
+BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts")
+LOCATED = (False, True, False, True, False)  # whether it is a located event, or is looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,6 +62,7 @@ class Flow:
     bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
     bound_kinds: tuple  # place in BOUNDS of each of them
     loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
+    quotients: tuple  # of contacts that act on one another: their divisors are among the bounds
     further: tuple  # `FurtherContact`s
 
 
@@ -158,7 +160,10 @@ class System:
         on the first."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        machine = MachineOnContacts(machine, self.further_laws, self.environment) if machine.contacts else machine
+        if machine.coupled:
+            machine = CoupledContacts(machine, self.further_laws, self.environment, self.friction)
+        elif machine.contacts:
+            machine = MachineOnContacts(machine, self.further_laws, self.environment)
         return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
 
     @property
@@ -230,6 +235,8 @@ class System:
         drive = self.drive.value(t)
         velocity = machine.contact_velocity(t, mechanical)
         outside = None if self.environment is None else self.environment.outside(machine, t, mechanical, side)
+        if self.machine.coupled:
+            machine = machine.seen(side, internal, outside)
         held = machine.holding_force(t, mechanical, drive)
         hold = held if outside is None else held + outside.push_at_rest
         force, internal_rates = law.force(velocity, internal, side, load)
@@ -274,9 +281,14 @@ class System:
             (*machine.after_switch(which, t, mechanical, drive, taken), *internal) for which in range(len(guards))
         ]
         # A drive that imposes a motion works against all that acts on the body from outside.
-        worked_against = taken if isinstance(self.machine, Imposed) else force
+        worked_against = taken if isinstance(self.machine, Imposed) or self.machine.coupled else force
         rates = machine.rates(t, mechanical, drive, taken)
-        outer_force = machine.outer_force(t, mechanical, drive)
+        at_first = (taken,) if self.machine.coupled else ()
+        ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
+        if self.machine.coupled:
+            more, more_kinds = machine.further_bounds(t, mechanical, drive, taken)
+            ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
+        outer_force = machine.outer_force(t, mechanical, drive, *at_first)
         if outside is not None:
             rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
             outer_force = outer_force + outside.total
@@ -303,10 +315,11 @@ class System:
             ),
             energy=machine.energy(t, mechanical),
             contact_energy=stored,
-            bounds=(*bounds, *(ends := machine.bounds(t, mechanical))),
-            bound_kinds=(*range(len(bounds)), *(BOUNDS.index(kind) for kind in machine.bound_kinds[: len(ends)])),
+            bounds=(*bounds, *ends),
+            bound_kinds=(*range(len(bounds)), *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
             loads=loads,
-            further=machine.further(t, mechanical, drive) if self.machine.contacts else (),
+            quotients=tuple(machine.quotients(t, mechanical, drive)) if self.machine.coupled else (),
+            further=machine.further(t, mechanical, drive, *at_first) if self.machine.contacts else (),
         )
 
     def rates(self, t, y, side) -> tuple:
