@@ -149,8 +149,7 @@ def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kern
     made = bundle(Contents((system,), (Preset("held", "held", "", vc.Case(system, periods=2.5)),)))
     found = node(
         """
-    const made = JSON.parse(fs.readFileSync(process.argv[3])), packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), [form] = opened(made), model = new Model(made);
     const { parameters, initial, tolerance } = model.request();
     const motion = recordedRun(form, parameters, initial, 2.5, tolerance, limits);
     print([motion.pieces.length / form.motion.sizes.piece, [...motion.final]]);

@@ -253,6 +253,11 @@ def test_a_map_is_computed_and_a_click_shows_the_motion(shown):
     assert shown.js("document.querySelector('#map-bar output').textContent") == "the range should rise"
     shown.js(f"{box}.value = '0.2'; {box}.dispatchEvent(new Event('change'))")
     shown.wait("location.hash.includes('view=map&map.size=32&map.x=machine.mass_ratio%2C0.2%2C100')")
+    shown.wait("lab.fields.finished.map === lab.fields.begunFor.map", 60)
+    rows = shown.js("lab.fields.csv('map')").splitlines()
+    assert rows[0] == "machine.mass_ratio,drive.amplitude,mean_velocity,response_period,status"
+    assert len(rows) == 1 + 32 * 32
+    assert shown.js("pictureSvg(lab)").count("<rect") > 32 * 32
     x, y, width, height = place(shown, "#map")
     changed(shown, lambda: shown.click(x + 0.1 * width, y - 0.1 * height))
     cell = shown.js("lab.fields.cell")
@@ -261,6 +266,13 @@ def test_a_map_is_computed_and_a_click_shows_the_motion(shown):
     found = shown.js("['machine.mass_ratio', 'drive.amplitude'].map((path) => lab.model.get(path))")
     assert found == pytest.approx(wanted, rel=1e-12)
     assert shown.js("document.getElementById('map-view').hidden")
+    shown.js("lab.model.state.fields['strip.x'] = 'machine.stiffness,1.9,2.1'; lab.mode('strip')")
+    shown.wait("lab.fields.finished.strip", 60)
+    shown.js("document.getElementById('strip').focus()")
+    shown.key("ArrowRight")
+    shown.wait("document.getElementById('strip-words').textContent.startsWith('stiffness 2.00')")
+    changed(shown, lambda: shown.key("Enter"))
+    assert shown.js("lab.model.get('machine.stiffness')") == pytest.approx(1.9 + 0.2 * 121.5 / 240, rel=1e-12)
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (390, False)])

@@ -4,6 +4,7 @@ import enum
 import http.server
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 import threading
@@ -16,7 +17,7 @@ from vibrocap.cli.command_examples import EXAMPLES
 from website.docstrings import as_rst, members
 from website.embeds import stage_report, with_lab
 from website.gallery import description, title_of
-from website.links import dead_elsewhere, dead_links
+from website.links import dead_elsewhere, dead_links, overwritten
 from website.reference import rooms, stage_commands, stage_names
 from website.staging import INDEX, LINK, ROOT, places, relinked, sections, stage, stage_first_page, stage_sections
 
@@ -166,6 +167,13 @@ def test_dead_links_are_found(tmp_path):
     (tmp_path / "b.html").write_text('<a name="here"></a><img src="c.png"><a href="a.html?q=1#top">a</a>')
     (tmp_path / "c.png").touch()
     assert dead_links(tmp_path) == []
+    extra = tmp_path / "extra"
+    extra.mkdir()
+    (extra / "c.png").touch()
+    assert overwritten(extra, tmp_path) == []
+    (extra / "b.html").write_text("a page that is taken in")
+    assert overwritten(extra, tmp_path) == ["b.html"]
+    shutil.rmtree(extra)
     (tmp_path / "b.html").write_text('<a href="gone.html"></a><a href="#gone"></a><script src="//cdn.x/y.js"></script>')
     assert dead_links(tmp_path) == [
         "a.html: b.html#here (no such anchor)",
@@ -191,8 +199,9 @@ def test_the_site_is_built_without_a_warning_or_a_dead_link(tmp_path):
         assert (html / place).with_suffix(".html").exists(), place
     page = (html / "gallery" / "travels-by-stick-slip.html").read_text(encoding="utf-8")
     assert "0.16434775" in page
-    assert 'href="../lab.html#v=' in page
-    assert 'src="lab.html#v=' in (html / "index.html").read_text(encoding="utf-8")
+    assert 'href="../live/lab.html#v=' in page
+    assert 'id="worker"' in (html / "live" / "lab.html").read_text(encoding="utf-8")
+    assert 'src="live/lab.html#v=' in (html / "index.html").read_text(encoding="utf-8")
     assert 'id="vibrocap.Exponential.steady_force"' in (html / "api" / "physics.friction.html").read_text("utf-8")
     assert Path(html / "objects.inv").stat().st_size > 0
 

@@ -19,7 +19,7 @@ from website.embeds import (
     stage_report,
 )
 from website.gallery import stage_gallery
-from website.links import dead_elsewhere, dead_links
+from website.links import dead_elsewhere, dead_links, overwritten
 from website.reference import stage_commands, stage_names
 from website.staging import Card, stage, stage_first_page, stage_sections
 
@@ -74,6 +74,9 @@ def main(words: list[str] | None = None) -> int:
         settings["nb_execution_mode"] = "off"
     told = [word for name, value in settings.items() for word in ("-D", f"{name}={value}")]
     if build_main(["-q", "-W", "--keep-going", "-j", "2", "-c", str(HERE), *told, str(sources), str(html)]):
+        return 1
+    for name in overwritten(extra, html):
+        print(f"{name}: a page of the site has the name of a file that is taken in", file=sys.stderr)
         return 1
     dead = [*dead_links(html), *(dead_elsewhere(html) if options.links else [])]
     for link in dead:

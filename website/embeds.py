@@ -13,6 +13,7 @@ from vibrocap.cli import main as cli
 from website.links import LinkedPage, elsewhere
 from website.staging import ROOT
 
+PAGE = "live/lab.html"  # of the lab; docs/lab.md is another page
 FIRST = "travels-by-stick-slip"  # the example with which the lab begins
 MARK = re.compile(r"^<!-- lab: ([\w-]+) -->$", re.MULTILINE)  # a place in a page for the lab, at an example
 HEAD = """# vibrocap
@@ -44,11 +45,12 @@ PICTURE = "![One drive period of a capsule, its velocity, and its travel](images
 
 def lab_addresses(extra: Path) -> dict[str, str]:
     """Write the lab beside the pages; returns its address at each of its presets, {} where the package has no lab."""
-    if "lab" not in list(cli.app) or cli.main(["lab", "--out", str(extra / "lab.html")]) != 0:
+    (extra / PAGE).parent.mkdir(parents=True, exist_ok=True)
+    if "lab" not in list(cli.app) or cli.main(["lab", "--out", str(extra / PAGE)]) != 0:
         return {}
-    page = (extra / "lab.html").read_text(encoding="utf-8")
+    page = (extra / PAGE).read_text(encoding="utf-8")
     data = json.loads(re.search(r'<script[^>]* id="data">(.*?)</script>', page, re.DOTALL)[1])
-    return {preset["key"]: f"lab.html#v={data['layout']}&preset={preset['key']}" for preset in data["presets"]}
+    return {preset["key"]: f"{PAGE}#v={data['layout']}&preset={preset['key']}" for preset in data["presets"]}
 
 
 def lab_frame(address: str, place: str = "") -> str:

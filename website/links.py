@@ -54,6 +54,13 @@ def dead_links(folder: Path) -> list[str]:
     return sorted(found)
 
 
+def overwritten(extra: Path, folder: Path) -> list[str]:
+    """Files that a site takes in as they are, in whose place something else stands in its folder."""
+    files = [path for path in sorted(extra.rglob("*")) if path.is_file()]
+    places = [(path, folder / path.relative_to(extra)) for path in files]
+    return [str(place.relative_to(folder)) for path, place in places if path.read_bytes() != place.read_bytes()]
+
+
 def links_elsewhere(folder: Path) -> dict[str, list[str]]:
     """Addresses of the web that the pages of a folder point to, each with the pages that do, without anchors."""
     found: dict[str, list[str]] = {}

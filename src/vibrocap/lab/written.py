@@ -39,7 +39,7 @@ class Ways:
                 value = function()
             except ValueError as error:
                 value = error
-            except (ArithmeticError, TypeError):
+            except (ArithmeticError, LookupError, TypeError):
                 value = None
             yield tuple(self.asked), value
             answers = [answer for _, answer in self.asked]

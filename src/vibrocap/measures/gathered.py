@@ -61,8 +61,8 @@ class Gathered:
         strikes the stop more often than it leaves it.
         """
         names = self.system.placed.switch_events
-        if "impact" not in names:
-            return self.nowhere
+        if "impact" not in names or "OCCURRED" not in dict(self.results.layout.gathered):
+            return self.nowhere  # a run may also end where it would strike
         counts = self.results.entries("OCCURRED")
         names = names[: counts.shape[1]]  # a machine may have fewer guards than it has names for
         struck = counts[:, [name == "impact" for name in names]].sum(axis=1)

@@ -197,13 +197,43 @@ class Fields {
     if (this.set.strip && !$$("strip-view").hidden) this.drawStrip(new CanvasPen($$("strip")), theme);
   }
 
+  // What is shown as a picture, and as a table.
+  svg(name) {
+    const theme = themeOf(document.body), pen = new SvgPen(900, 620), field = this.set[name];
+    pen.box(0, 0, 900, 620, theme.paper);
+    if (field && name === "map") field.draw(pen, theme, field.axes.map(({ path }) => this.label(path)));
+    if (field && name === "strip") this.drawStrip(pen, theme);
+    return pen.svg;
+  }
+
+  csv(name) {
+    const field = this.set[name], lines = [];
+    if (name === "strip") {
+      lines.push([field.axis.path, field.state, "response_period"]);
+      for (const k of [...field.columns.keys()].sort((a, b) => a - b)) {
+        const found = field.columns.get(k), value = atShare(field.axis.range, (k + 0.5) / COLUMNS);
+        for (const mark of found?.marks ?? []) lines.push([value, mark, found.response]);
+      }
+    } else {
+      lines.push([...field.axes.map(({ path }) => path), field.measure, "response_period", "status"]);
+      for (let i = 0; i < field.n ** 2; i++) {
+        const cell = [i % field.n, Math.floor(i / field.n)], found = field.cells.get(i)?.found;
+        const point = field.axes.map(({ range }, k) => atShare(range, (cell[k] + 0.5) / field.n));
+        lines.push([...point, found?.values[field.measure] ?? "", found?.response ?? "", found?.status ?? ""]);
+      }
+    }
+    return `${lines.map((each) => each.join(",")).join("\n")}\n`;
+  }
+
   drawStrip(pen, theme) {
     const { axis, state, columns } = this.set.strip, [low, high, log] = axis.range, all = [];
     for (const found of columns.values()) if (found) all.push(...found.marks);
     const ends = log ? [Math.log10(low), Math.log10(high)] : [low, high];
     const map = (this.stripMap = frame(pen, theme, { x: ends, y: rangeOf(all), xName: this.label(axis.path) + (log ? " (powers of ten)" : ""), yName: wordy(state), title: `${wordy(state)} at the period marks`, margin: { left: 64 } }));
+    const at = (k) => map.sx(ends[0] + ((ends[1] - ends[0]) * (k + 0.5)) / COLUMNS);
+    if (this.column !== undefined) pen.path([at(this.column), map.box.top, at(this.column), map.box.bottom], theme.soft, 1, [3, 3]);
     for (const [k, found] of columns) {
-      const x = map.sx(ends[0] + ((ends[1] - ends[0]) * (k + 0.5)) / COLUMNS);
+      const x = at(k);
       if (!found || found.status !== 1) pen.path([x, map.box.bottom - 8, x, map.box.bottom], theme.bad, 2);
       else for (const mark of found.marks) pen.disc(x, map.sy(mark), found.response > 0 ? 1.6 : 0.9, found.response > 0 ? theme.first : theme.second);
     }
@@ -222,7 +252,8 @@ class Fields {
   }
 
   pressed(name, event) {
-    if (name !== "map" || !this.set.map) return;
+    if (name === "strip") { this.along(event); return; }
+    if (!this.set.map) return;
     const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     if (moves) {
       event.preventDefault();
@@ -232,6 +263,19 @@ class Fields {
       $$("map-words").textContent = `${this.set.map.axes.map(({ path, range }, i) => `${this.label(path)} ${said(atShare(range, (this.cell[i] + 0.5) / n), 4)}`).join(", ")}: ${known ? said(value ?? NaN, 5) : "not computed yet"}${known?.found?.response === 0 ? " (unsettled)" : ""}`;
       this.draw();
     } else if (event.key === "Enter" && this.cell) this.fly();
+  }
+
+  // By keys along the strip.
+  along(event) {
+    const strip = this.set.strip, step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (strip && step) {
+      event.preventDefault();
+      this.column = Math.min(COLUMNS - 1, Math.max(0, (this.column ?? COLUMNS / 2) + step));
+      const found = strip.columns.get(this.column), marks = [...new Set((found?.marks ?? []).map((mark) => said(mark, 4)))];
+      const what = marks.length > 4 ? `${marks.length} points, not settled` : marks.join(", ");
+      $$("strip-words").textContent = `${this.label(strip.axis.path)} ${said(atShare(strip.axis.range, (this.column + 0.5) / COLUMNS), 4)}: ${what || "not computed yet"}`;
+      this.draw();
+    } else if (strip && event.key === "Enter" && this.column !== undefined) this.land([strip.axis], [(this.column + 0.5) / COLUMNS]);
   }
 
   fly() { this.land(this.set.map.axes, this.cell.map((each) => (each + 0.5) / this.set.map.n), this.setting("map.start") === "mirrored"); }

@@ -11,8 +11,9 @@ function listenToSharing(lab) {
   $$("save").addEventListener("change", () => {
     const kind = $$("save").value;
     $$("save").value = "";
-    if (lab.shown && kind === "csv") saved("motion.csv", asCsv(lab.shown), "text/csv");
-    if (lab.shown && kind === "svg") saved("motion.svg", pictureSvg(lab), "image/svg+xml");
+    const { view } = model.state;
+    if (lab.shown && kind === "csv") saved(`${view}.csv`, view === "motion" ? asCsv(lab.shown) : lab.fields.csv(view), "text/csv");
+    if (lab.shown && kind === "svg") saved(`${view}.svg`, pictureSvg(lab), "image/svg+xml");
     if (lab.shown && kind === "png") savePng(lab);
   });
   $$("file").addEventListener("change", async () => {
@@ -64,8 +65,9 @@ function asCsv(shown) {
   return `${lines.join("\n")}\n`;
 }
 
-// All panels in one picture, two side by side.
+// All panels in one picture, two side by side; or the map, or the strip.
 function pictureSvg(lab) {
+  if (lab.model.state.view !== "motion") return lab.fields.svg(lab.model.state.view);
   const theme = themeOf(document.body), width = 620, height = 300, parts = [];
   const given = { shown: lab.shown, beside: lab.other, units: lab.units, names: lab.names };
   let x = 0, y = 0;
@@ -87,7 +89,7 @@ async function savePng(lab) {
   await image.decode();
   const canvas = element("canvas", { width: image.width * 2, height: image.height * 2 });
   canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
-  canvas.toBlob((blob) => saved("motion.png", blob, "image/png"));
+  canvas.toBlob((blob) => saved(`${lab.model.state.view}.png`, blob, "image/png"));
   URL.revokeObjectURL(url);
 }
 

@@ -38,14 +38,6 @@ class Form {
   // A function of one of its kernels.
   call(name, ...given) { return this.engine.kernel[name + this.number](...given); }
 
-  // Measures by name of a result: each as the package takes it.
-  get reader() {
-    this._reader ??= new Function("r", "T", "h", "m", `return { ${this.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
-    return this._reader;
-  }
-
-  get mirrors() { return (this._mirrors ??= new Function("p", `return ${this.mirrored};`)); }
-
   // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
@@ -195,9 +187,16 @@ function measured(form, result, begun, threshold) {
     windowPeriods: periods,
     word: form.kind === "smooth" ? "" : wordOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
     mirrored: result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
-    values: form.reader(result, begun.period, threshold, form.mirrors(begun.parameters)),
+    values: readerOf(form)(result, begun.period, threshold, begun.parameters),
   };
   return found;
+}
+
+// Measures by name of a result r, drive period T, threshold h and parameters p: each as the package takes it.
+function readerOf(form) {
+  form._reader ??= new Function("r", "T", "h", "p", `const m = ${form.mirrored};
+    return { ${form.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
+  return form._reader;
 }
 
 const LETTERS = ["", "F", "S", "B"];
