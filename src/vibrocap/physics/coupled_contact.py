@@ -90,7 +90,7 @@ class ImposedContact(CoupledContact):
         return cube * cube * cube
 
     def after(self, which: int) -> tuple[Any, tuple]:
-        """As of any further contact; but for rounding one that comes to rest or leaves it is still, unless it jumped."""
+        """As of any further contact; but one that comes to rest or leaves it is still, unless it has jumped."""
         _, own = super().after(which)
         share = self.velocity / (STILL * self.scale)
         fourth = share * share * share * share

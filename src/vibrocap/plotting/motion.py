@@ -314,6 +314,8 @@ def _time_histories(axes: Any, motion: Trajectory) -> None:
 
 def _body_name(motion: Trajectory) -> str:
     """What slides."""
+    if motion.system.machine.coupled == "distances":
+        return "Common centre"
     if motion.system.machine.contacts:
         return "Body 1"
     return "Block" if motion.system.machine.cyclic is None else "Capsule"
@@ -325,7 +327,9 @@ def _place_label(motion: Trajectory) -> str:
 
 
 def _inner_name(motion: Trajectory) -> str:
-    """What moves within the capsule, or the block; of a row of bodies, the first gap."""
+    """What moves within the capsule, or the block; of a row of bodies the first gap, or its first body."""
+    if motion.system.machine.coupled == "distances":
+        return "Body 1"
     if motion.system.machine.contacts:
         return "Gap 1"
     if motion.system.machine.cyclic is None:
