@@ -6,7 +6,6 @@ import pytest
 import vibrocap as vc
 from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
 from test_simulate_reference import CASES, system_of
-from thinned import slow_but
 from vibrocap.physics.parameters import parameters
 
 
@@ -89,7 +88,8 @@ CREEP = vc.System(vc.Oscillator(belt_speed=0.01, normal_load=2.0), vc.RateAndSta
 CREEP_PERIODS = 5
 
 
-@pytest.mark.parametrize("tolerance", slow_but([1], [1e-6, 1e-8, 1e-11]))
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-11])
 def test_works_and_impulse_are_as_exact_as_the_motion_on_implicit_steps(tolerance):
     """Friction is asked where the equations have the slopes of the dense output, not at its states.
 
@@ -207,6 +207,7 @@ def test_states_that_jump_at_events_are_not_compared():
     assert (motion.certificate.estimated_error or 1.0) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_hold_is_followed_where_every_other_term_of_its_force_vanishes():
     """Stuck on a belt nothing but the drive bends the holding force, whose odd terms vanish at a crest of the drive.
 

@@ -271,7 +271,8 @@ def test_motion_that_never_moves_has_a_summary(case, capsys):
 
 
 @pytest.mark.parametrize(
-    ("setting", "status"), [("max_events_per_period = 1", "too many events"), ("max_steps = 30", "too many steps")]
+    ("setting", "status"),
+    slow_but([1], [("max_events_per_period = 1", "too many events"), ("max_steps = 30", "too many steps")]),
 )
 def test_run_that_cannot_be_completed(setting, status, case, capsys):
     case.write_text(CASE + setting + "\n")
@@ -363,7 +364,8 @@ def pixels_of(path):
         return np.asarray(picture.convert("RGB"), dtype=int)
 
 
-@pytest.mark.parametrize("kind", slow_but([1], ["png", "svg", "pdf"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
 def test_plot_is_written_and_the_same_each_time(kind, case, capsys):
     paths = [case.parent / f"{number}.{kind}" for number in range(2)]
     for path in paths:
@@ -371,7 +373,7 @@ def test_plot_is_written_and_the_same_each_time(kind, case, capsys):
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
-@pytest.mark.parametrize(("law", "arguments"), [("exponential", []), ("lugre", ["--periods", "0.3"])])
+@pytest.mark.parametrize(("law", "arguments"), slow_but([1], [("exponential", []), ("lugre", ["--periods", "0.3"])]))
 def test_plot_is_not_blank_and_nothing_is_cut_off(law, arguments, case, capsys):
     case.write_text(CASE.replace("exponential", law))
     path = case.parent / "run.png"

@@ -186,12 +186,13 @@ MEASURES = ["drift", "stick_fraction", "stick_fraction_2", "contact_sliding_work
 MEASURES += ["largest_velocity_2", "drive_work", "mean_friction"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "laws",
     [
         (vc.Coulomb(0.06, 0.09), None),
-        pytest.param((vc.LuGre(), vc.Coulomb(0.06, 0.09)), marks=pytest.mark.slow),
-        pytest.param((vc.Coulomb(0.06, 0.09), vc.LuGre()), marks=pytest.mark.slow),
+        (vc.LuGre(), vc.Coulomb(0.06, 0.09)),
+        (vc.Coulomb(0.06, 0.09), vc.LuGre()),
     ],
 )
 def test_measures_of_an_ensemble_are_those_of_single_motions(laws):

@@ -145,6 +145,7 @@ def test_the_drive_is_known_from_both_sides_of_a_jump():
     assert last[0, 0] == -1.5  # at the very end of the motion, which is the end of a period
 
 
+@pytest.mark.slow
 def test_a_stuck_contact_breaks_loose_at_a_jump():
     """At rest under a small force; where the force jumps beyond the limit, it slides at that instant, that way."""
     for level, kind in ((3.0, "slip_forward"), (-3.0, "slip_back")):

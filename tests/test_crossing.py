@@ -69,6 +69,7 @@ def test_no_boundary_point_at_the_printed_parameters():
     assert found.equal == (PRINTED_RANGE,)
 
 
+@pytest.mark.slow
 def test_boundary_points_of_a_soft_spring_are_where_both_laws_travel_alike():
     lm, em = capsule("lugre"), capsule("exponential")
     found = vc.crossing(lm, "mean_velocity", RATIO, PRINTED_RANGE, against=em, initial=START, points=60)

@@ -35,7 +35,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))
 # Of these the snippets and commands are fast; others run studies or fits, or compile kernels that no fast test needs.
-FAST_PAGES = ("README.md", "CONTRIBUTING.md", "numerics.md", "stick-slip.md")
+FAST_PAGES = ("README.md", "CONTRIBUTING.md")
 # Commands that begin so take more than a few seconds.
 SLOW = tuple(
     f"vibrocap {name}"

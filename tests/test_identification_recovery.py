@@ -13,7 +13,7 @@ from vibrocap.physics.friction.exponential import Exponential
 # and behind a joint with play less bristle damping, which at its default strikes like a hammer.
 CHANGES = {"viscous_damping": 0.05, "smoothing_velocity": 0.02}
 SLOW = [name for name in catalogue.laws() if name not in ("exponential", "dahl")]
-WRAPPED = ["anisotropic-lugre", "backlash-lugre"]
+WRAPPED = ["anisotropic-dahl", "backlash-lugre"]
 
 
 def truth(name: str):

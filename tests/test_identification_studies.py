@@ -135,6 +135,7 @@ def test_a_law_matches_itself_and_leaves_a_difference_to_another():
             match(LAW, LuGre(), velocity=wrong)
 
 
+@pytest.mark.slow
 def test_the_bootstrap_scatters_as_the_covariance_says(found):
     drawn = bootstrap(found, replicates=40, over="blocks", seed=1)
     assert drawn.failed == 0

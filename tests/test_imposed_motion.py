@@ -53,7 +53,8 @@ TWO_PHASES = [
 ]
 
 
-@pytest.mark.parametrize("given", slow_but([2], [pytest.param(given) for given in TWO_PHASES]))
+@pytest.mark.slow
+@pytest.mark.parametrize("given", TWO_PHASES)
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
     expected = two_phase_velocity(*given)
@@ -83,6 +84,7 @@ def three_phase_velocity(share, friction, stroke, factor):
     return (factor - 1.0) / (2.0 * factor) * math.sqrt(2.0 * share * friction * stroke * factor / (factor + 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "friction", "stroke", "factor", "expected"),
     [
@@ -147,6 +149,7 @@ def test_harmonic_inner_motion_on_anisotropic_ground(forward, back, expected):
     assert found.mean_velocity == pytest.approx(expected, abs=2e-12)
 
 
+@pytest.mark.slow
 def test_the_work_per_distance_is_the_friction():
     """Energy per distance and mass is k (1 + 2 D_back/D), and k exactly where the body never slides back."""
     system = best_three_phases(0.3, 0.2, 1.0, 4.0)
@@ -206,3 +209,26 @@ def test_what_cannot_be_imposed_is_refused_by_name():
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Square())
     with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the two-mass-crawler, but"):
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())
+
+
+def test_measures_of_what_an_imposed_motion_takes():
+    """The largest |force| and power of z = h cos(omega t) where the body is held: m z'' and m z'' z'."""
+    amplitude, frequency, inner = 0.4, 1.7, 1.0
+    held = vc.System(vc.TwoMassCrawler(mass_ratio=2.0), vc.Coulomb(9.0, 9.0), vc.Harmonic(amplitude, frequency))
+    names = ("peak_actuator_force", "largest_actuator_force", "least_actuator_force")
+    names += ("peak_actuator_power", "mean_actuator_power")
+    found = vc.measured(vc.simulate(held, periods=2, tolerance=1e-12), names, window=1)
+    force = inner * amplitude * frequency**2
+    assert [found[name] for name in names[:3]] == pytest.approx([force, force, -force], rel=1e-9)
+    assert found["peak_actuator_power"] == pytest.approx(0.5 * force * amplitude * frequency, rel=1e-9)
+    assert found["mean_actuator_power"] == pytest.approx(0.0, abs=100 * 1e-12)  # as all works are held to
+    assert {*names} < {*vc.measure_table(held)}
+    assert not {*names} & {*vc.measure_table(vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic()))}
+    assert {"peak_actuator_torque", *names} < {*vc.measure_table()}
+    pendulum = vc.System(vc.PendulumCrawler(), vc.Coulomb(), vc.Harmonic(0.5))
+    run = vc.simulate(pendulum, periods=2)
+    torque = run["actuator_torque"][run.time >= run.period]
+    peak = vc.measured(run, "peak_actuator_torque", window=1)["peak_actuator_torque"]
+    assert peak == pytest.approx(abs(torque).max(), rel=1e-3)
+    with pytest.raises(ValueError, match="'actuator_force' is not known of an instant"):
+        vc.measured(run, "peak_actuator_force", window=1)

@@ -20,6 +20,8 @@ from vibrocap.lab.controls import part_record
 from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
+from vibrocap.measures.during_run import measure_table
+from vibrocap.measures.measure import Reduction
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.parameters import ParameterError
@@ -32,9 +34,12 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 HEAD = """
 const fs = require("node:fs"), zlib = require("node:zlib");
 const data = JSON.parse(fs.readFileSync(process.argv[2]));
-const pool = zlib.inflateSync(Buffer.from(data.code, "base64")).toString().split("\\0");
+const opened = ({ code, forms }) => {
+  const engine = new Engine(new WebAssembly.Module(zlib.inflateSync(Buffer.from(code, "base64"))));
+  return forms.map((record, i) => new Form(record, i, engine));
+};
 const print = (value) => console.log(JSON.stringify(value));
-const forms = () => data.forms.map((record) => new Form(record, pool));
+const forms = () => opened(data);
 const limits = { events: 1e4, steps: 1e6, pieces: 1e5 };
 const runOf = (model) => model.request();
 """
@@ -115,8 +120,7 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     preset = Preset("corners", "corners", "", vc.Case(system, {"angle": 0.5}, periods=2.5))
     made = bundle(Contents((system,), (preset,)))
     found = node(f"""
-    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0"));
+    const made = {json.dumps(made)}, [form] = opened(made);
     const model = new Model(made), {{ parameters, initial }} = model.request();
     const motion = recordedRun(form, parameters, initial, 2.5, 1e-9, limits), dense = new Dense(motion);
     const rows = dense.rows(0, dense.end, 1e5), at = 2 + form.states.length + form.observed.indexOf("drive");
@@ -164,8 +168,7 @@ def test_a_start_beyond_a_stop_is_refused_by_name(node):
     system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
     made = bundle(Contents((system,), (Preset("stop", "stop", "", vc.Case(system, periods=1)),)))
     found = node(f"""
-    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const made = {json.dumps(made)}, [form] = opened(made), model = new Model(made);
     const tried = (gap, displacement) => {{
       model.set("machine.gap", gap);
       model.set("initial.displacement", displacement);
@@ -184,7 +187,8 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     const model = new Model(data), form = forms()[0], { parameters, initial } = model.request();
     const place = form.parameters.indexOf("drive.amplitude"), all = [];
     const runs = [1.5, 1.8].map((h) => ({ parameters: parameters.map((x, i) => (i === place ? h : x)), initial }));
-    const budget = { ...model.budget(100), threshold: 1e-5 };
+    const asked = data.forms[0].measures.reduce((all, each) => all | each.asked, 0) | data.forms[0].ensemble.asked;
+    const budget = { ...model.budget(100), threshold: 1e-5, asked };
     ensembleRun(form, runs, budget, (_, result, begun) => all.push(measured(form, result, begun, 1e-5)));
     print(all);
     """)
@@ -199,14 +203,15 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
         settle=1e-5,
         tolerance=data["forms"][0]["tolerance"],
     )
-    assert "mean_velocity" in names
+    numbers = {name for name, each in measure_table(system).items() if not isinstance(each.how, Reduction)}
+    assert {*names} == numbers - {"word"}
     for run, one in enumerate(found):
         assert one["response"] == wanted["response_period"][run] > 0
         assert one["windowStart"] == wanted["window_start"][run]
         assert one["word"] == wanted["word"][run]
         assert one["mirrored"] == bool(wanted["symmetric"][run])
         for name in names:
-            # rounding grows over the transient; the measures lie between 1e-2 and 1e1
+            # rounding grows over the transient; the measures lie between 1e-2 and 1e2
             assert one["values"][name] == pytest.approx(wanted[name][run], rel=1e-8, abs=1e-9), name
 
 
@@ -354,7 +359,7 @@ def test_what_is_beside_and_the_settings_of_maps_are_in_the_address(node):
     assert (beside, present, swapped) == (3.25, 3.25, [3.25, 1.8, 1.5])
     assert second == [True, {"path": "drive.frequency", "range": [0.5, 2, True]}]
     words = ["view", "map.x: should be a number of", "the range should rise", "should be numbers", "one of 16, 32"]
-    words += ["one of mean_velocity", "map.depth", "kept: preset: this page has no none", "beside", ""]
+    words += ["mean_velocity, stick_fraction", "map.depth", "kept: preset: this page has no none", "beside", ""]
     assert all(word in each and bool(word) == bool(each) for word, each in zip(words, bad, strict=True)), bad
 
 

@@ -241,10 +241,8 @@ def test_a_file_is_dropped_and_what_is_copied_runs(shown, tmp_path):
 
 def test_a_map_is_computed_and_a_click_shows_the_motion(shown):
     """With the settings of its address, and again in another one."""
-    changed(
-        shown,
-        lambda: shown.js("location.hash = 'v=1&preset=paper-5-8-exponential&run.periods=20&view=map&map.size=32'"),
-    )
+    given = "preset=paper-5-8-exponential&machine.stiffness=2.1&run.periods=20&view=map&map.size=32"
+    changed(shown, lambda: shown.js(f"location.hash = 'v=1&{given}'"))
     shown.wait("document.body.dataset.map", 120)
     assert shown.js("lab.fields.set.map.cells.size") == 32 * 32
     values = shown.js("[...lab.fields.set.map.cells.values()].filter((c) => c.found.response > 0).length")

@@ -41,7 +41,7 @@ def drift(motion):
 @pytest.mark.parametrize(
     ("system", "travel", "per_period", "least", "largest"),
     slow_but(
-        [0, 3],
+        [0],
         [
             (capsule("weight"), -15.6229235, -0.399736377565, None, None),
             (capsule(), -12.7050130446, -0.325041471252, 1.7847, 4.9666),
@@ -274,7 +274,7 @@ def test_a_capsule_that_lifts_off_ends_the_command_with_its_status(tmp_path, cap
     assert abs(found["energy"]["contact_storage"]) > 1e-6
 
 
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
+@pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), vc.LuGre()]), ids=lambda law: law.name)
 @pytest.mark.parametrize("velocity", [0.0, 0.3])
 def test_a_load_that_is_negative_at_the_start_is_refused(law, velocity):
     """Upright and as fast as that, the bob pulls with rate^2 where the weight is 3.5."""

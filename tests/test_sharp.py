@@ -143,6 +143,7 @@ def test_without_the_proof_the_dip_is_missed_and_the_certificate_says_so():
     assert not motion.status.ok
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", slow_but([1], ["stribeck", "exponential", "lugre"]))
 def test_lanes_see_what_single_motions_see(law):
     """The same systems side by side end where the yardstick ends."""

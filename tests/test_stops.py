@@ -52,9 +52,24 @@ def test_drift_of_the_vibro_impact_capsule(frequency):
 
 @pytest.mark.slow
 def test_period_doubling_of_the_vibro_impact_capsule():
+    """Against the digits of `test_grazing.py`; a multiplier is known to 1e-9, so the parameter to less than this."""
     found = vc.branch(capsule(0.99), over="drive.frequency", between=(0.985, 1.0), initial=ORBIT)
     (flip,) = (each for each in found.special_points if each.kind.value == "flip")
-    assert flip.parameter == pytest.approx(0.996238222, abs=1e-8)
+    assert flip.parameter == pytest.approx(0.99623822467202370, abs=2e-11)
+
+
+def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
+    """It is pressed in, and leaves the stop: nothing happens before; so it is counted in an ensemble, too."""
+    inside = {"displacement": 0.5, "displacement_rate": -1.0, "velocity": 0.2}
+    motion = vc.simulate(capsule(), periods=2, initial=inside)
+    assert motion.state_names[4] == "touching"
+    assert motion.piece_states(np.array([0]), np.array([0.0]))[4, 0] == 1.0
+    assert "switch" not in motion.event_kinds
+    assert motion.events[0].kind == "stop_opened"
+    assert motion.events[0].time > 0.1
+    struck = (motion.event_kinds == "impact").sum()
+    options = {"measures": ["impacts"], "initial": inside, "periods": 2, "window": 2}
+    assert vc.ensemble(capsule(), {"machine.gap": [0.02]}, **options)["impacts"] == struck / 2.0
 
 
 @pytest.mark.slow
@@ -76,6 +91,7 @@ def test_measures_of_an_ensemble_are_those_of_single_motions(machine, law):
             assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "rate", "kinds"), [(0.3, 0.0, ["impact"]), (-0.3, 0.0, []), (0.0, 0.3, ["impact"])])
 def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kinds):
     """At rest at the stop: pushed on, it touches; pulled away, it does not; at neither, the next derivative decides."""
@@ -204,6 +220,7 @@ def test_elastic_bouncing_keeps_all_energy():
     assert vc.energy_balance(motion, (0.0, motion.end)).impact == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.4), pytest.param(vc.LuGre(), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "machine", [pytest.param(IMPACTS[name], marks=[] if name == "plastic" else [pytest.mark.slow]) for name in IMPACTS]

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.run.ensemble import (
@@ -38,7 +37,8 @@ TARGETS = {
 }
 
 
-@pytest.mark.parametrize("name", slow_but([2], [*TARGETS]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*TARGETS])
 def test_objects_are_written_for_other_processors(name):
     """The exponential law abreast: an object file of that machine, with the entry in it."""
     triple, processor, features, lanes, machine = TARGETS[name]

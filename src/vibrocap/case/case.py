@@ -5,15 +5,13 @@ import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
 from vibrocap.case.drive_file import with_columns
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
-from vibrocap.motion.simulate import check_run, initial_state, simulate
-from vibrocap.motion.trajectory import Trajectory
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.table import DriveTable
@@ -23,6 +21,9 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import FURTHER, state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import parameter_keys, state_keys, state_units
+
+if TYPE_CHECKING:
+    from vibrocap.motion.trajectory import Trajectory
 
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
@@ -61,6 +62,8 @@ class Case:
     scales: Scales | None = None
 
     def __post_init__(self):
+        from vibrocap.motion.simulate import check_run, initial_state
+
         start = initial_state(self.system, self.initial)
         if any(name not in start for name in self.initial):  # given in SI
             object.__setattr__(self, "initial", {name: value for name, value in start.items() if value})
@@ -71,8 +74,10 @@ class Case:
         """The settings of the section [run]."""
         return {name: getattr(self, name) for name in RUN_DEFAULTS}
 
-    def simulate(self, progress: Callable[[float], None] | None = None) -> Trajectory:
+    def simulate(self, progress: Callable[[float], None] | None = None) -> "Trajectory":
         """The motion of this case."""
+        from vibrocap.motion.simulate import simulate
+
         return simulate(self.system, initial=self.initial, **self.run, progress=progress)
 
     def save(self, path: str | Path, units: str | None = None) -> Path:
@@ -313,6 +318,8 @@ def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, com
 
 
 def _check_run(given: Mapping[str, Any], complaints: Complaints) -> None:
+    from vibrocap.motion.simulate import check_run
+
     for name, value in given.items():
         if name not in RUN_DEFAULTS:
             complaints.add(f"run.{name}", f"no such key; {suggestion(name, RUN_DEFAULTS)}")

@@ -126,7 +126,7 @@ def sweep(
         raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
     begun = time.monotonic()
     try:
-        found = _adaptive(study, request) if adaptive else _run(study, request)
+        found: Any = _adaptive(study, request) if adaptive else _run(study, request)
         seconds = time.monotonic() - begun
         if export is not None:
             from vibrocap.io.study_file import write_study

@@ -1,4 +1,4 @@
-"""Forms of systems as a page has them: two kernels in JavaScript, and what their numbers are called."""
+"""Forms of systems as a page has them: two kernels, and what their numbers are called."""
 
 import dataclasses
 from collections.abc import Iterable

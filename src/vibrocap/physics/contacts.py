@@ -213,7 +213,8 @@ class MachineOnContacts:
 
     def further_drag_power(self, t, y):
         """Power of the drag on the bodies of the further contacts."""
-        return sum(-each.drag * each.velocity for each in self.further(t, y, 0.0))
+        pairs = ((each.drag, each.velocity) for each in self.further(t, y, 0.0))
+        return sum(-drag * velocity for drag, velocity in pairs if drag is not None)
 
     def powers(self, t, y, drive, force) -> tuple:
         """Powers of the machine's channels, then of each further contact."""

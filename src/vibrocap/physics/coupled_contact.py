@@ -91,7 +91,7 @@ class ImposedContact(CoupledContact):
         return cube * cube * cube
 
     def after(self, which: int) -> tuple[Any, tuple]:
-        """As of any further contact; but one that comes to rest or leaves it is still, unless it has jumped."""
+        """As of any further contact; one that comes to rest or leaves it is nearly still, unless it jumped."""
         _, own = super().after(which)
         share = self.velocity / (STILL * self.scale)
         fourth = share * share * share * share

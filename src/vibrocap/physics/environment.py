@@ -113,7 +113,7 @@ class Environment(Part):
         """Force that holds up a body at this velocity over the ground, sliding to `side`."""
         return (self.linear_drag + self.quadratic_drag * (side * velocity)) * velocity
 
-    def outside(self, machine: Machine, t, y, side) -> Outside:
+    def outside(self, machine: Any, t, y, side) -> Outside:
         """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0)."""
         ground = machine.ground_speed()
         velocity = machine.contact_velocity(t, y) + ground

@@ -142,7 +142,7 @@ def adaptive_map(
 
     order, corners = np.concatenate(places), leaf_corners(codes, computed, levels, margin)
     runs = {name: np.concatenate([results[name] for results in found]) for name in found[0]}
-    variables = {name: filled(values, order, computed, corners, (x, y)) for name, values in runs.items()}
+    variables = {name: filled(values, order, computed, corners, (x, y), name) for name, values in runs.items()}
     variables = {name: measured[name].shown(x) if name in measured else x for name, x in variables.items()}
     variables["computed"] = computed
     meanings = {name: each.attributes for name, each in measured.items()} | MEANINGS
@@ -180,7 +180,7 @@ def border(dataset: "xarray.Dataset", name: str) -> Border:
         raise ArgumentError("name", f"the map has no variable {name!r}; it has {listed(dataset.data_vars)}")
     paths = dataset["computed"].dims
     values, computed = dataset[name].transpose(*paths).values, dataset["computed"].values
-    if not discrete(values):
+    if not discrete(values, name):
         raise ArgumentError("name", f"{name} takes real values: no borders; choose a label or a discrete measure")
     codes = np.unique(values, return_inverse=True)[1].reshape(values.shape)
     parts = []
@@ -214,7 +214,7 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
     for label in by:
         if label not in results:
             raise ValueError(f"by: {label} should be among what evaluate returns, got {', '.join(results)}")
-        if not discrete(results[label]):
+        if not discrete(results[label], label):
             raise ValueError(f"by: {label} takes real values and has no borders; choose a discrete measure")
     return results
 

@@ -4,7 +4,6 @@ A quadtree over a grid of two axes, kept as the levels of its points and masks o
 """
 
 import itertools
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -77,13 +76,15 @@ def leaf_corners(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin
     return corners
 
 
-def filled(values: np.ndarray, order: np.ndarray, computed: np.ndarray, corners: np.ndarray, axes: Any) -> np.ndarray:
+def filled(
+    values: np.ndarray, order: np.ndarray, computed: np.ndarray, corners: np.ndarray, axes: Any, name: str = ""
+) -> np.ndarray:
     """A variable on the full grid, from its values at the points that were run and the cells around the others."""
     full = np.empty(computed.size, dtype=values.dtype)
     full[order] = values
     full = full.reshape(computed.shape)
     (i, j), (i0, i1, j0, j1) = np.nonzero(~computed), corners
-    if discrete(values):
+    if discrete(values, name):
         full[i, j] = full[np.where(2 * i <= i0 + i1, i0, i1), np.where(2 * j <= j0 + j1, j0, j1)]
         return full
     (x, _), (y, _) = (_scale(axis) for axis in axes)
@@ -110,15 +111,14 @@ def middles(values: np.ndarray) -> np.ndarray:
     return back((positions[1:] + positions[:-1]) / 2)
 
 
-PERIODS = math.lcm(*range(1, 17))  # a count per period, of a response of so many, is a whole number over it
+COUNTS = ("impacts",)  # per period of a response of several: whole numbers over that
 
 
-def discrete(values: np.ndarray) -> bool:
-    """Whether values are words, flags, whole numbers or counts over up to 16 periods, which may be held as floats.
+def discrete(values: np.ndarray, name: str = "") -> bool:
+    """Whether values are words, flags, whole numbers, which may be held as floats, or by their name counts per period.
 
     NaN and infinity are values of their own.
     """
-    if values.dtype.kind in "biuUT":
+    if values.dtype.kind in "biuUT" or name in COUNTS:
         return True
-    counts = np.where(np.isfinite(values), values, 0.0) * PERIODS
-    return bool(np.all(np.abs(counts - np.round(counts)) <= 1e-9 * np.maximum(1.0, np.abs(counts))))
+    return bool(np.all((values == np.floor(values)) | np.isnan(values)))

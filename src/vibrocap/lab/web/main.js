@@ -136,13 +136,14 @@ class Lab {
     if (!shown || !shown.count) return;
     const { time } = this.clock, row = shown.at(time), state = shown.form.cyclic >= 0 ? shown.form.states[shown.form.cyclic] : null;
     const position = state ? shown.of(row, state) : 0;
-    const camera = state ? position - (position - this.straight(time)) * 0.9 : 0;
+    const [ahead, reach] = this.spread, camera = state ? this.camera(position, time) + ahead : 0;
+    const sides = [row[1], ...shown.form.states.filter((name) => /^side_\d+$/.test(name)).map((name) => shown.of(row, name))];
     drawScene(new CanvasPen($$("scene")), theme, shown.form, {
-      side: row[1], friction: shown.of(row, "friction"), load: shown.of(row, "load"),
+      sides, friction: shown.of(row, "friction"), load: shown.of(row, "load"),
       perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
-      camera, reach: this.reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
+      camera, reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
     });
-    const words = contactWords(shown.form, row[1]);
+    const words = sides.map((side, i) => (i ? `contact ${i + 1} ` : "") + contactWords(shown.form, side)).join(", ");
     if ($$("contact").textContent !== words) $$("contact").textContent = words;
     $$("contact").style.color = theme.side(row[1]);
     $$("clock").textContent = `period ${(time / shown.period).toFixed(2)}   friction ${said(shown.of(row, "friction") * this.units.factor("friction"), 3)}`;
@@ -158,21 +159,25 @@ class Lab {
     return xs[0] + ((xs[xs.length - 1] - xs[0]) * (time - shown.from)) / (span || 1);
   }
 
-  // How far the contact gets from the camera, at least one length.
-  get reach() {
+  // Of the contacts: how far their middle is ahead of the position, and how far one gets from the camera, at least one length.
+  get spread() {
     const { shown } = this;
-    if (shown._reach === undefined) {
-      const place = shown.form.scene.findIndex(({ kind }) => kind === "contact"), { data, width, rows } = shown.rows;
-      const first = shown.form.scene.slice(0, Math.max(0, place)).reduce((sum, { points }) => sum + 2 * points, shown.names.length);
-      let far = 1;
-      for (let i = 0; place >= 0 && i < rows; i++) {
-        const x = data[i * width + first], middle = shown.form.cyclic >= 0 ? x - 0.9 * (x - this.straight(data[i * width])) : 0;
-        far = Math.max(far, Math.abs(x - middle));
+    if (!shown._spread) {
+      const { data, width, rows } = shown.rows, moves = shown.form.cyclic >= 0, places = [];
+      let place = shown.names.length, far = 1;
+      for (const { kind, points } of shown.form.scene) { if (kind === "contact") places.push(place); place += 2 * points; }
+      const at = moves ? 2 + shown.form.cyclic : -1, n = places.length || 1;
+      const ahead = moves ? places.reduce((sum, each) => sum + data[each] - data[at], 0) / n : 0;
+      for (let i = 0; i < rows * width; i += width) {
+        const middle = moves ? this.camera(data[i + at], data[i]) + ahead : 0;
+        for (const each of places) far = Math.max(far, Math.abs(data[i + each] - middle));
       }
-      shown._reach = far;
+      shown._spread = [ahead, far];
     }
-    return shown._reach;
+    return shown._spread;
   }
+
+  camera(position, time) { return position - (position - this.straight(time)) * 0.9; }
 
   // The largest value of a force over the stretch on show.
   largest(name) {

@@ -143,8 +143,8 @@ const PANELS = [
         ys.push((beside.sections[k * m + other] - shown.sections[k * n + state]) * factor);
       }
       const map = frame(pen, theme, {
-        title: `${wordy(name)}: ${names[1]} less ${names[0]}, at the period marks`, x: [0, Math.max(1, marks - 1)], y: rangeOf(ys),
-        xName: "drive periods", yName: units.label(name),
+        title: `${wordy(name)}: ${names[1]} less ${names[0]}`, x: [0, Math.max(1, marks - 1)], y: rangeOf(ys),
+        xName: "period marks", yName: units.label(name),
       });
       map.inside(() => trace(pen, map, xs, ys, theme.fourth, 2));
       return { map, mark: null };

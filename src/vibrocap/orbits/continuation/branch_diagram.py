@@ -19,7 +19,7 @@ from vibrocap.orbits.continuation.branch import (
 )
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.results import Result
@@ -210,7 +210,7 @@ def _leaves(special: SpecialPoint) -> bool:
     """Whether another branch leaves at a special point (and not the branch itself, which begins there)."""
     if special.kind in BRANCHING:
         return special.found.direction is not None
-    return special.kind is SpecialKind.WORD_CHANGE and special.passed in BRANCHING and special.found.beyond is not None
+    return special.kind in CORNERS and special.passed in BRANCHING and special.found.beyond is not None
 
 
 def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bool:

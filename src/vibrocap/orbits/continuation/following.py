@@ -63,8 +63,8 @@ ADVICE = {
     BranchEnd.CLOSED: "The branch has come back to its start.",
     BranchEnd.ORBIT_CEASES: "The word of the motion would change here, and no orbit of the new word continues this "
     "one: such orbits cease to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
-    BranchEnd.GRAZING: "The motion grazes a stop, which changes it like a square root: such orbits cease to exist here, "
-    "or go on with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
+    BranchEnd.GRAZING: "The motion grazes a stop, which changes it like a square root: such orbits cease to exist "
+    "here, or go on with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
     BranchEnd.NEWTON_FAILED: "No next point closes however small the step: such orbits cease to exist here, as "
     "where a motion grazes, or Newton's method cannot follow. Try another `tolerance`, or start from an orbit beyond "
     "this parameter.",
@@ -142,7 +142,7 @@ def _grazing(last: BranchPoint, place: float, error: float) -> Found:
     """The record of the grazing at which a branch ends, after its last point."""
     word, unstable = last.closing.word, last.unstable()
     text = "with a square root: the branch ends here"
-    return Found(SpecialKind.GRAZING, 1.0, last, error, (unstable,) * 2, (word, word), text=text, place=place)
+    return Found(SpecialKind.GRAZING, 1.0, last, error, (unstable, unstable), (word, word), text=text, place=place)
 
 
 def _share_passed(start: BranchPoint, here: BranchPoint) -> float:

@@ -5,6 +5,8 @@ that the derivative grows without bound and Newton's method fails shortly before
 distance itself goes straight to zero; on the other side the speed of the impact does.
 """
 
+from typing import Any
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
@@ -79,7 +81,7 @@ def least_distance(motion: Trajectory) -> float:
     least = np.inf
     for guard in _guards(motion):
         values = _guard_at(motion, guard, index, share * motion.piece_length[index]).reshape(len(pieces), -1)
-        for piece in pieces:
+        for piece in range(len(pieces)):
             place = int(np.argmin(values[piece]))
             ends = values[piece, 0], values[piece, -1]
             if 0 < place < len(FINE) - 1 and values[piece, place] < min(ends):
@@ -89,10 +91,11 @@ def least_distance(motion: Trajectory) -> float:
                     local = np.array([at * motion.piece_length[piece]])
                     return float(_guard_at(motion, guard, np.array([piece]), local)[0])
 
-                dip = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-10})
-                least = min(least, float(dip.fun))
-            elif place == 0 and piece > 0 and values[piece - 1, -1] < values[piece - 1, -2] < np.inf:
-                if 0.0 < ends[0] < values[piece, 1] and abs(values[piece - 1, -1] - ends[0]) < 1e-9:
+                dip: Any = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-10})
+                least = min(least, value(dip.x))
+            elif place == 0 and piece > 0 and 0.0 < ends[0] < values[piece, 1]:
+                *_, before, last = values[piece - 1]
+                if last < before and abs(last - ends[0]) < 1e-9:
                     least = min(least, float(ends[0]))  # it turns at the border of two pieces
     return least
 

@@ -217,9 +217,9 @@ class ClosingMap:
             return [NO_STOPS] * len(ended)
         return self._gathered(ended).impacts.tolist()
 
-    def _gathered(self, results: RunResults) -> Gathered:
-        ones = np.ones(len(results))
-        return Gathered(self.system, results, ones, ones > 0.0, 0.0)
+    def _gathered(self, ended: RunResults) -> Gathered:
+        ones = np.ones(len(ended))
+        return Gathered(self.system, ended, ones, ones > 0.0, 0.0)
 
     def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
         """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
