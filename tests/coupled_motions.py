@@ -51,7 +51,7 @@ class EventDriven:
             held = held and all(min(pair) > -1e-13 for pair in self.margins(later, shifted, modes))
             after = self.solved(later, shifted, modes)[1]
             departs = all(
-                m * a > TINY or (abs(a) <= 1e-9 and m * b > 0)
+                m * a > TINY or (abs(a) <= 1e-9 and m * b > TINY)
                 for m, a, b, rest in zip(modes, accelerations, after, still, strict=True)
                 if rest and m != 0
             )

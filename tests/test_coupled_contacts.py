@@ -290,3 +290,13 @@ def test_worms_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
         vc.contact_modes(LINKAGE, time="now")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"initial.displacment: no such state; did you mean 'displacement'"):
         vc.contact_modes(LINKAGE, {"displacment": 0.1})
+
+
+@pytest.mark.slow
+def test_an_orbit_whose_section_finds_a_further_contact_at_rest():
+    """The one coordinate of a worm is then given by its drive: nothing is free, and no multiplier is left over."""
+    system = worm(vc.Harmonic(amplitude=0.5, frequency=0.15), COULOMB)  # the second body rests for ever
+    found = vc.orbit(system, initial=vc.simulate(system, periods=3).state)
+    assert found.state["side_2"] == 0.0
+    assert abs(found.drift) < 1e-10
+    assert np.max(np.abs(found.multipliers), initial=0.0) == 0.0

@@ -30,6 +30,8 @@ class FurtherContact:
     environment: whose drag acts on its body, or None
     """
 
+    imposed = False  # whether its velocity is a function of time and of the state of the first contact
+
     def __init__(self, number: int, law: Law, load, velocity, own: tuple, hold, scale, environment: Any = None):
         self.number, self.law, self.load, self.scale = number, law, load, scale
         self.velocity, self.hold, self.own = velocity, hold, own

@@ -77,6 +77,7 @@ class ImposedContact(CoupledContact):
     together: how many other contacts rest that can rest together with it
     """
 
+    imposed = True
     together: Any = 0.0
 
     def joins(self) -> Any:

@@ -61,18 +61,24 @@ def motion_figure(motion: Trajectory) -> Figure:
     system = motion.system
     title = parts_title([*system.parts.values()], WIDTH) if system.units is None else parts_in_si(system, WIDTH)
     loaded, several = system.machine.follows_load or hides_lift_off(motion), bool(system.machine.contacts)
-    fig = blank_figure((WIDTH, 7.7 + 1.6 * (loaded or several) + 0.17 * (title.count("\n") + 1)))
+    fig = blank_figure((WIDTH, 7.7 + 1.6 * (loaded + several) + 0.17 * (title.count("\n") + 1)))
     with style():
         left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
-        axes = left.subplots(4 + (loaded or several), 1)
+        axes = left.subplots(4 + loaded + several, 1)
         if several:
-            _histories_of_all(axes, motion)
+            _histories_of_all(axes[:5], motion)
         else:
             _time_histories(axes[:4], motion)
         if loaded:
-            draw_load(motion, periods=DETAIL_PERIODS, ax=axes[4]).set_title("Load")
-            axes[3].set_xlabel("")
-            axes[3].tick_params(labelbottom=False)
+            if several:
+                names = [numbered("reaction", each) for each in contacts_of(motion)]
+                start = max(motion.start_time, motion.end - DETAIL_PERIODS * motion.period)
+                draw_all(motion, names, "normal load $N_i$", start, axes[-1])
+                axes[-1].set_title("Loads")
+            else:
+                draw_load(motion, periods=DETAIL_PERIODS, ax=axes[-1]).set_title("Load")
+            axes[-2].set_xlabel("")
+            axes[-2].tick_params(labelbottom=False)
         left.align_ylabels()
         planes = right.subplots(3, 1)
         draw_phase_plane(motion, *_inner_plane(motion), ax=planes[0])
@@ -297,9 +303,12 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
         _legend_above(axes[0])
     gaps = [name for name in motion.state_names if name.rpartition("_")[0] in ("", "displacement") and "dis" in name]
-    first = motion.system.machine.contact_state
-    draw_all(motion, gaps or [motion.state_names[0]], "gap $z_i$", start, axes[1])
-    draw_all(motion, [first, *motion.system.machine.contacts], "velocity $v_i$", start, axes[2])
+    machine = motion.system.machine
+    imposed = machine.coupled == "distances"  # its velocities are no states, and its gaps are shares of the drive
+    bodies = [numbered("contact_velocity", each) for each in contacts] if imposed else machine.contacts
+    gap = "displacement $z$" if imposed else "gap $z_i$"
+    draw_all(motion, ["drive"] if imposed else gaps or [motion.state_names[0]], gap, start, axes[1])
+    draw_all(motion, bodies if imposed else [machine.contact_state, *bodies], "velocity $v_i$", start, axes[2])
     draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", start, axes[3])
     draw_modes(motion, start, axes[4])
     for ax, title in zip(axes[1:], ("Gaps", "Bodies", "Contacts", "Modes"), strict=True):

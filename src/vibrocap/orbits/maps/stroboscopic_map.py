@@ -13,6 +13,7 @@ from vibrocap.physics.system import System
 
 MOST_EVENTS = 100_000  # in one period
 MOST_STEPS = 2_000_000
+AT_REST = 1e-11  # speed of a contact at an imposed distance, which is at rest to rounding
 ORDER = 12  # of the series: one kernel serves all tolerances
 
 
@@ -103,6 +104,11 @@ class StroboscopicMap:
             free[:, self.equations.contact_state] = velocity != 0.0
         for contact in self.equations.resting:
             free[:, contact] = states[:, contact] != 0.0
+        if self.equations.pinned:  # a further contact at rest leaves the one coordinate of all no freedom
+            values = self.equations.filled(parameters).T
+            velocities = evaluate(list(self.equations.pinned), 0.0, states.T, 1.0, values)
+            for velocity in velocities:
+                free[np.abs(np.broadcast_to(velocity, len(states))) < AT_REST, self.equations.contact_state] = False
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
                 free[:, i] = False

@@ -70,6 +70,10 @@ class LinkageCrawler(Machine):
         """Always."""
         return True
 
+    def scales(self, time=1.0):
+        """Half of what the rods may open until they lie flat; else one."""
+        return 1.0 - 0.5 * self.stance, 1.0, 1.0, 1.0
+
     def load(self):
         """What body 1 carries at rest."""
         return (self.mass_ratio + 0.5) * self.gravity[0]
