@@ -173,6 +173,58 @@ def test_ints_are_exact_beyond_32_bits(tmp_path):
     assert results[1][-2:] == [math.inf, math.inf]
 
 
+ORDER = """
+import math
+
+import numpy as np
+
+def moved(whole, k):
+    whole[0] = whole[0] + 1
+    return 10 * k + whole[0]
+
+def raised(k):
+    k += 1
+    return k
+
+def signed(x, k):
+    if x < 0.0:
+        return -1, k
+    while k > 5:
+        k -= 2
+    return k, x
+
+def advance(real, whole, tape, rounds):
+    whole[whole[0]] = moved(whole, 0)
+    whole[whole[0] + 2] += moved(whole, 1)
+    whole[5] = raised(0) + 10 * raised(0) + raised(rounds)
+    for n in range(1):
+        if rounds > n:
+            continue
+        whole[6] = 1
+    for n in range(1):
+        whole[7] = rounds
+        if n == 0:
+            break
+        whole[7] = 0
+    a, b = signed(real[0], rounds)
+    c, d = signed(-real[0], 0)
+    real[1], real[2], a = b, d, c
+    whole[8] = a - c
+    whole[9] = signed(real[0], 9)[0]
+"""
+
+
+def test_what_is_done_first_is_done_first(tmp_path):
+    """Values before places, an entry before what is added to it; functions in place, for 0 and in loops of one round."""
+    results = []
+    for entry in (plain_kernel(ORDER)["advance"], InNode(ORDER, tmp_path)):
+        real, whole = np.array([1.5, 0.0, 0.0]), np.arange(1, 11)
+        entry(real, whole, np.zeros(1), 5)
+        results.append([*whole.tolist(), *real.tolist()])
+    assert results[0] == results[1]
+    assert results[0][5:8] == [17, 7, 5]
+
+
 # --- motions ---------------------------------------------------------------------------------------------------------
 
 MACHINES = {"pendulum": vc.PendulumCapsule, "oscillator": vc.Oscillator}
