@@ -215,7 +215,7 @@ def advance(real, whole, tape, rounds):
 
 
 def test_what_is_done_first_is_done_first(tmp_path):
-    """Values before places, an entry before what is added to it; functions in place, for 0 and in loops of one round."""
+    """Values before places, an entry before what is added; functions in place and for 0, loops of one round."""
     results = []
     for entry in (plain_kernel(ORDER)["advance"], InNode(ORDER, tmp_path)):
         real, whole = np.array([1.5, 0.0, 0.0]), np.arange(1, 11)
