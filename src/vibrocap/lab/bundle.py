@@ -69,12 +69,12 @@ def contents(
             continue
         made = own.machine if own is not None and own.machine.name == names[0] else machines()[names[0]]()
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
-            environment = None if own is None else own.environment
-            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
+            kept: Any = {} if own is None else {"environment": own.environment, "actuator": own.actuator}
+            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), **kept))
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
-        *([] if examples is None else gallery(examples)),
+        *([] if examples is None else (each for each in gallery(examples) if each.key != (opened and opened.key))),
     ]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
     order = series_order(tolerance)

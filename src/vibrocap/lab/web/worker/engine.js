@@ -36,6 +36,14 @@ class Form {
     this.kernel = Object.fromEntries(names.map((name) => [name, engine.kernel[name + number]]));
   }
 
+  // Measures by name of a result: each as the package takes it.
+  get reader() {
+    this._reader ??= new Function("r", "T", "h", "m", `return { ${this.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
+    return this._reader;
+  }
+
+  get mirrors() { return (this._mirrors ??= new Function("p", `return ${this.mirrored};`)); }
+
   // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
@@ -50,7 +58,7 @@ class Form {
       this.room.forEach((name, i) => {
         const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
         const wanted = value < all[2 * i] - near ? `at least ${all[2 * i]}` : value > all[2 * i + 1] + near ? `at most ${all[2 * i + 1]}` : "";
-        if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where a stop stands, got ${value}`);
+        if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where ${name === "actuator_output" ? "the actuator has its limit" : "a stop stands"}, got ${value}`);
       });
       const drive = corners && firstSegment(corners, tape.slice(n + 3), tape[n]);
       if (drive) { real.set(drive.present, at.PARAMETER + corners.place); begin(); }
@@ -185,12 +193,8 @@ function measured(form, result, begun, threshold) {
     windowPeriods: periods,
     word: form.kind === "smooth" ? "" : wordOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
     mirrored: result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
-    values: {},
+    values: form.reader(result, begun.period, threshold, form.mirrors(begun.parameters)),
   };
-  for (const { name, take, over } of form.measures) {
-    const sum = take.reduce((total, [place, sign]) => total + sign * result[place], 0);
-    found.values[name] = over === "time" ? sum / time : over === "periods" ? sum / periods : sum;
-  }
   return found;
 }
 
