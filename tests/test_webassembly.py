@@ -28,75 +28,57 @@ from vibrocap.physics.catalogue import laws
 
 NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="Node, which runs WebAssembly, is not installed")
+# Calls functions of a module one after the other; arrays come in files and go back into them.
 RUN = """
 const fs = require("fs");
-function answer({ module, rounds, files }) {
-  const { exports } = new WebAssembly.Instance(new WebAssembly.Module(fs.readFileSync(module)));
-  const content = files.map((name) => fs.readFileSync(name));
-  const size = content.reduce((sum, each) => sum + each.length, 0);
-  exports.memory.grow(Math.ceil(size / 65536));
+const [module, ...calls] = process.argv.slice(1);
+const { exports } = new WebAssembly.Instance(new WebAssembly.Module(fs.readFileSync(module)));
+for (const [name, rounds, ...files] of calls.map(JSON.parse)) {
+  const content = files.map((file) => fs.readFileSync(file));
+  const size = content.reduce((sum, each) => sum + each.length, 65536) - exports.memory.buffer.byteLength;
+  if (size > 0) exports.memory.grow(Math.ceil(size / 65536));
   let place = 65536;
   const addresses = content.map((each) => {
     new Uint8Array(exports.memory.buffer, place).set(each);
     place += each.length;
     return place - each.length;
   });
-  const found = exports.advance(...addresses, rounds);
-  files.forEach((name, i) => {
-    fs.writeFileSync(name, new Uint8Array(exports.memory.buffer, addresses[i], content[i].length));
+  console.log(exports[name](...addresses, rounds));
+  files.forEach((file, i) => {
+    fs.writeFileSync(file, new Uint8Array(exports.memory.buffer, addresses[i], content[i].length));
   });
-  return { found: String(found) };
 }
-require("readline").createInterface({ input: process.stdin }).on("line", (line) => {
-  let said;
-  try { said = answer(JSON.parse(line)); } catch (error) { said = { error: String(error.stack) }; }
-  console.log(JSON.stringify(said));
-});
 """
-RUNNING = []  # the Node of this file, once it is asked for: one process runs every module
+ARGUMENTS = (FLOATS, INTS, FLOATS, INT)
+ADVANCE = {"advance": ("advance", ARGUMENTS)}
 
 
-@pytest.fixture(autouse=True, scope="module")
-def node_ends():
-    yield
-    while RUNNING:
-        with RUNNING.pop() as process:  # closes its input, at which it ends, and waits
-            pass
-        assert process.returncode == 0
-
-
-def in_node(**order):
-    """What Node answers to an order."""
-    if not RUNNING:
-        RUNNING.append(subprocess.Popen([NODE, "-e", RUN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
-    process = RUNNING[0]
-    process.stdin.write(json.dumps(order) + "\n")
-    process.stdin.flush()
-    answer = json.loads(process.stdout.readline())
-    assert "error" not in answer, answer["error"]
-    return answer["found"]
-
-
-ADVANCE = {"advance": ("advance", (FLOATS, INTS, FLOATS, INT))}
+def in_node(folder, module, calls):
+    """Call functions (name, real, whole, tape, rounds) of a module in one process; what they return."""
+    (folder / "kernel.wasm").write_bytes(module)
+    given = []
+    for number, (name, real, whole, tape, rounds) in enumerate(calls):
+        files = [folder / f"{number}-{i}" for i in range(3)]
+        for file, array in zip(files, (real, whole, tape), strict=True):
+            file.write_bytes(array.tobytes())
+        given.append(json.dumps([name, rounds, *map(str, files)]))
+    command = [NODE, "-e", RUN, str(folder / "kernel.wasm"), *given]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    for number, (_, *arrays, _) in enumerate(calls):
+        for i, array in enumerate(arrays):
+            array[:] = np.frombuffer((folder / f"{number}-{i}").read_bytes(), dtype=array.dtype)
+    return [int(line) for line in done.stdout.split()]
 
 
 class InNode:
-    """The function `advance` of a kernel, called as the plain one is; every call has a memory of its own."""
+    """The function `advance` of a kernel, called as the plain one is; every call is a new process."""
 
     def __init__(self, text, folder):
-        self.folder = folder
-        self.module = folder / "kernel.wasm"
-        self.module.write_bytes(webassembly_module([(text, ADVANCE)]))
+        self.folder, self.module = folder, webassembly_module([(text, ADVANCE)])
 
-    def __call__(self, real, whole, tape, rounds):
-        arrays = {"real": real, "whole": whole, "tape": tape}
-        for name, array in arrays.items():
-            (self.folder / name).write_bytes(array.tobytes())
-        files = [str(self.folder / name) for name in arrays]
-        found = in_node(module=str(self.module), rounds=int(rounds), files=files)
-        for name, array in arrays.items():
-            array[:] = np.frombuffer((self.folder / name).read_bytes(), dtype=array.dtype)
-        return int(found)
+    def __call__(self, *given):
+        return in_node(self.folder, self.module, [("advance", *given)])[0]
 
 
 class Meaning(ast.NodeTransformer):
@@ -139,22 +121,33 @@ def plain_meaning(text):
     return plain_kernel(ast.unparse(ast.fix_missing_locations(ast.Module([*imports, *added, *body], []))))["advance"]
 
 
-OPERATORS = [name for name in BODIES if "math.log" not in BODIES[name] and "math.sin" not in BODIES[name]]
+UNKNOWN = ("math.log", "math.sin", "abs(x) ** 0.3")  # functions of which these texts have no polynomials
+OPERATORS = [name for name in BODIES if not any(each in BODIES[name] for each in UNKNOWN)]
 
 
-@pytest.mark.parametrize("name", [name for name in OPERATORS if "abs(x) ** 0.3" not in BODIES[name]])
-def test_every_operator_gives_the_bits_of_plain_python(name, tmp_path):
-    text = body_text(BODIES[name])
+@pytest.fixture(scope="module")
+def found_in_node(tmp_path_factory):
+    """What the functions of all operators give, by their names: one module, one process."""
+    kernels, calls = [], []
+    for number, name in enumerate(OPERATORS):
+        floats, ints = operands(name)
+        kernels.append((body_text(BODIES[name]), {f"advance{number}": ("advance", ARGUMENTS)}))
+        whole, tape = np.concatenate(([0, 0], ints.ravel())), np.concatenate((np.zeros(len(floats)), floats.ravel()))
+        calls.append((f"advance{number}", np.zeros(8), whole, tape, len(floats)))
+    in_node(tmp_path_factory.mktemp("operators"), webassembly_module(kernels), calls)
+    return {name: call[3][: call[4]] for name, call in zip(OPERATORS, calls, strict=True)}
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_every_operator_gives_the_bits_of_plain_python(name, found_in_node):
     floats, ints = operands(name)
     count = len(floats)
     with np.errstate(all="ignore"):
-        plain_kernel(text)["advance"](
+        plain_kernel(body_text(BODIES[name]))["advance"](
             Python(8), Python([0, 0, *ints.ravel().tolist()]), Python([*[0.0] * count, *floats.ravel()]), count
         )
     plain = np.array(Python.last[:count], dtype=float)
-    tape = np.concatenate((np.zeros(count), floats.ravel()))
-    InNode(text, tmp_path)(np.zeros(8), np.concatenate(([0, 0], ints.ravel())), tape, count)
-    assert np.array_equal(bits(plain), bits(tape[:count]))
+    assert np.array_equal(bits(plain), bits(found_in_node[name]))
 
 
 WIDE = """
@@ -201,6 +194,58 @@ def test_ints_are_exact_beyond_32_bits(tmp_path):
     assert results[0] == results[1]
     assert results[0][0] == 1
     assert results[1][-2:] == [math.inf, math.inf]
+
+
+ORDER = """
+import math
+
+import numpy as np
+
+def moved(whole, k):
+    whole[0] = whole[0] + 1
+    return 10 * k + whole[0]
+
+def raised(k):
+    k += 1
+    return k
+
+def signed(x, k):
+    if x < 0.0:
+        return -1, k
+    while k > 5:
+        k -= 2
+    return k, x
+
+def advance(real, whole, tape, rounds):
+    whole[whole[0]] = moved(whole, 0)
+    whole[whole[0] + 2] += moved(whole, 1)
+    whole[5] = raised(0) + 10 * raised(0) + raised(rounds)
+    for n in range(1):
+        if rounds > n:
+            continue
+        whole[6] = 1
+    for n in range(1):
+        whole[7] = rounds
+        if n == 0:
+            break
+        whole[7] = 0
+    a, b = signed(real[0], rounds)
+    c, d = signed(-real[0], 0)
+    real[1], real[2], a = b, d, c
+    whole[8] = a - c
+    whole[9] = signed(real[0], 9)[0]
+"""
+
+
+def test_what_is_done_first_is_done_first(tmp_path):
+    """Values before places, an entry before what is added; functions in place and for 0, loops of one round."""
+    results = []
+    for entry in (plain_kernel(ORDER)["advance"], InNode(ORDER, tmp_path)):
+        real, whole = np.array([1.5, 0.0, 0.0]), np.arange(1, 11)
+        entry(real, whole, np.zeros(1), 5)
+        results.append([*whole.tolist(), *real.tolist()])
+    assert results[0] == results[1]
+    assert results[0][5:8] == [17, 7, 5]
 
 
 # --- motions ---------------------------------------------------------------------------------------------------------

@@ -30,9 +30,15 @@ class Dense {
       real.set(motion.parameters, at.PARAMETER);
       real.set(motion.scales, at.SCALE);
       real[at.PERIOD] = motion.period;
-      this.tape = tape;
-      this.places = places;
-      return work();
+      const [a, b, c] = places, { take_piece, look_at } = form.kernel;
+      const seen = tape.subarray(this.size, start);
+      this.take = (i) => {
+        tape.set(motion.pieces.subarray(i * this.size, (i + 1) * this.size));
+        take_piece(a, b, c, 0);
+      };
+      // States, observables and coordinates of the scene at a share of the way through the piece that was taken.
+      this.look = (share) => { look_at(a, b, c, share, this.size); return seen; };
+      return work(seen);
     });
   }
 
@@ -54,17 +60,6 @@ class Dense {
       if (this.start(middle) <= time) low = middle; else high = middle - 1;
     }
     return low;
-  }
-
-  take(i) {
-    this.tape.set(this.motion.pieces.subarray(i * this.size, (i + 1) * this.size));
-    this.form.call("take_piece", ...this.places, 0);
-  }
-
-  // States, observables and coordinates of the scene at a share of the way through the piece that was taken.
-  look(share) {
-    this.form.call("look_at", ...this.places, share, this.size);
-    return this.tape.subarray(this.size, this.size + this.seen);
   }
 
   // Rows (time, side, states, observables, coordinates) over a stretch of time; both ends of every piece, so that what
@@ -109,13 +104,13 @@ class Dense {
   }
 
   // Works by channel over a stretch of time, at the end of each of its pieces: rows (time, works, energy gained).
-  works(from, to) { return this.looking(() => this.worksSeen(from, to)); }
+  works(from, to) { return this.looking((seen) => this.worksSeen(from, to, seen)); }
 
-  worksSeen(from, to) {
+  worksSeen(from, to, seen) {
     const { form } = this, first = this.pieceAt(from), last = this.pieceAt(to);
     const at = (name) => this.states + form.observed.indexOf(name);
     const powers = form.channels.map((channel) => at(`${channel}_power`));
-    const stored = () => this.tape[this.size + at("energy")] + this.tape[this.size + at("contact_energy")];
+    const [energy, ofContact] = [at("energy"), at("contact_energy")], stored = () => seen[energy] + seen[ofContact];
     const works = new Float64Array(powers.length), width = powers.length + 2;
     const data = new Float64Array((last - first + 2) * width);
     let place = width, initial = 0, residual = 0;
@@ -126,7 +121,7 @@ class Dense {
       if (i === first) { this.look(low); initial = stored(); data[0] = begin + low * h; }
       const stiff = this.motion.pieces[i * this.size + 4] !== 0;
       for (const [node, weight] of stiff ? GAUSS_OF_STIFF : GAUSS) {
-        const seen = this.look(low + (high - low) * node);
+        this.look(low + (high - low) * node);
         for (let j = 0; j < powers.length; j++) works[j] += weight * (high - low) * h * seen[powers[j]];
       }
       this.look(high);

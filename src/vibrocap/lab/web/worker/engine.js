@@ -31,12 +31,11 @@ class Engine {
 class Form {
   constructor(record, number, engine) {
     Object.assign(this, record);
-    this.number = number;
     this.engine = engine;
+    const names = ["advance", "begin", "take_piece", "look_at", "advance_ensemble"];
+    this.kernel = Object.fromEntries(names.map((name) => [name, engine.kernel[name + number]]));
   }
 
-  // A function of one of its kernels.
-  call(name, ...given) { return this.engine.kernel[name + this.number](...given); }
 
   // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
@@ -47,7 +46,7 @@ class Form {
       const tape = all.subarray(first);
       real.set(initial, at.STATE);
       real.set(parameters, at.PARAMETER);
-      const begin = () => this.call("begin", ...places, 0);
+      const begin = () => this.kernel.begin(...places, 0);
       begin();
       this.room.forEach((name, i) => {
         const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
@@ -112,7 +111,7 @@ function recordedRun(form, parameters, initial, periods, tolerance, limits) {
     const pieces = [], events = [];
     let status = RUNNING, kept = 0;
     while (status === RUNNING) {
-      form.call("advance", ...places, ROUNDS);
+      form.kernel.advance(...places, ROUNDS);
       status = got("STATUS");
       if (status !== RUNNING) {
         const pieceEnd = pieceStart + got("PIECES") * sizes.piece;
@@ -169,7 +168,7 @@ function ensembleRun(form, runs, budget, each) {
       Object.entries(wholes).forEach(([name, value]) => { whole[at[name]] = BigInt(value); });
       real[at.TOLERANCE] = budget.tolerance;
       real[at.THRESHOLD] = budget.threshold;
-      while (form.call("advance_ensemble", ...places, 500)) { /* goes on */ }
+      while (form.kernel.advance_ensemble(...places, 500)) { /* goes on */ }
       each(number, tape.subarray(sizes.run), begun, real);
     });
   });

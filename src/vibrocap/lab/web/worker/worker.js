@@ -75,10 +75,11 @@ function viewed(dense, { periods }) {
 
 if (typeof self !== "undefined" && typeof importScripts === "function") {
   self.onmessage = async ({ data }) => {
-    const { id, ask, ...given } = data;
+    const { id, ask, ...request } = data;
     try {
-      const answer = await answers[ask](given);
-      self.postMessage({ id, answer });
+      const answer = await answers[ask](request);
+      const given = [answer.rows?.data, answer.works?.data, answer.overview]; // moved, not copied
+      self.postMessage({ id, answer }, given.flatMap((data) => (data ? [data.buffer] : [])));
     } catch (error) {
       self.postMessage({ id, failed: String(error && error.message ? error.message : error) });
     }
