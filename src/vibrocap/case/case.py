@@ -12,6 +12,7 @@ from vibrocap.case.drive_file import with_columns
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
+from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.table import DriveTable
 from vibrocap.physics.environment import Environment
@@ -28,9 +29,9 @@ if TYPE_CHECKING:
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 CATALOGUES = {section: catalogue for section, (_, catalogue) in CHOICES.items()} | dict.fromkeys(FURTHER, laws)
 KEYS = {section: key for section, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, "law")
-# Sections of parts: from the environment on they may be left out; it has no kinds.
-PARTS = (*CHOICES, "environment", *FURTHER)
-SECTIONS = (*CHOICES, "environment", "scales", "initial", "run", *FURTHER)
+OPTIONAL: dict[str, Any] = {"environment": Environment, "actuator": Actuator}  # sections that may be left out, no kinds
+PARTS = (*CHOICES, *OPTIONAL, *FURTHER)
+SECTIONS = (*CHOICES, *OPTIONAL, "scales", "initial", "run", *FURTHER)
 LARGEST = 2**24  # bytes of a case file
 KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
@@ -166,7 +167,7 @@ def _other_keys(data: Mapping[str, Any], section: str, key: str) -> list[str]:
         parts.append(catalogue().get(given.get(kind)) if isinstance(given, dict) else None)
     if None in parts or section not in (*PARTS, "initial") or not isinstance(data.get(section), dict):
         return []
-    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True)) | {"environment": Environment}
+    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True)) | OPTIONAL
     for name in FURTHER:
         own = laws().get(data[name].get(KEYS[name])) if isinstance(data.get(name), dict) else None
         if own is not None:
@@ -200,8 +201,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
         name: _chosen(name, sections[name], complaints) for name in wanted if isinstance(data.get(name, {}), Mapping)
     }
     complete = len(classes) == len(wanted) and all(classes.values())
-    if isinstance(data.get("environment"), Mapping):
-        classes["environment"] = Environment
+    classes |= {name: part for name, part in OPTIONAL.items() if isinstance(data.get(name), Mapping)}
     scales, given, said = None, {}, 0
     if complete:
         form = form_of(sections, classes, data.get("units"), KEYS)

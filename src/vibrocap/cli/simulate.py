@@ -37,8 +37,15 @@ EVENTS = {
     "impact": "the inner mass strikes a stop",
     "stop_opened": "the inner mass leaves a stop",
     "lift_off": "the contact loses its load, which ends the run",
-    "stop_reached": "the pendulum reaches a stop, which ends the run",
+    "stop_reached": "the machine reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
+    "ambiguous_contacts": "which contacts rest is no longer certain",
+}
+ACTUATOR_EVENTS = {  # counted where there is one
+    "saturated": "the actuator reaches its limit",
+    "unsaturated": "the actuator leaves its limit",
+    "clipped": "the command reaches its limit",
+    "unclipped": "the command comes back from its limit",
 }
 # channel of energy: what it is
 CHANNELS = {
@@ -243,12 +250,14 @@ def _event_words(kind: str) -> str:
     stem, _, number = kind.rpartition("_")
     if number.isdigit() and stem in EVENTS:
         return EVENTS[stem].replace("the contact", f"contact {number}")
-    return EVENTS.get(kind, "this happens")
+    return (EVENTS | ACTUATOR_EVENTS).get(kind, "this happens")
 
 
 def own_events(motion: "Trajectory") -> list[str]:
-    """Kinds of event that only the machine of a motion knows."""
-    return [kind for kind in dict.fromkeys(motion.system.machine.switch_events) if kind not in EVENTS]
+    """Kinds of event that only the machine of a motion or its actuator knows."""
+    actuator = ACTUATOR_EVENTS if motion.system.actuator is not None else ()
+    kinds = [*motion.system.machine.switch_events, *(k for k in actuator if k in motion.system.placed.switch_events)]
+    return [kind for kind in dict.fromkeys(kinds) if kind not in EVENTS]
 
 
 def _further_events(motion: "Trajectory") -> tuple[str, ...]:

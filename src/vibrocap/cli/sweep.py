@@ -126,7 +126,7 @@ def sweep(
         raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
     begun = time.monotonic()
     try:
-        found = _adaptive(study, request) if adaptive else _run(study, request)
+        found: Any = _adaptive(study, request) if adaptive else _run(study, request)
         seconds = time.monotonic() - begun
         if export is not None:
             from vibrocap.io.study_file import write_study
@@ -297,7 +297,7 @@ def plot(
     measure: str | None = None,
     out: Path | None = None,
     at: list[str] | None = None,
-    border: str | None = None,
+    border: list[str] | None = None,
     dead_band: float | None = None,
 ) -> int:
     """A picture of a study: a map over two axes, lines over one, panels for friction laws side by side.
@@ -305,7 +305,8 @@ def plot(
     Failed, unsettled and missing runs are hatched and counted in the legend; runs
     without travel have a colour of their own.
 
-    For --border word the sweep must have had --measure word.
+    For --border word the sweep must have had --measure word. --border travel is where
+    the way of travel turns round, --border impacts where a mass grazes its stop.
 
     Parameters
     ----------
@@ -318,7 +319,7 @@ def plot(
     at
         PATH=VALUE, where a further axis is fixed (at the nearest value); may be repeated
     border
-        draw lines where this changes on a map, such as word or response_period
+        draw lines where this changes on a map, such as word or travel; may be repeated
     dead_band
         smaller velocities count as no travel [default: 10 times the threshold of settling, or 1e-6]
     """

@@ -42,6 +42,9 @@ SYNONYMS = {
     "period": "response_period",
     "settling_time": "time_to_settle",
     "symmetry": "symmetric",
+    "bounces": "impacts",
+    "collisions": "impacts",
+    "grazing": "impacts",
     "sticking": "stick_fraction",
     "stick": "stick_fraction",
 }
@@ -87,11 +90,19 @@ def measured(
         float(settle or 0.0),
         asked_groups(needed),
         own_integrands(needed, recording),
+        _switch_times(motion),
     )
     mirrored = np.array([motion.system.mirrored])
     runs = Gathered(motion.system, results, np.array([motion.period]), mirrored, float(settle or 0.0))
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
+
+
+def _switch_times(motion: Trajectory) -> list[np.ndarray]:
+    """When each guard of the machine fell to zero; of several that mean the same, all of them as of the first."""
+    recording = equations(motion.system)
+    names = motion.system.placed.switch_events[: len(recording.switches) - recording.law_switches]
+    return [motion.event_times[(motion.event_kinds == name) & (names.index(name) == i)] for i, name in enumerate(names)]
 
 
 def near_measure(name: object, table: Iterable[str]) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrocap.measures.travel import travelling
 from vibrocap.numerics.api import RunResults
+from vibrocap.physics.machines.machine import IMPACT
 from vibrocap.physics.system import System
 
 LETTERS = {1: "F", 2: "S", 3: "B"}
@@ -51,6 +52,23 @@ class Gathered:
         """The number of a state of an entry of the results; NaN where the system has no such state."""
         names = self.system.state_names
         return self.results.entry(name, names.index(state)) if state in names else self.nowhere
+
+    @property
+    def impacts(self) -> np.ndarray:
+        """Number of impacts on stops in the window: infinite where they accumulate, NaN for a machine without stops.
+
+        Of a mass that comes to rest at a rigid stop in ever smaller rebounds only the first are counted as events: it
+        strikes the stop more often than it leaves it.
+        """
+        names = self.system.placed.switch_events
+        if "impact" not in names:
+            return self.nowhere
+        counts = self.results.entries("OCCURRED")
+        names = names[: counts.shape[1]]  # a machine may have fewer guards than it has names for
+        struck = counts[:, [name == "impact" for name in names]].sum(axis=1)
+        opened = counts[:, [name == "stop_opened" for name in names]].sum(axis=1)
+        rigid = IMPACT in self.system.placed.channels
+        return np.where((opened > 0.0) & (struck > opened), np.inf, struck) if rigid else struck
 
     @property
     def nowhere(self) -> np.ndarray:

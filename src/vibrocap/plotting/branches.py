@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
-from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
 from vibrocap.physics.conversion import Quantity, quantity_in_si
 from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
@@ -50,6 +50,8 @@ MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
     SpecialKind.NEIMARK_SACKER: ("o", 5.5, True),
     SpecialKind.BRANCH_POINT: ("P", 6.0, True),
     SpecialKind.WORD_CHANGE: ("|", 7.0, False),
+    SpecialKind.GRAZING: ("v", 6.0, True),
+    SpecialKind.CHATTER: ("^", 6.0, True),
     SpecialKind.JUMP: ("X", 6.0, True),
     SpecialKind.UNLOCATED: ("x", 6.0, False),
 }
@@ -237,7 +239,7 @@ def draw_branches(
     for special, x, y, colour in marks:
         marker, size, filled = MARKS[special.kind]
         over: dict[str, Any] = {"zorder": 5, "linestyle": "none"}
-        if special.kind is SpecialKind.WORD_CHANGE and special.passed is not None:
+        if special.kind in CORNERS and special.passed is not None:
             marker, size = LOSS
             ax.plot(x, y, marker=marker, markersize=size, markerfacecolor="white", color=BLACK, **over)
             used.add(LOSS_WORDS)

@@ -6,7 +6,7 @@ says how many there are. Figures are as wide as a column of print, or a page whe
 
 import math
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +72,9 @@ CELL_STYLES: dict[Cell, tuple[str, str, str]] = {
 UNSETTLED, HIDDEN = "//////", "\\\\\\\\"
 HATCH_WIDTH, HALO = 0.45, 1.3  # of lines over colours: black with a white rim shows on any of them
 BORDER = 0.7
+BORDERS = (BLACK, GREEN, VIOLET, VERMILION)  # of lines where something changes
+WAYS = ("mean_velocity", "drift", "displacement")  # measures whose sign is the way of travel
+BORDER_WORDS = {"travel": "travel turns round", "impacts": "grazing of a stop"}
 COLUMN, PAGE = 3.54, 7.2  # inches: 90 mm and 183 mm
 PRINT: dict[Any, Any] = {
     **STYLE,
@@ -99,24 +102,25 @@ def plot_study(
     *,
     at: Mapping[str, str] | None = None,
     dead_band: float | None = None,
-    border: str | None = None,
+    border: str | Sequence[str] | None = None,
 ) -> Path:
     """Draw a study into a file (.png, .svg or .pdf); the same study gives the same bytes.
 
     measure, at, dead_band: as in `study_view`, which raises ViewError for what the study does not have
-    border: a discrete variable, the lines of whose changes are drawn over a map
+    border: a discrete variable, or several, the lines of whose changes are drawn over a map; "travel", the way of it
     """
     return plot_view(study_view(dataset, measure, at, dead_band), path, border)
 
 
-def plot_view(view: View, path: str | Path, border: str | None = None) -> Path:
+def plot_view(view: View, path: str | Path, border: str | Sequence[str] | None = None) -> Path:
     """Draw a view of a study into a file (.png, .svg or .pdf)."""
     return save(study_figure(view, border), path, PRINT)
 
 
-def study_figure(view: View, border: str | None = None) -> Figure:
+def study_figure(view: View, border: str | Sequence[str] | None = None) -> Figure:
     """The figure of a view of a study: a map, lines or dots, as its axes are."""
-    lines = [_border_lines(panel, view, border) for panel in view.panels] if border else []
+    borders = dict(zip(_listed(border), BORDERS, strict=False))
+    lines = {name: [_border_lines(panel, view, name) for panel in view.panels] for name in borders}
     with style(PRINT):
         if len(view.axes) == 1:
             fig, axes = study_axes(view, 1)
@@ -124,13 +128,13 @@ def study_figure(view: View, border: str | None = None) -> Figure:
         else:
             fig, axes = study_axes(view, len(view.panels))
             handles = _draw_maps(fig, axes, view)
-            for ax, segments in zip(axes, lines, strict=False):
-                for ink, width in (("white", 2 * BORDER), (BLACK, BORDER)):
-                    ax.add_collection(LineCollection(list(segments), colors=ink, linewidths=width, label="border"))
-            if border:
-                handles.append(
-                    Line2D([], [], color=BLACK, linewidth=BORDER, label=f"border of {border.replace('_', ' ')}")
-                )
+            for place, (name, ink) in enumerate(borders.items()):  # the first of them above the others
+                for ax, segments in zip(axes, lines[name], strict=True):
+                    for colour, width in (("white", 2 * BORDER), (ink, BORDER)):
+                        options = {"colors": colour, "linewidths": width, "zorder": 3.0 - place / len(BORDERS)}
+                        ax.add_collection(LineCollection(list(segments), label="border", **options))
+                words = BORDER_WORDS.get(name, f"border of {name.replace('_', ' ')}")
+                handles.append(Line2D([], [], color=ink, linewidth=BORDER, label=words))
         add_title_and_legend(fig, view, handles)
     return fig
 
@@ -345,6 +349,14 @@ def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: di
     bar.outline.set_linewidth(0.5)  # type: ignore[operator]
 
 
+def _listed(border: str | Sequence[str] | None) -> list[str]:
+    """The variables whose borders are drawn, each once."""
+    names = [] if border is None else [border] if isinstance(border, str) else list(border)
+    if len(names) > len(BORDERS):
+        raise ViewError([f"--border: a map shows {len(BORDERS)} kinds of border at most, got {len(names)}"])
+    return list(dict.fromkeys(names))
+
+
 def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
     """Where a discrete variable changes over a panel: segments [edges, 2 ends, 2] in the units of the axes."""
     from vibrocap.studies.adaptive import border
@@ -354,6 +366,9 @@ def _border_lines(panel: Panel, view: View, name: str) -> np.ndarray:
     dataset = panel.dataset
     if "computed" not in dataset:
         dataset = dataset.assign(computed=dataset["status"] >= 0)
+    if name == "travel" and name not in dataset and (known := [each for each in WAYS if each in dataset]):
+        way = np.sign(dataset[known[0]].where(abs(dataset[known[0]]) > view.dead_band, 0.0))
+        dataset = dataset.assign(travel=way)
     try:
         return border(dataset.load(), name).segments
     except ArgumentError as error:

@@ -23,7 +23,8 @@ EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced
 ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
 ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
 SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its absence matter most
-WHOLE = ("response_period", "stick_phases", "symmetric", "travel")  # few different values, each with a meaning
+# few different values, each with a meaning
+WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
 FEW = 10
 
 NOT_RUN = -1  # status of a run to come
@@ -342,14 +343,15 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
         kind_path = KIND_PATHS.get(part, "")
         kind = fixed.get(kind_path, record.name)
         if kind_path and kind_path not in varied:
-            kinds.append(f"{kind} friction" if part == "friction" else f"{kind} drive" if part == "drive" else kind)
+            kinds.append(
+                f"{kind} friction" if part.startswith("friction") else f"{kind} drive" if part == "drive" else kind
+            )
         for info in parameter_table(record) if kind == record.name else ():
             path = f"{part}.{info.name}"
             value = fixed.get(path, getattr(record, info.name))
-            usual = (
-                part in ("friction", "environment") or info.name == "normal_load"
-            )  # named only where it is not as usual
-            if path not in varied and not (usual and value == info.default):
+            usual = part.startswith(("friction", "environment")) or info.name == "normal_load"  # named if unusual
+            left_out = value is None or (usual and value == info.default)
+            if path not in varied and not left_out:
                 numbers.append(f"{symbol_text(info.symbol)}{EQUALS}{value_text(value)}")
     for name, start in case.initial.items():
         value = float(fixed.get(f"initial.{name}", start))

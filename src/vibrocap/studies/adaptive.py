@@ -31,6 +31,7 @@ from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.axes import Axis, Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
 from vibrocap.studies.plan.study import Study
+from vibrocap.studies.plan.variation import with_varied_parts
 from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
 
 if TYPE_CHECKING:
@@ -108,6 +109,8 @@ def adaptive_map(
 
     from vibrocap.studies.variables import coordinate_attributes
 
+    if system is not None and isinstance(over, Mapping):
+        system = with_varied_parts(system, over)
     axes = _axes(system, over, evaluate)
     steps = coarse if isinstance(coarse, tuple) and len(coarse) == 2 else (coarse, coarse)
     _check(by, steps, margin, dead_band, refine_unsettled, tile)
@@ -139,7 +142,7 @@ def adaptive_map(
 
     order, corners = np.concatenate(places), leaf_corners(codes, computed, levels, margin)
     runs = {name: np.concatenate([results[name] for results in found]) for name in found[0]}
-    variables = {name: filled(values, order, computed, corners, (x, y)) for name, values in runs.items()}
+    variables = {name: filled(values, order, computed, corners, (x, y), name) for name, values in runs.items()}
     variables = {name: measured[name].shown(x) if name in measured else x for name, x in variables.items()}
     variables["computed"] = computed
     meanings = {name: each.attributes for name, each in measured.items()} | MEANINGS
@@ -177,7 +180,7 @@ def border(dataset: "xarray.Dataset", name: str) -> Border:
         raise ArgumentError("name", f"the map has no variable {name!r}; it has {listed(dataset.data_vars)}")
     paths = dataset["computed"].dims
     values, computed = dataset[name].transpose(*paths).values, dataset["computed"].values
-    if not discrete(values):
+    if not discrete(values, name):
         raise ArgumentError("name", f"{name} takes real values: no borders; choose a label or a discrete measure")
     codes = np.unique(values, return_inverse=True)[1].reshape(values.shape)
     parts = []
@@ -211,7 +214,7 @@ def _checked_results(given: Mapping[str, Any], runs: int, by: Sequence[str], dea
     for label in by:
         if label not in results:
             raise ValueError(f"by: {label} should be among what evaluate returns, got {', '.join(results)}")
-        if not discrete(results[label]):
+        if not discrete(results[label], label):
             raise ValueError(f"by: {label} takes real values and has no borders; choose a discrete measure")
     return results
 

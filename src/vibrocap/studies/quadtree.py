@@ -76,13 +76,15 @@ def leaf_corners(codes: np.ndarray, computed: np.ndarray, levels: Levels, margin
     return corners
 
 
-def filled(values: np.ndarray, order: np.ndarray, computed: np.ndarray, corners: np.ndarray, axes: Any) -> np.ndarray:
+def filled(
+    values: np.ndarray, order: np.ndarray, computed: np.ndarray, corners: np.ndarray, axes: Any, name: str = ""
+) -> np.ndarray:
     """A variable on the full grid, from its values at the points that were run and the cells around the others."""
     full = np.empty(computed.size, dtype=values.dtype)
     full[order] = values
     full = full.reshape(computed.shape)
     (i, j), (i0, i1, j0, j1) = np.nonzero(~computed), corners
-    if discrete(values):
+    if discrete(values, name):
         full[i, j] = full[np.where(2 * i <= i0 + i1, i0, i1), np.where(2 * j <= j0 + j1, j0, j1)]
         return full
     (x, _), (y, _) = (_scale(axis) for axis in axes)
@@ -109,6 +111,14 @@ def middles(values: np.ndarray) -> np.ndarray:
     return back((positions[1:] + positions[:-1]) / 2)
 
 
-def discrete(values: np.ndarray) -> bool:
-    """Whether values are words, flags or whole numbers, which may be held as floats; NaN is a value of its own."""
-    return values.dtype.kind in "biuUT" or bool(np.all((values == np.floor(values)) | np.isnan(values)))
+COUNTS = ("impacts",)  # per period of a response of several: whole numbers over that
+
+
+def discrete(values: np.ndarray, name: str = "") -> bool:
+    """Whether values are words, flags, whole numbers, which may be held as floats, or by their name counts per period.
+
+    NaN and infinity are values of their own.
+    """
+    if values.dtype.kind in "biuUT" or name in COUNTS:
+        return True
+    return bool(np.all((values == np.floor(values)) | np.isnan(values)))

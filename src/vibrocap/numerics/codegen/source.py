@@ -45,6 +45,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
     constants["SPARSE"] = sparse(equations)
+    if equations.guards and "OCCURRED" not in constants:
+        constants["OCCURRED"] = -1
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
@@ -109,7 +111,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order)
-            keep(rows + 4 + i, k, writer.coefficient(guard.index, k) if moves else "0.0")
+            slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
+            keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
     body = [*head, *writer.lines]
     if abreast:
         constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)

@@ -51,6 +51,7 @@ STATE = PARAMETER = SCALE = SERIES = WORK = 0
 INTEGRANDS = SUMMED = FRICTION = 0
 IMPACT = -1  # place among them of the channel that takes the energy lost in impacts; -1: there is none
 MIRROR = (-1,)
+OCCURRED = -1  # place of how often each guard of the machine fell to zero; -1: it is not counted
 OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
 ROOM = 0  # bounds of states at the start, two for each state that has any
 TABLE_NUMBERS = 0  # of the segments of a drive with corners: length and coefficients of each

@@ -106,10 +106,13 @@ RESULT_HEAD_SIZE = len(RESULT_HEAD)
 EVENT_HEAD = 3  # an event on the tape: period, time, kind, then states and integrals
 
 
-def gathered_entries(states: int, integrals: int, own_extremes: int) -> tuple[tuple[str, int], ...]:
+def gathered_entries(
+    states: int, integrals: int, own_extremes: int, machine_switches: int = 0
+) -> tuple[tuple[str, int], ...]:
     """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
 
     integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
+    machine_switches: guards of the machine
     """
     return (
         ("INTEGRAL", integrals),
@@ -126,6 +129,7 @@ def gathered_entries(states: int, integrals: int, own_extremes: int) -> tuple[tu
         ("LETTER_COUNT", 1),
         ("LETTERS", WORD_PLACES),
         ("ASYMMETRY", 1),
+        *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
     )
 
 

@@ -69,7 +69,8 @@ def ensemble_source(
     loop = loop or ("ensemble" if lanes == 1 else "abreast")
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
-    entries = gathered_entries(states, integrands.summed, integrands.own_extremes)
+    own_switches = len(equations.switches) - equations.law_switches
+    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches)
     parameters, switches = len(equations.parameter_paths), len(equations.guards)
     corners = equations.corners
     coefficients = 0 if corners is None else corners.coefficients

@@ -24,10 +24,12 @@ def replayed(
     threshold: float,
     asked: int,
     integrands: Integrands | None = None,
+    switch_times: Sequence[np.ndarray] = (),
 ) -> RunResults:
     """The result of a motion, as an ensemble with a budget of its whole periods would have written it.
 
     motion: a `Trajectory`; window, threshold, asked: see `ensemble.Budget`
+    switch_times: when each guard of the machine fell to zero
     """
     layout, kernel = _hooks(equations, motion.coefficients.shape[2] - 1, integrands)
     real, whole = layout.allocated()
@@ -80,6 +82,9 @@ def replayed(
             fill("STATE", motion.sections[whole[count]])
             kernel["begin_drive_period"](real, whole, tape, 0)
             kernel["on_period"](real, whole, tape, 0)
+    if "OCCURRED" in place:
+        begun = motion.start_time + whole[place["WINDOW_START"]] * motion.period
+        fill("OCCURRED", [np.sum(times > begun) for times in switch_times])
     kernel["end_run"](real, whole, tape, 0)
     return RunResults(layout, tape[None, : layout.result_size])
 

@@ -17,7 +17,13 @@ from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
-from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint, reversed_way, special_point
+from vibrocap.orbits.continuation.special_points import (
+    CORNERS,
+    SpecialKind,
+    SpecialPoint,
+    reversed_way,
+    special_point,
+)
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
@@ -260,7 +266,7 @@ def branch(
     Returns a `Branch`; its `ends` say why it was not followed further, with advice. If no orbit closes at the start it
     is empty. Raises ValueError, naming the argument, before any work.
     """
-    _check_options(towards, points, step)
+    check_options(towards, points, step)
     low, high = checked_range(system, over, between)
     mirrored = mirrored_all_over(system, over, (low, high))
     if half and not mirrored:
@@ -299,8 +305,8 @@ def branch(
 def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: float = 0.01) -> Branch | None:
     """The branch that leaves another at a pitchfork (of the mirror twins the one that drifts forward first) or a flip.
 
-    Also at a change of the word where the multipliers jump over -1; there it is searched on both sides, and None is
-    returned where nothing is found. Raises ValueError at a special point from which none leaves.
+    Also at a change of the word, or of the impacts, where the multipliers jump over -1; there it is searched on both
+    sides, and None is returned where nothing is found. Raises ValueError at a special point from which none leaves.
     """
     map_, found = parent.closing_map, special.found
     if special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP) and found.direction is not None:
@@ -314,7 +320,7 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
         assert isinstance(finer, ClosingMap)
         result = joined(finer, None, way)
         return dataclasses.replace(result, ends=(_bifurcation_end(special), result.ends[1]))
-    if special.kind is SpecialKind.WORD_CHANGE and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
+    if special.kind in CORNERS and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
         for finer, first in branches_at_corner(map_, found):
             assert isinstance(finer, ClosingMap)
             ways = [followed(finer, first, sign, points, step) for sign in (-1.0, 1.0)]
@@ -332,7 +338,8 @@ def _drifts_back(point: BranchPoint) -> bool:
     return point.closing.drift < 0.0
 
 
-def _check_options(towards: str, points: int, step: float) -> None:
+def check_options(towards: str, points: int, step: float) -> None:
+    """How a branch is to be followed; raises ValueError, naming the argument."""
     if towards not in TOWARDS:
         raise ValueError(f"towards should be one of {', '.join(TOWARDS)}, got {towards!r}")
     check_whole("points", points, 2)

@@ -6,12 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.branch import Branch, branch, leaving, mirrored_all_over, starting_orbit
+from vibrocap.orbits.continuation.branch import (
+    Branch,
+    branch,
+    check_options,
+    leaving,
+    mirrored_all_over,
+    starting_orbit,
+)
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
-from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
+from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 from vibrocap.results import Result
@@ -104,7 +112,10 @@ def branches(
 
     progress: True for a bar, or a function that is called with the share of the branches known so far
     depth: generations after the first; other arguments as for `branch`
+    Raises ValueError, naming the argument, before any work.
     """
+    check_options("both", points, step)
+    check_whole("depth", depth, 0)
     begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     options = {"points": points, "step": step, "tolerance": tolerance}
     diagram = _Growing(depth, points, step, told(progress))
@@ -199,7 +210,7 @@ def _leaves(special: SpecialPoint) -> bool:
     """Whether another branch leaves at a special point (and not the branch itself, which begins there)."""
     if special.kind in BRANCHING:
         return special.found.direction is not None
-    return special.kind is SpecialKind.WORD_CHANGE and special.passed in BRANCHING and special.found.beyond is not None
+    return special.kind in CORNERS and special.passed in BRANCHING and special.found.beyond is not None
 
 
 def _meets(parent: Branch, special: SpecialPoint, child: Branch, end: int) -> bool:
@@ -248,9 +259,13 @@ def _distance(branch: Branch, state: np.ndarray, parameter: float) -> float:
     x = closure.point(state, parameter)
     corners = np.stack([closure.point(*each) for each in zip(branch.states, branch.parameter, strict=True)])
     ways = np.diff(corners, axis=0)
-    lengths = np.maximum(np.linalg.norm(ways, axis=1), 1e-300)
-    shares = np.clip(np.sum((x - corners[:-1]) * ways, axis=1) / lengths**2, 0.0, 1.0)
-    feet = corners[:-1] + shares[:, None] * ways
+    lengths = np.linalg.norm(ways, axis=1)
+    apart = np.flatnonzero(lengths > 0.0)  # where a branch comes to a bifurcation it may have a point twice
+    if not len(apart):
+        return float("inf")
+    starts, ways, lengths = corners[apart], ways[apart], lengths[apart]
+    shares = np.clip(np.sum((x - starts) * ways, axis=1) / lengths**2, 0.0, 1.0)
+    feet = starts + shares[:, None] * ways
     off = np.linalg.norm(feet - x, axis=1)
     i = int(np.argmin(off))
     if off[i] > ROUGHLY:

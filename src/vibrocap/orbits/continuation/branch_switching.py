@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.continuation.segment import Segment
-from vibrocap.orbits.continuation.special_points import Found, SpecialKind, flip_test, special_points_between
+from vibrocap.orbits.continuation.special_points import CORNERS, Found, SpecialKind, flip_test, special_points_between
 from vibrocap.orbits.maps.closing_map import Closure
 from vibrocap.orbits.maps.itinerary import same_cycle, word_change
 
@@ -91,7 +91,7 @@ def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
         closure.attempt(special.point.x, special.point.closing), towards / size if size > 0.0 else last.tangent
     )
     words, change = (last.closing.word, point.closing.word), None
-    if special.kind is SpecialKind.WORD_CHANGE:
+    if special.kind in CORNERS:
         change = special.change if same_cycle(*words) else word_change(*words)[0]
     counts = (last.unstable(), last.unstable())
     return Found(special.kind, 1.0, point, special.error, counts, words, change, passed=special.passed, text=TEXT)

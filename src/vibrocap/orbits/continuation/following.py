@@ -8,10 +8,10 @@ import numpy as np
 
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent, tangent
 from vibrocap.orbits.continuation.branch_switching import parent_bifurcation, unlocated_bifurcation
+from vibrocap.orbits.continuation.grazing import grazing_at_end
 from vibrocap.orbits.continuation.segment import TOO_MANY
 from vibrocap.orbits.continuation.special_points import Found, SpecialKind, special_points_between
-from vibrocap.orbits.maps.closing_map import Closing, Closure
-from vibrocap.orbits.maps.itinerary import same_cycle
+from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
 
 ON_COARSER_MAP = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
 MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its bifurcation
@@ -37,6 +37,7 @@ class BranchEnd(enum.Enum):
     FLIP = "flip"
     CLOSED = "closed"
     ORBIT_CEASES = "orbit ceases"
+    GRAZING = "grazing"
     NEWTON_FAILED = "Newton failed"
     TOO_MANY_POINTS = "too many points"
     NOT_FOLLOWED = "not followed"
@@ -62,6 +63,8 @@ ADVICE = {
     BranchEnd.CLOSED: "The branch has come back to its start.",
     BranchEnd.ORBIT_CEASES: "The word of the motion would change here, and no orbit of the new word continues this "
     "one: such orbits cease to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
+    BranchEnd.GRAZING: "The motion grazes a stop, which changes it like a square root: such orbits cease to exist "
+    "here, or go on with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
     BranchEnd.NEWTON_FAILED: "No next point closes however small the step: such orbits cease to exist here, as "
     "where a motion grazes, or Newton's method cannot follow. Try another `tolerance`, or start from an orbit beyond "
     "this parameter.",
@@ -125,9 +128,21 @@ def followed(
                 progress(_share_passed(start, found))
         if end is None and _closes(points):
             end = BranchEnd.CLOSED
+        if end in (BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES) and isinstance(closure, ClosingMap):
+            grazed = grazing_at_end(closure, points)
+            if grazed is not None:
+                special.append((len(points) - 1, _grazing(here, *grazed)))
+                end = BranchEnd.GRAZING
         if end is not None or found is None:
             return Followed(points, special, end or BranchEnd.NEWTON_FAILED)
         here = found
+
+
+def _grazing(last: BranchPoint, place: float, error: float) -> Found:
+    """The record of the grazing at which a branch ends, after its last point."""
+    word, unstable = last.closing.word, last.unstable()
+    text = "with a square root: the branch ends here"
+    return Found(SpecialKind.GRAZING, 1.0, last, error, (unstable, unstable), (word, word), text=text, place=place)
 
 
 def _share_passed(start: BranchPoint, here: BranchPoint) -> float:
@@ -251,12 +266,12 @@ def _next_point(
                 longer = 1.5 * ds if steps <= QUICK else ds
                 return new, (ds if bounded else min(longer, longest)), BranchEnd.PARAMETER_BOUND
         trial = closure.attempt(here.x + ds * here.tangent, here.closing)
-        if ds <= CORNERED * longest and not same_cycle(trial.word, here.closing.word):
+        if ds <= CORNERED * longest and not trial.alike(here.closing):
             turned = _around_corner(closure, here, trial, ds)
             if turned is not None:
                 return turned, float(np.linalg.norm(turned.x - here.x)), BranchEnd.PARAMETER_BOUND
         ds *= 0.4
-    changed = trial is not None and not same_cycle(trial.word, here.closing.word)
+    changed = trial is not None and not trial.alike(here.closing)
     return None, ds, BranchEnd.ORBIT_CEASES if changed else BranchEnd.NEWTON_FAILED
 
 
@@ -277,7 +292,7 @@ def _around_corner(closure: Closure, here: BranchPoint, beyond: Closing, distanc
         for sign in (1.0, -1.0):
             guess = here.x + reach * distance * sign * along
             found, _ = corrected(closure, guess, along, float(along @ guess), beyond)
-            if found is None or same_cycle(found.word, here.closing.word) or not 0.0 <= found.x[-1] <= 1.0:
+            if found is None or found.alike(here.closing) or not 0.0 <= found.x[-1] <= 1.0:
                 continue
             if np.linalg.norm(found.x - guess) <= OFF_SIDE * distance:
                 return _level(closure, here, BranchPoint(found, tangent(found, sign * along)))
@@ -292,6 +307,6 @@ def _level(closure: Closure, here: BranchPoint, other: BranchPoint) -> BranchPoi
         return other
     guess = here.x + share[0] * (here.tangent + other.tangent)
     found, _ = corrected(closure, guess, other.tangent, float(other.tangent @ guess), other.closing)
-    if found is None or same_cycle(found.word, here.closing.word) or np.linalg.norm(found.x - guess) > share[0]:
+    if found is None or found.alike(here.closing) or np.linalg.norm(found.x - guess) > share[0]:
         return other
     return BranchPoint(found, tangent(found, other.tangent))

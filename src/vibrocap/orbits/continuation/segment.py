@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, tangent
 from vibrocap.orbits.maps.closing_map import Closure
-from vibrocap.orbits.maps.itinerary import cycle, same_cycle
+from vibrocap.orbits.maps.itinerary import cycle
 
 NARROW = 1e-11  # share of a segment to which a root is bracketed
 CLOSEST = 1e-13  # the same in natural sizes and shares of the range: what rounding leaves
@@ -86,8 +86,8 @@ class Segment:
         return self.closure.parameter(self.points[self.shares.index(share)].x)
 
     def same_word(self, left: float, right: float) -> bool:
-        """Whether the words at two shares are the same cycle."""
-        return same_cycle(self.point(left).closing.word, self.point(right).closing.word)
+        """Whether the words at two shares are the same cycle, with as many impacts."""
+        return self.point(left).closing.alike(self.point(right).closing)
 
     def discontinuous(self, left: float, right: float) -> bool:
         """Whether the orbits at two shares that were visited, as near as can be, differ: they are on two branches."""
@@ -159,12 +159,12 @@ def word_changes(segment: Segment, closely: bool = False) -> tuple[list[tuple[fl
 
 def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, float]]) -> str:
     """Bracket the changes between two shares whose words differ; returns why it was given up."""
-    here, there = _word(segment, left), _word(segment, right)
+    here, there = (_itinerary(segment.point(share)) for share in (left, right))
     if here == there:
         return ""
     if len(found) >= MOST_CHANGES:
         return TOO_MANY
-    before, after = segment.change(lambda point: cycle(point.closing.word) == here, left, right)
+    before, after = segment.change(lambda point: _itinerary(point) == here, left, right)
     if segment.discontinuous(before, after):
         return JUMPS
     found.append((before, after))
@@ -176,5 +176,6 @@ def _cut(segment: Segment, left: float, right: float, found: list[tuple[float, f
     return ""
 
 
-def _word(segment: Segment, share: float) -> str:
-    return cycle(segment.point(share).closing.word)
+def _itinerary(point: BranchPoint) -> tuple[str, float]:
+    """The phases of the contact and the number of impacts."""
+    return cycle(point.closing.word), point.closing.impacts

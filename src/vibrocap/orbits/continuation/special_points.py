@@ -10,8 +10,8 @@ import numpy as np
 from vibrocap.orbits.closing.periodic_solution import named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.segment import Bracket, Lost, Segment, word_changes
-from vibrocap.orbits.maps.closing_map import ClosingMap, Closure
-from vibrocap.orbits.maps.itinerary import WordChange, word_change
+from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
+from vibrocap.orbits.maps.itinerary import WordChange, same_cycle, word_change
 
 SEEN = 1e-8  # share of the parameter's range within which the integrator sees that a velocity or a force grazes a limit
 FOLDED = 0.01  # distance from 1 of the multiplier that makes a turn of the parameter a fold
@@ -27,6 +27,8 @@ class SpecialKind(enum.Enum):
     NEIMARK_SACKER = "Neimark-Sacker"
     BRANCH_POINT = "branch point"
     WORD_CHANGE = "change of word"
+    GRAZING = "grazing of a stop"
+    CHATTER = "accumulating impacts"
     JUMP = "jump of multipliers"
     UNLOCATED = "not located"
 
@@ -43,10 +45,15 @@ MEANINGS = {
     SpecialKind.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: quasi-periodic motion begins here.",
     SpecialKind.BRANCH_POINT: "Another branch of orbits of the same period crosses here (multiplier 1).",
     SpecialKind.WORD_CHANGE: "The phases of sliding and sticking change.",
+    SpecialKind.GRAZING: "A mass touches its stop without speed: an impact begins or ends here.",
+    SpecialKind.CHATTER: "Impacts begin or cease to follow one another without end until the mass rests at its stop.",
     SpecialKind.JUMP: "The multipliers jump without a change of the word; the motion grazes something there.",
     SpecialKind.UNLOCATED: "Something changes faster than it can be located: follow the branch with a smaller `step`, "
     "or from an orbit near this parameter.",
 }
+
+
+CORNERS = (SpecialKind.WORD_CHANGE, SpecialKind.GRAZING, SpecialKind.CHATTER)  # between which all is smooth
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -57,6 +64,7 @@ class Found:
     point, beyond: the orbit there; at a change of the word the last before it and the first after it
     passed: what the multipliers jump over at a change of the word as they would pass it where all is smooth
     unstable: number of multipliers not inside the unit circle before and after; text: more about it
+    place: the parameter, where the point is only near it
     """
 
     kind: SpecialKind
@@ -70,6 +78,7 @@ class Found:
     direction: np.ndarray | None = None
     beyond: BranchPoint | None = None
     text: str = ""
+    place: float | None = None
 
 
 def flip_test(point: BranchPoint) -> float:
@@ -121,7 +130,7 @@ def special_points_between(
     segment = Segment(closure, first, last)
     cuts, complaint = word_changes(segment, closely)
     edges = [0.0, *itertools.chain.from_iterable(cuts), 1.0]
-    found = [_word_change(segment, left, right) for left, right in cuts]
+    found = [_change(segment, left, right) for left, right in cuts]
     if complaint:
         found.append(_unlocated(segment, 0.0, 1.0, complaint))
     for i in range(0, len(edges), 2):
@@ -205,21 +214,30 @@ def _counts(segment: Segment, left: float, right: float) -> tuple[int, int]:
     return segment.points[i].unstable(), segment.points[j].unstable()
 
 
-def _word_change(segment: Segment, left: float, right: float) -> Found:
-    """The record of a change of the word between two shares."""
+def _change(segment: Segment, left: float, right: float) -> Found:
+    """The record of a change of the word, or of the number of impacts, between two shares."""
     before, after = segment.point(left), segment.point(right)
     words = (before.closing.word, after.closing.word)
-    change, text = word_change(*words)
+    kind, change, text = changed(before.closing, after.closing)
     passed = None
-    for kind, test in TESTS.items():
-        if kind is not SpecialKind.BRANCH_POINT and test(before) * test(after) < 0.0:
-            passed = SpecialKind.PITCHFORK if kind is SpecialKind.FLIP and segment.closure.half else kind
+    for smooth, test in TESTS.items():
+        if smooth is not SpecialKind.BRANCH_POINT and test(before) * test(after) < 0.0:
+            passed = SpecialKind.PITCHFORK if smooth is SpecialKind.FLIP and segment.closure.half else smooth
             break
     width = abs(segment.parameter(right) - segment.parameter(left))
-    if change in (WordChange.GRAZING, WordChange.SPLITTING):
+    if change in (WordChange.GRAZING, WordChange.SPLITTING) or "impacts" in text:
         width += SEEN * abs(segment.closure.parameter(np.array([1.0])) - segment.closure.parameter(np.array([0.0])))
     counts = before.unstable(), after.unstable()
-    return Found(SpecialKind.WORD_CHANGE, left, before, width, counts, words, change, passed, beyond=after, text=text)
+    return Found(kind, left, before, width, counts, words, change, passed, beyond=after, text=text)
+
+
+def changed(before: Closing, after: Closing) -> tuple[SpecialKind, WordChange | None, str]:
+    """(kind, of the word, in words): how the phases of the contact and the impacts change from one orbit to another."""
+    impacts = "" if before.impacts == after.impacts else f"impacts {before.impacts:g} -> {after.impacts:g}"
+    if impacts and same_cycle(before.word, after.word):
+        return SpecialKind.CHATTER if np.isinf(before.impacts + after.impacts) else SpecialKind.GRAZING, None, impacts
+    change, phases = word_change(before.word, after.word)
+    return SpecialKind.WORD_CHANGE, change, "; ".join(filter(None, (phases, impacts)))
 
 
 def _unlocated(segment: Segment, left: float, right: float, text: str) -> Found:
@@ -268,7 +286,7 @@ class SpecialPoint:
     @property
     def discontinuous(self) -> bool:
         """Whether the multipliers jump there, so that a loss of stability is none of the smooth kinds."""
-        return self.kind in (SpecialKind.WORD_CHANGE, SpecialKind.JUMP) and self.unstable_before != self.unstable_after
+        return self.kind in (*CORNERS, SpecialKind.JUMP) and self.unstable_before != self.unstable_after
 
     @property
     def remarks(self) -> str:
@@ -288,8 +306,8 @@ class SpecialPoint:
 def reversed_way(found: Found) -> Found:
     """What is special, seen by one who comes along the branch the other way."""
     words, text = found.words[::-1], found.text
-    if found.change is not None and found.words[0] != found.words[1] and not text.startswith("this branch"):
-        text = word_change(*words)[1]
+    if found.beyond is not None and not text.startswith("this branch"):
+        text = changed(found.beyond.closing, found.point.closing)[2]
     return dataclasses.replace(found, words=words, unstable=found.unstable[::-1], text=text)
 
 
@@ -301,7 +319,7 @@ def special_point(
     drift = closure.drift(point.closing)
     return SpecialPoint(
         kind=found.kind,
-        parameter=closure.parameter(point.x),
+        parameter=closure.parameter(point.x) if found.place is None else found.place,
         error=found.error,
         state=named_states(closure.system, closure.state(point.x, point.closing)),
         drift=None if np.isnan(drift) else drift,

@@ -5,6 +5,7 @@ import enum
 import math
 from collections.abc import Sequence
 
+from vibrocap.motion.start import within_room
 from vibrocap.orbits.crossings.settled_motion import SettledMotion, settled_motion
 from vibrocap.physics.system import System
 
@@ -12,6 +13,7 @@ NARROW = 1e-13  # of the bracket at first: it is not cut further
 JUMP = 0.1  # of the difference across the bracket at first: a difference that stays above it is no crossing
 BESIDE = 1e-3  # of the bracket at first: distance to both sides at which the slope is taken
 MOST_TRIALS = 200
+ONE_MOTION = 1e-4  # of the natural sizes: a motion at a rigid stop changes like the root of the way to its grazing
 COARSER = 10.0  # tolerances of the runs whose difference is taken for the error of the integration
 
 
@@ -19,6 +21,7 @@ class CrossingKind(enum.Enum):
     """What was found between two neighbouring points of the scan where the difference changes its sign."""
 
     CROSSING = "crossing"
+    GRAZING = "grazing"
     JUMP = "jump"
     LOST = "lost"
 
@@ -27,6 +30,7 @@ class CrossingKind(enum.Enum):
         """What it means."""
         return {
             CrossingKind.CROSSING: "The measure takes the value here, on a steady motion that exists on both sides.",
+            CrossingKind.GRAZING: "The motion grazes a stop: on one side of this parameter it has an impact more.",
             CrossingKind.JUMP: "The measure jumps over the value: the start leads to another steady motion (a mirror "
             "twin, for instance), or a motion ceases to exist. No steady motion seen here has the value.",
             CrossingKind.LOST: "A motion within the bracket did not settle; raise `periods`, or scan more points.",
@@ -80,7 +84,7 @@ class Difference:
             state = dict(each.state)
             if system.machine.cyclic is not None:
                 state[system.machine.cyclic] = 0.0
-            motion = settled_motion(system, state, self.periods, tolerance)
+            motion = settled_motion(system, within_room(system, state), self.periods, tolerance)
             if motion is None:
                 return None
             found.append(motion)
@@ -132,9 +136,21 @@ def _halved(difference: Difference, low: _End, high: _End) -> Crossing:
         else:
             high = middle
     if abs(high.difference - low.difference) > JUMP * across:
-        return _untold(CrossingKind.JUMP, low, high)
+        grazes = difference.measure == "impacts" and _near(low.motions, high.motions)
+        return _untold(CrossingKind.GRAZING if grazes else CrossingKind.JUMP, low, high)
     at = _secant(low, high)
     return _crossing(difference, low, high, at, BESIDE * width)
+
+
+def _near(one: Motions, other: Motions) -> bool:
+    """Whether the motions of two ends, as near as can be, are one: none of their states jumps."""
+    for first, last in zip(one, other, strict=True):
+        names = [name for name in first.system.state_names if name not in first.system.switched]
+        sizes = dict(zip(first.system.state_names, map(float, first.system.scales()), strict=True))
+        names = [name for name in names if name != first.system.machine.cyclic]
+        if any(abs(first.state[name] - last.state[name]) > ONE_MOTION * sizes[name] for name in names):
+            return False
+    return True
 
 
 def _crossing(difference: Difference, low: _End, high: _End, at: float, beside: float) -> Crossing:

@@ -8,11 +8,12 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import Budget, RunResults, codes
-from vibrocap.orbits.maps.itinerary import closed_word
+from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
 from vibrocap.physics.system import System
 
+NO_STOPS = -1.0
 NUDGE = 1e-6  # share of the parameter's range by which the derivative by the parameter is taken
 
 
@@ -24,6 +25,7 @@ class Closing:
     at_rest: [m] whether the image is exactly zero for good: the velocity of a contact that sticks at the section
     word: phases over the whole response; drift: what the cyclic coordinate gains over it
     image: whole state vector at the end, which carries what the law has switched
+    impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
     """
 
     x: np.ndarray
@@ -35,6 +37,11 @@ class Closing:
     word: str
     drift: float
     image: np.ndarray
+    impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
+
+    def alike(self, other: "Closing") -> bool:
+        """Whether the same happens in both: the same cycle of phases, and as many impacts."""
+        return same_cycle(self.word, other.word) and self.impacts == other.impacts
 
     @property
     def residual(self) -> float:
@@ -189,25 +196,36 @@ class ClosingMap:
         image = ends[:, self.unknowns] / sizes
         first = () if map_.equations.hold is None else (map_.equations.contact_state,)
         at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
-        words = self._words(ended, [0, m, m + 1])
+        words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
+        alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
         return Closing(
             x=x,
             mismatch=image[0] - x[:-1],
             jacobian=ends[:m, n + self.unknowns].T / sizes[:, None],
-            slope=nudged_slope(image[0], image[m], image[m + 1], words),
+            slope=nudged_slope(image[0], image[m], image[m + 1], alike),
             at_rest=at_rest,
             finished=bool(np.all(ended.finished)),
             word=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
+            impacts=impacts[0],
         )
+
+    def impacts_of(self, ended: RunResults) -> list[float]:
+        """Impacts of runs over the response of the map."""
+        if "impact" not in self.system.machine.switch_events:
+            return [NO_STOPS] * len(ended)
+        return self._gathered(ended).impacts.tolist()
+
+    def _gathered(self, ended: RunResults) -> Gathered:
+        ones = np.ones(len(ended))
+        return Gathered(self.system, ended, ones, ones > 0.0, 0.0)
 
     def _words(self, ended: RunResults, runs: list[int]) -> list[str]:
         """The words of runs over the whole response; empty for a smooth law, whose changes of side are not seen."""
         if self.system.friction.kind == "smooth":
             return [""] * len(runs)
-        ones = np.ones(len(runs))
-        gathered = Gathered(self.system, ended[runs], ones, ones > 0.0, 0.0)
+        gathered = self._gathered(ended[runs])
         return [closed_word(str(word), self.half) for word in gathered.words]
 
 

@@ -125,6 +125,7 @@ class CycleMap(ClosingMap):
             drift=float(ends[0, map_.cyclic]) if map_.cyclic >= 0 else 0.0,
             image=ends[0, :n],
             bordered=np.vstack((above, section)),
+            impacts=self.impacts_of(ended)[0],
         )
 
     def _at_rest_again(self, x: np.ndarray, like: Closing | None) -> np.ndarray:

@@ -5,6 +5,11 @@ within its branch; where one falls to zero, or is not positive where a step star
 are from there on. First stand the guards of the law, which are clearly positive after their own switch. Those of the
 machine behind them may be zero there, as a stop that was just reached: then their first coefficient that is no rounding
 decides. Last stand those of the equations' bounds: beyond one of them they have no answer, and the run ends.
+
+The first bound of a load that follows the motion, the divisor d of N = n/d, is reached with an infinite slope: as N
+grows, so do the accelerations, and d falls like the root of the time that is left. Steps that halve that time again and
+again would never get there. So how fast d falls is asked as well, and the run ends where d would be gone within a time
+too short to matter.
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
@@ -22,11 +27,13 @@ from vibrocap.numerics.kernel.generated import (
     BRANCHES,
     EVENT_LIMIT,
     EVENTS,
+    FOLLOWS_LOAD,
     IDLE,
     IMPACT,
     IMPLICIT_STEPS,
     LANES,
     LAW_BRANCHES,
+    OCCURRED,
     ORDER,
     PERIOD,
     SERIES,
@@ -38,6 +45,7 @@ from vibrocap.numerics.kernel.generated import (
     SWITCHES,
     TAYLOR_STEPS,
     TIME,
+    WINDOW_START,
     WORK,
     after_reversal,
     after_switch,
@@ -49,12 +57,17 @@ from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_five
 
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
+AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
 
 def within_bounds(real, whole, tape, lane):
     """Whether the equations hold at the start of the step; if not, the run ends."""
     for i in range(BRANCHES, SWITCHES):
-        if not (real[SWITCH + i * (ORDER + 1) * LANES + lane] > 0.0):
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        least = 0.0
+        if FOLLOWS_LOAD and i == BRANCHES:  # its slope stands in the last place of its row
+            least = max(0.0, -(real[row + ORDER * LANES] * (AT_ONCE * real[PERIOD + lane])))
+        if not (real[row] > least):
             begin_branch(real, whole, tape, lane, i)
             return False
     return True
@@ -126,10 +139,13 @@ def begin_branch(real, whole, tape, lane, which):
     if which >= LAW_BRANCHES:
         strikes = hits(real, whole, lane)
     chosen = whole[TAYLOR_STEPS + lane] + whole[IMPLICIT_STEPS + lane] == 0
-    if which < LAW_BRANCHES or (chosen and real[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
-        on_event(real, whole, tape, lane, SWITCHED, 0.0)  # nothing happens: it is the branch in which the run starts
-    else:
+    if which < LAW_BRANCHES:
+        on_event(real, whole, tape, lane, SWITCHED, 0.0)
+    elif not (chosen and real[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
         on_event(real, whole, tape, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, 0.0)
+        if OCCURRED >= 0 and whole[WINDOW_START + lane] >= 0:
+            real[OCCURRED + (which - LAW_BRANCHES) * LANES + lane] += 1.0
+    # else nothing happens: it is the branch in which the run starts
     if strikes:
         jumped(real, whole, tape, lane)
 
