@@ -142,7 +142,7 @@ def _grazing(last: BranchPoint, place: float, error: float) -> Found:
     """The record of the grazing at which a branch ends, after its last point."""
     word, unstable = last.closing.word, last.unstable()
     text = "with a square root: the branch ends here"
-    return Found(SpecialKind.GRAZING, 1.0, last, error, (unstable,) * 2, (word, word), text=text, place=place)
+    return Found(SpecialKind.GRAZING, 1.0, last, error, (unstable, unstable), (word, word), text=text, place=place)
 
 
 def _share_passed(start: BranchPoint, here: BranchPoint) -> float:

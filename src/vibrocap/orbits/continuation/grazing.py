@@ -5,6 +5,8 @@ that the derivative grows without bound and Newton's method fails shortly before
 distance itself goes straight to zero; on the other side the speed of the impact does.
 """
 
+from typing import Any
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
@@ -85,11 +87,11 @@ def least_distance(motion: Trajectory) -> float:
             if 0 < place < len(FINE) - 1 and values[piece, place] < min(ends):
                 low, high = FINE[place - 1], FINE[place + 1]
 
-                def value(at: float, piece: int = piece, guard: int = guard) -> float:
+                def value(at: float, piece: int = int(piece), guard: int = guard) -> float:
                     local = np.array([at * motion.piece_length[piece]])
                     return float(_guard_at(motion, guard, np.array([piece]), local)[0])
 
-                dip = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-10})
+                dip: Any = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-10})
                 least = min(least, float(dip.fun))
             elif place == 0 and piece > 0 and 0.0 < ends[0] < values[piece, 1]:
                 *_, before, last = values[piece - 1]
