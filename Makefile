@@ -6,8 +6,12 @@ SITE_READY := .venv/.site-ready
 JOBS ?= 2
 
 export PYRIGHT_PYTHON_IGNORE_WARNINGS = 1
+# Where it is set, each worker and each command that a test starts would compile every Python file anew.
+export PYTHONDONTWRITEBYTECODE =
+# A worker begins with its half of the files, so that few kernels and kept motions are made twice, and helps at the end.
+TESTS := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-.PHONY: help reproduce test test-slow torture lint format type bench docs site all lock clean
+.PHONY: help reproduce test test-slow torture lint format type bench docs site links all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -17,10 +21,10 @@ reproduce: $(READY) ## the paper: figures, claims and one HTML report, in out/
 	@$(BIN)/vibrocap reproduce --out out
 
 test: $(READY) ## the tests, without the slow ones
-	@$(BIN)/python -m pytest -q -n $(JOBS)
+	@$(TESTS)
 
 test-slow: $(READY) ## the slow tests alone
-	@$(BIN)/python -m pytest -q -n $(JOBS) -m slow || [ $$? -eq 5 ] # 5: there is none
+	@$(TESTS) -m slow || [ $$? -eq 5 ] # 5: there is none
 
 torture: $(READY) ## kills, damage, full disks, fuzzed cases and commands: ten minutes (docs/trust.md)
 	@$(BIN)/python -m torture
@@ -45,6 +49,9 @@ docs: $(READY) ## run every snippet of the documentation
 
 site: $(SITE_READY) ## the documentation as a site, in build/site/html (its tutorials and gallery are run)
 	@$(BIN)/python -m website
+
+links: $(SITE_READY) ## the same, and whether its links to other hosts still lead somewhere: asks the network
+	@$(BIN)/python -m website --links
 
 all: lint type test docs reproduce ## lint, type, test, docs and reproduce
 

@@ -70,6 +70,7 @@ def twins():
     return map_, start[0], mirrored[0]
 
 
+@pytest.mark.slow
 def test_settled_runs_are_told_apart_by_their_orbits(twins):
     map_, state, mirrored = twins
     shift = np.array([0.0, 0.0, 5.0, 0.0])  # along the cyclic coordinate: the same motion

@@ -241,6 +241,7 @@ def test_drift_and_direction_of_every_kind_of_start():
     assert list(directions) == [0, -1, NOT_SETTLED, FAILED, 1, 0]  # the first: within its error
 
 
+@pytest.mark.slow
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
     from vibrocap.plotting.basins import basin_figure, plot_basins
 

@@ -81,6 +81,7 @@ def test_stable_is_solid_and_twins_are_drawn():
     assert sorted(marks) == [("D", 1.4), ("D", 2.6), ("o", 2.7), ("o", 2.7)]
 
 
+@pytest.mark.slow
 def test_picture_is_written_for_one_and_for_several(tmp_path):
     one = branch_plots.plot_branches(diagram(), tmp_path / "one.png")
     two = branch_plots.plot_branches([diagram(), diagram()], tmp_path / "two.svg", "drift", multipliers=True)

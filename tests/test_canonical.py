@@ -21,6 +21,7 @@ from vibrocap.plotting import laboratory as laboratory_plots
 COULOMB = Coulomb(1.0, 1.5)
 SET_VALUED = [law() for law in laws().values() if law.kind == "set-valued"]
 each_set_valued = pytest.mark.parametrize("law", SET_VALUED, ids=lambda law: law.name)
+DRAWN = ("coulomb", "stribeck", "dahl", "maxwell-slip", "rate-and-state-ageing")  # of each kind one
 every_law = pytest.mark.parametrize("law", [law() for law in laws().values()], ids=lambda law: law.name)
 
 
@@ -157,6 +158,7 @@ def test_the_sheet_is_its_tests(sheet):
     assert dataclasses.replace(sheet, mass=2.0).mass == 2.0
 
 
+@pytest.mark.slow
 def test_pictures(sheet, tmp_path):
     path = laboratory_plots.plot_sheet(sheet, tmp_path / "sheet.png")
     assert path.read_bytes()[:4] == b"\x89PNG"
@@ -183,5 +185,6 @@ def test_every_law_has_a_sheet(law, tmp_path):
     if stick_slip.sticks:
         assert stick_slip.kinetic_force < stick_slip.static_force
         assert stick_slip.stick_time + stick_slip.slip_time == pytest.approx(stick_slip.period)
-    assert laboratory_plots.plot_sheet(found, tmp_path / "sheet.png").stat().st_size > 20_000
+    if law.name in DRAWN:
+        assert laboratory_plots.plot_sheet(found, tmp_path / "sheet.png").stat().st_size > 20_000
     assert laboratory_plots.plot_law_card(law, tmp_path / "card.png").stat().st_size > 10_000

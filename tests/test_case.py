@@ -155,7 +155,7 @@ def test_simulate_is_simulate_with_the_same_arguments():
         ("run", "max_events_per_period = 0", "run.max_events_per_period: should be a whole number >= 1, got 0"),
         ("run", "period = 3", "run.period: no such key; did you mean 'periods'?"),
         ("runs", "periods = 3", "runs: no such section; did you mean 'run'?"),
-        ("colour", "red = 1", "colour: no such section; there is machine, friction, drive, environment, scales"),
+        ("colour", "red = 1", "colour: no such section; there is machine, friction, drive, environment, actuator"),
         ("initial", f"angle = 1{'0' * 400}", "initial.angle: should be a finite number, got 1000"),
         ("machine", f"mass_ratio = 1{'0' * 400}", "machine.mass_ratio: should be a number, got 1000"),
     ],

@@ -88,6 +88,7 @@ CREEP = vc.System(vc.Oscillator(belt_speed=0.01, normal_load=2.0), vc.RateAndSta
 CREEP_PERIODS = 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-11])
 def test_works_and_impulse_are_as_exact_as_the_motion_on_implicit_steps(tolerance):
     """Friction is asked where the equations have the slopes of the dense output, not at its states.
@@ -102,6 +103,7 @@ def test_works_and_impulse_are_as_exact_as_the_motion_on_implicit_steps(toleranc
     assert certificate.energy_residual <= 0.5 * 10.0 * tolerance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
 def test_works_of_implicit_steps_in_an_ensemble(tolerance):
     """The belt holds the block against the spring: its work is the energy stored, but for what the creep takes."""
@@ -195,6 +197,7 @@ def test_every_piece_of_evidence_has_a_bound_and_a_verdict():
     assert all(type(entry["value"]) is float for entry in record["verdicts"].values())
 
 
+@pytest.mark.slow
 def test_states_that_jump_at_events_are_not_compared():
     """The engagement of a bristle jumps by 1 where one of two runs is through an event and the other is not yet."""
     system = vc.System(vc.Oscillator(belt_speed=0.1), vc.ElastoPlastic(), vc.Harmonic(amplitude=0.7, frequency=0.9))
@@ -204,6 +207,7 @@ def test_states_that_jump_at_events_are_not_compared():
     assert (motion.certificate.estimated_error or 1.0) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_hold_is_followed_where_every_other_term_of_its_force_vanishes():
     """Stuck on a belt nothing but the drive bends the holding force, whose odd terms vanish at a crest of the drive.
 

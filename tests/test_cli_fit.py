@@ -116,6 +116,7 @@ def test_files_of_a_fit(folder, capsys):
     assert np.sqrt(np.mean(error**2)) == pytest.approx(held_out["rmse_N"], rel=1e-6)  # nine digits are written
 
 
+@pytest.mark.slow
 def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
     """The same numbers as those of a sliding contact, under the names and units of a turning one."""
     write_record(folder / "turn.csv", header="time [s],omega [rad/s],torque [kN m]", scale=1e-3, seed=1)
@@ -143,6 +144,7 @@ def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
     assert "of one contact" in refused(capsys, "turn.csv", "wide.csv", *STEADY)
 
 
+@pytest.mark.slow
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
     from vibrocap.identification.problem.spring_prediction import _pulled
     from vibrocap.identification.problem.velocity_step import Step
@@ -189,6 +191,7 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     assert isinstance(found.law, Exponential)
 
 
+@pytest.mark.slow
 def test_a_law_in_the_units_of_a_case_has_the_same_force(folder):
     """Fitted under 2 N and in SI; in a case forces count in the weight and velocities in sqrt(g l)."""
     arguments = ("wide.csv", *STEADY, "--load", 2)

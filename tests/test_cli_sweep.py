@@ -316,6 +316,7 @@ def test_missing_extra_is_named(command_name, case, capsys, monkeypatch):
 # --- what may come between -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_full_disk_ends_with_a_sentence_and_the_study_goes_on(case, cheap, capsys, monkeypatch):
     written, real = [], os.write
 

@@ -12,6 +12,7 @@ import pytest
 import vibrocap as vc
 from independent import reference_motion
 from plain_kernels import kernel_of
+from thinned import slow_but
 from vibrocap.motion.simulate import EVENT_KINDS
 from vibrocap.numerics.kernel.codes import TOO_MANY_EVENTS
 from vibrocap.physics.parameters import parameters
@@ -149,7 +150,7 @@ def test_force_that_only_touches_the_limit():
 DIPPING = vc.Biharmonic(amplitude=1.2, second_amplitude=0.9, second_phase=0.7)
 
 
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
+@pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), vc.LuGre()]), ids=lambda law: law.name)
 def test_velocity_that_touches_zero_without_changing_sign(law):
     """The least velocity of a forward slide is tuned to zero by the initial velocity."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=2.5, normal_load=0.2), law, DIPPING)
@@ -176,7 +177,7 @@ def test_velocity_that_touches_zero_without_changing_sign(law):
     assert np.ptp(close, axis=0).max() <= 100 * TOLERANCE
 
 
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
+@pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), vc.LuGre()]), ids=lambda law: law.name)
 def test_reversal_at_the_period_mark(law):
     """Two things at one instant, a reversal and the end of a period: neither is lost, in whatever order they fall."""
     system = vc.System(vc.PendulumCapsule(), law, vc.Biharmonic(second_amplitude=0.4, second_phase=0.5))
@@ -219,6 +220,7 @@ def test_slip_at_the_period_mark():
     assert np.ptp(finals, axis=0).max() <= 10 * TOLERANCE
 
 
+@pytest.mark.slow
 def test_slip_on_the_border_of_a_step_is_not_lost():
     """The holding force jumps by the truncation error where a step ends, here at tolerances at which that shows.
 

@@ -1,6 +1,7 @@
 """Machines on several contacts: an event-driven solver of its own, closed balances, and travel of unequal bodies."""
 
 import collections
+import dataclasses
 import itertools
 import pickle
 
@@ -132,6 +133,7 @@ def test_two_blocks_against_an_independent_solver():
     assert motion.certificate.momentum_residual < 100 * motion.tolerance
 
 
+@pytest.mark.slow
 def test_orbit_of_two_contacts_and_its_multipliers():
     """Against central differences of motions; a stick phase of either contact takes one direction for good."""
     system = crawler()
@@ -156,6 +158,7 @@ def test_orbit_of_two_contacts_and_its_multipliers():
     assert expected[1] < 1e-7 < expected[2] < 1.0
 
 
+@pytest.mark.slow
 def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
     """Its velocity is zero there, and nothing depends on it."""
     base = crawler()
@@ -169,6 +172,7 @@ def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
         assert again[name] == pytest.approx(found.state[name], abs=1e-11)
 
 
+@pytest.mark.slow
 def test_a_branch_over_a_parameter_of_the_second_law():
     system = crawler(friction_2=vc.Coulomb(0.06, 0.09))
     start = vc.simulate(system, periods=30, initial={"velocity": 0.1}).state
@@ -182,12 +186,13 @@ MEASURES = ["drift", "stick_fraction", "stick_fraction_2", "contact_sliding_work
 MEASURES += ["largest_velocity_2", "drive_work", "mean_friction"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "laws",
     [
         (vc.Coulomb(0.06, 0.09), None),
-        pytest.param((vc.LuGre(), vc.Coulomb(0.06, 0.09)), marks=pytest.mark.slow),
-        pytest.param((vc.Coulomb(0.06, 0.09), vc.LuGre()), marks=pytest.mark.slow),
+        (vc.LuGre(), vc.Coulomb(0.06, 0.09)),
+        (vc.Coulomb(0.06, 0.09), vc.LuGre()),
     ],
 )
 def test_measures_of_an_ensemble_are_those_of_single_motions(laws):
@@ -249,6 +254,7 @@ def test_equal_contacts_of_one_body_and_two_are_the_same_motion():
     assert stops == {"stick": pytest.approx(0.4 / 0.2, abs=1e-12), "stick_2": pytest.approx(1.5 / 0.3, abs=1e-12)}
 
 
+@pytest.mark.slow
 def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
     """Under a drive that is not odd; an odd one leaves a mirror image half a period later, which travels back."""
     drive = vc.Biharmonic(amplitude=1.5, frequency=0.8, second_amplitude=0.7, second_phase=0.5)
@@ -265,6 +271,7 @@ def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
     assert settled(normal_load_3=3.0) == pytest.approx(-0.050743626572, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_ten_bodies_from_rest():
     """All contacts may stop or start at one instant; nothing is undecided."""
     machine = vc.crawler(10)()
@@ -288,6 +295,30 @@ def test_a_case_with_a_law_for_each_contact(tmp_path):
     assert in_si.si.unit("velocity_2") == in_si.si.unit("contact_velocity_2") == "m/s"
     assert in_si.si.unit("friction_2") == "N"
     assert in_si.si.unit("bristle_2") == "m"
+
+
+@pytest.mark.slow
+def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
+    """The law of the second contact and an environment: as if the case had them."""
+    system = crawler()
+    over = {"friction_2.law": ["coulomb", "lugre"], "environment.force": [0.0, 0.02]}
+    study = vc.sweep(system, over, periods=6, out=tmp_path / "study", window=6)
+    assert study["mean_velocity"].shape == (2, 2)
+    for i, law in enumerate((system.friction, vc.LuGre())):
+        for j, force in enumerate((0.0, 0.02)):
+            one = dataclasses.replace(system, friction_2=law, environment=vc.Environment(force=force))
+            motion = vc.simulate(one, periods=6, tolerance=1e-8)
+            found = float(study["mean_velocity"][i, j])
+            assert found == pytest.approx(vc.mean_velocity(motion, periods=6).value, abs=1e-6)
+    assert abs(float(study["mean_velocity"][0, 1] - study["mean_velocity"][0, 0])) > 1e-3
+    cases = [{"friction_2.coulomb_coefficient": 0.01}, {"machine.mass": 2.0}]
+    assert vc.sweep(system, cases=cases, periods=2, out=tmp_path / "cases")["status"].values.tolist() == [0, 0]
+    with pytest.raises(vc.CaseError, match=r"friction_3\.law: there is no such quantity here"):
+        vc.sweep(system, {"friction_3.law": ["coulomb"]}, out=tmp_path / "none")
+    with pytest.raises(vc.CaseError, match=r"environment\.inclination: should be less steep than 90 degrees"):
+        vc.sweep(system, {"environment.inclination": [0.0, 1.6]}, out=tmp_path / "none")
+    with pytest.raises(vc.CaseError, match=r"actuator\.limit: the system has no actuator; give the case a section"):
+        vc.sweep(system, {"actuator.limit": [0.5, 1.6]}, out=tmp_path / "none")
 
 
 def test_what_contacts_there_are_not_is_refused_by_name():

@@ -18,7 +18,15 @@ from pydantic_core import PydanticUndefined
 import vibrocap as vc
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
-from vibrocap.contracts.samples import draws, instances, random_internal, random_state, settled_branch, varied
+from vibrocap.contracts.samples import (
+    draws,
+    instances,
+    random_internal,
+    random_state,
+    settled_branch,
+    varied,
+    within_room,
+)
 from vibrocap.contracts.system_clauses import recorded, surrounded
 from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 from vibrocap.physics.catalogue import drives, laws, machines
@@ -30,7 +38,7 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 
 EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
-SAMPLES = 60
+SAMPLES = 20
 NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed"}  # contracts, and wrappers of laws
 
 
@@ -119,12 +127,14 @@ def test_a_second_harmonic_breaks_the_symmetry():
 def system_draw(system, draw):
     """(t, y, side), the velocity agreeing with the side."""
     machine = system.placed
-    mechanical, t = list(random_state(machine.states, draw)), draw.uniform(0, 9)
+    mechanical, t = list(within_room(machine, random_state(machine.states, draw))), draw.uniform(0, 9)
     contact = machine.states.index(machine.contact_state)
     side = draw.choice((1, -1))
     mechanical = list(settled_branch(machine, t, tuple(mechanical), 0.0, 0.0))
     speed = abs(mechanical[contact])
     mechanical[contact] += side * speed - machine.contact_velocity(t, mechanical)
+    if system.machine.coupled == "distances":  # that moved the other contacts, too
+        mechanical = settled_branch(machine, t, tuple(mechanical), 0.0, 0.0)
     internal = random_internal(system.friction, side * speed, side, system.machine.load(), draw)
     return t, (*mechanical, *internal), side
 
@@ -159,6 +169,9 @@ def test_half_period_symmetry(system):
     if not friction.symmetric:
         friction = dataclasses.replace(friction, back_ratio=friction.forward_ratio)
     odd = dataclasses.replace(system, machine=machine, drive=drive, friction=friction)
+    if not machine.symmetric:  # whatever its parameters: its mirror image has its bodies in the other order
+        assert machine.name == "linkage-crawler"
+        return
     assert odd.mirrored
     for draw in draws(SAMPLES):
         t, y, side = system_draw(odd, draw)
@@ -225,6 +238,7 @@ def test_motions_from_random_starts_are_finite(system):
         motion = vc.simulate(system, periods=2, initial=dict(zip(system.state_names, y, strict=True)), samples=16)
         ended = {vc.Status.LIFT_OFF} if system.machine.follows_load else set()
         ended |= {vc.Status.STOP_REACHED} if system.machine.bound_kinds else set()
+        ended |= {vc.Status.AMBIGUOUS_CONTACTS} if system.machine.coupled == "motion" else set()
         assert motion.status.ok or motion.status in ended
         assert all(np.all(np.isfinite(motion[name])) for name in motion.names)
 

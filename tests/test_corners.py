@@ -8,6 +8,7 @@ import pytest
 import independent
 import vibrocap as vc
 from independent import BACK, FORWARD, REVERSAL, STICK, until_switch
+from thinned import slow_but
 from vibrocap.measures.during_run import measured
 from vibrocap.physics.drives.drive import segment_table
 
@@ -24,10 +25,8 @@ DRIVES = [
     vc.DriveTable(amplitude=1.5, stretch=1.4),
     vc.DriveTable((0.0, 1.0, 2.5, 4.0), (0.0, 2.0, -1.0, 0.0), interpolation="linear"),
 ]
-QUICK = ("square", "table")  # the others are compiled anew
-each_drive = pytest.mark.parametrize(
-    "drive",
-    [pytest.param(each, marks=[] if each.name in QUICK else [pytest.mark.slow], id=each.name) for each in DRIVES],
+each_drive = pytest.mark.parametrize(  # each of the others is compiled anew
+    "drive", slow_but([[each.name for each in DRIVES].index("square")], DRIVES), ids=lambda drive: drive.name
 )
 KINDS = {"stick": STICK, "slip_forward": FORWARD, "slip_back": BACK, "reversal": REVERSAL}
 
@@ -146,6 +145,7 @@ def test_the_drive_is_known_from_both_sides_of_a_jump():
     assert last[0, 0] == -1.5  # at the very end of the motion, which is the end of a period
 
 
+@pytest.mark.slow
 def test_a_stuck_contact_breaks_loose_at_a_jump():
     """At rest under a small force; where the force jumps beyond the limit, it slides at that instant, that way."""
     for level, kind in ((3.0, "slip_forward"), (-3.0, "slip_back")):
@@ -202,6 +202,7 @@ PATHS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drive", "path", "values"),
     [pytest.param(*given, marks=[pytest.mark.slow] if i else [], id=given[0].name) for i, given in enumerate(PATHS)],

@@ -60,6 +60,7 @@ def test_no_control_point_at_the_printed_parameters(law):
     assert np.max(np.abs(found.differences)) < 1e-9
 
 
+@pytest.mark.slow
 def test_no_boundary_point_at_the_printed_parameters():
     """The paper's P1 and P2: both laws do not travel, at no mass ratio more than at another."""
     lm, em = capsule("lugre", 4.0), capsule("exponential", 4.0)
@@ -68,6 +69,7 @@ def test_no_boundary_point_at_the_printed_parameters():
     assert found.equal == (PRINTED_RANGE,)
 
 
+@pytest.mark.slow
 def test_boundary_points_of_a_soft_spring_are_where_both_laws_travel_alike():
     lm, em = capsule("lugre"), capsule("exponential")
     found = vc.crossing(lm, "mean_velocity", RATIO, PRINTED_RANGE, against=em, initial=START, points=60)

@@ -166,6 +166,7 @@ def test_the_threads_of_a_card_do_what_the_cpu_does(case):
         assert np.count_nonzero(expected[:, 3]) > 0  # response periods
 
 
+@pytest.mark.slow
 def test_short_launches_and_small_chunks_change_nothing():
     """All that a thread carries outlives a launch, wherever in a run that ends."""
     layout, thread = built("exponential")

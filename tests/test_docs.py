@@ -34,8 +34,8 @@ from vibrocap.physics.parameters import parameter_table
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))
-# Their snippets run studies or fits, and compile kernels that no other fast test needs.
-SLOW_PAGES = ("clusters.md", "friction.md", "identification.md", "index.md", "orbits.md", "own-parts.md", "sweeps.md")
+# Of these the snippets and commands are fast; others run studies or fits, or compile kernels that no fast test needs.
+FAST_PAGES = ("README.md", "CONTRIBUTING.md")
 # Commands that begin so take more than a few seconds.
 SLOW = tuple(
     f"vibrocap {name}"
@@ -90,9 +90,15 @@ FILES = [fence for fence in FENCES if len(fence.words) == 2 and "." in fence.wor
 NEW_FILES = [fence for fence in FILES if fence.words[1].startswith("src/")]
 
 
-def kept(*words: str) -> list:
-    """Blocks with these words after the fence, as parameters of a test."""
-    return [pytest.param(fence, id=fence.name) for fence in FENCES if fence.words == words]
+def slow_page(page: Path) -> list:
+    """The marks of a test that runs what stands on a page."""
+    return [] if page.name in FAST_PAGES else [pytest.mark.slow]
+
+
+def kept(*words: str, runs: bool = False) -> list:
+    """Blocks with these words after the fence, as parameters of a test, which may run them."""
+    found = [fence for fence in FENCES if fence.words == words]
+    return [pytest.param(fence, id=fence.name, marks=slow_page(fence.page) if runs else []) for fence in found]
 
 
 def commands(text: str) -> list[str]:
@@ -185,7 +191,7 @@ def test_picture_is_small_enough_to_load_with_the_page():
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, id=str(page.relative_to(ROOT)), marks=[pytest.mark.slow] if page.name in SLOW_PAGES else [])
+        pytest.param(page, id=str(page.relative_to(ROOT)), marks=slow_page(page))
         for page in PAGES
         if any(fence.words == ("python",) for fence in fences(page))
     ],
@@ -249,7 +255,7 @@ def run_command(command: str) -> None:
     assert cli.main(words[1:]) == OK, command
 
 
-@pytest.mark.parametrize("fence", kept("sh"))
+@pytest.mark.parametrize("fence", kept("sh", runs=True))
 def test_commands_run_word_for_word(fence, workplace, capsys):
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     for command in commands(fence.text):
@@ -271,10 +277,19 @@ def test_every_command_has_examples_of_its_own(capsys):
     assert {command.split()[0] for command in EXAMPLES} == commands
 
 
+SLOW_COMMANDS = sorted(
+    {
+        command
+        for text in (cli.BEGIN, *(fence.text for fence in FENCES if fence.words == ("sh",)))
+        for command in commands(text)
+        if command.startswith(SLOW)
+    }
+)
 HELP = [line for lines in EXAMPLES.values() for line in lines]
 ELSEWHERE = ("vibrocap datasets fetch", "vibrocap completion zsh --install")  # they need a network, or the user's home
 
 
+@pytest.mark.slow
 def test_quick_examples_of_the_help_run_word_for_word(workplace, capsys):
     (workplace / "examples").unlink()  # one of them makes this folder
     for command in HELP:
@@ -287,7 +302,7 @@ def test_slow_examples_of_the_help_run_word_for_word(workplace, capsys):
     run_command("vibrocap new --out case.toml")
     write_damper("damper.csv")
     write_pull("pull.csv")
-    for command in HELP:
+    for command in set(HELP) - set(SLOW_COMMANDS):  # those are run below
         if command.startswith(SLOW) and not command.startswith(("vibrocap reproduce --out", *ELSEWHERE)):
             run_command(command)
 
@@ -311,17 +326,7 @@ def write_pull(path: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "command",
-    sorted(
-        {
-            command
-            for text in (cli.BEGIN, *(fence.text for fence in FENCES if fence.words == ("sh",)))
-            for command in commands(text)
-            if command.startswith(SLOW)
-        }
-    ),
-)
+@pytest.mark.parametrize("command", SLOW_COMMANDS)
 def test_slow_commands_run_word_for_word(command, workplace, capsys):
     run_command(command)
 
@@ -352,14 +357,8 @@ def test_wrong_cases_get_the_answer_that_is_shown(fence):
 def test_page_of_case_files_has_every_key_with_its_default():
     text = (ROOT / "docs" / "case-files.md").read_text(encoding="utf-8")
     rows = {key: cells.split("|") for key, cells in re.findall(r"^\| `(\w+)` \|(.+)\|$", text, re.MULTILINE)}
-    parts = [
-        vc.PendulumCapsule,
-        vc.Exponential,
-        vc.LuGre,
-        vc.Harmonic,
-        vc.Biharmonic,
-        vc.Environment,
-    ]  # the others: symbols.md
+    parts = [vc.PendulumCapsule, vc.Exponential, vc.LuGre, vc.Harmonic, vc.Biharmonic]  # the others: symbols.md
+    parts += [vc.Environment, vc.Actuator]
     for kinds in (catalogue.machines(), catalogue.laws(), catalogue.drives()):
         assert all(f'"{name}"' in text for name in kinds)
     for part in parts:
@@ -410,13 +409,14 @@ def new_parts(tmp_path):
         find.cache_clear()
 
 
+@pytest.mark.slow
 def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys):
     (fence,) = (fence for fence in FENCES if fence.words == ("toml", "parts"))
     case = case_from_text(fence.text)
     assert case_from_text(case_text(case)) == case
     motion = case.simulate()
     assert motion.status.ok
-    assert set(motion.event_kinds) == {"stick", "slip_forward", "slip_back"}
+    assert set(motion.event_kinds) >= {"stick", "slip_forward", "slip_back", "impact", "stop_opened"}
     certificate = motion.certificate
     assert certificate.stick_force_ratio == pytest.approx(1.0, abs=1e-12)
     assert certificate.sign_kept
@@ -441,6 +441,7 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     assert "did you mean 'hyperbolic'?" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_new_parts_keep_their_contracts(tmp_path):
     """tests/test_contracts.py, in a process of its own in which the new files stand in the package."""
     write_new_files(tmp_path)

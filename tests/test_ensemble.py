@@ -340,6 +340,7 @@ def test_single_motions_and_runs_of_an_ensemble_end_alike(law, max_steps):
     assert 0 < ends[vc.Status.FINISHED] < PAIRS, ends
 
 
+@pytest.mark.slow
 def test_works_that_do_not_add_up_are_said_so():
     """A law of one's own that owns up to half of what it takes; without works asked for nothing of it is reported."""
 

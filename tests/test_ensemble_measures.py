@@ -9,6 +9,7 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion
+from thinned import slow_but
 from vibrocap.measures.during_run import SYNONYMS, resolved
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
@@ -53,7 +54,7 @@ def stored_motion(system, periods) -> Trajectory:
 # --- during the run = from the stored motion -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", slow_but([0], [*LAWS]))
 def test_during_the_run_is_from_the_stored_motion(law):
     """Every standard measure. Both take the same steps, so they differ by rounding, which the motion may amplify.
 
@@ -110,7 +111,7 @@ def window_of(motion):
     return (done - WINDOW) * motion.period, done * motion.period
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("name", slow_but([2], [*MOTIONS]))
 class TestAgainstArrays:
     """Six points per piece against twelve or sixteen, which are exact to rounding.
 

@@ -43,9 +43,9 @@ def test_sharp_exponential_contacts(seed):
     assert_certified(motion, tolerance)
 
 
-@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 4.0])
-@pytest.mark.parametrize("seed", range(40))
-def test_stiff_bristles(exponent, seed):
+@pytest.mark.parametrize("seed", range(80))
+def test_stiff_bristles(seed):
+    exponent = (1.0, 1.5, 2.0, 4.0)[seed % 4]
     draw = np.random.default_rng([1, seed])
     stiffness = 10 ** draw.uniform(2, 6)
     law = vc.LuGre(

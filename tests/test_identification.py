@@ -66,6 +66,7 @@ def test_same_input_same_numbers_whatever_the_threads(found):
     assert [(p.value, p.low, p.high) for p in again.parameters] == [(p.value, p.low, p.high) for p in found.parameters]
 
 
+@pytest.mark.slow
 def test_standard_errors_are_the_scatter_of_repeated_fits():
     values, errors = [], []
     for seed in range(24):
@@ -92,6 +93,7 @@ def test_a_stiffness_without_presliding_is_not_determined_and_an_experiment_is_n
     assert TRUTH.coulomb_coefficient in one["coulomb_coefficient"]
 
 
+@pytest.mark.slow
 def test_what_goes_with_a_rigid_bristle_is_open_too():
     """Seen while sliding is bristle damping over stiffness alone: a stiffness held down would pin the damping."""
     stiff = LuGre(bristle_stiffness=1e4, bristle_damping=10.0, viscous_damping=0.05)
@@ -316,6 +318,7 @@ def scatter_over_stated(count=12):
     return np.std(values, ddof=1) / np.mean(errors)
 
 
+@pytest.mark.slow
 def test_stated_errors_hold_for_correlated_noise_and_would_not_without_the_correlation(monkeypatch):
     # the standard deviation of 12 values has a relative error of 1/sqrt(22) = 0.21: three of them either way
     assert abs(math.log(scatter_over_stated())) < 0.64

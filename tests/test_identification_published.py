@@ -22,6 +22,7 @@ def basalt():
     return basalt_velocity_step(published_folder("basalt-velocity-step"))[0]
 
 
+@pytest.mark.slow
 def test_lugre_on_the_rotary_damper(damper):
     """Over the standard deviation of the force, as 25.1 % is counted: over the root mean square it would be 24.8 %."""
     one = fit(damper, "lugre", held_out=EARTHQUAKE, starts=2, start="relaxed", intervals="covariance")
@@ -36,16 +37,16 @@ def test_lugre_on_the_rotary_damper(damper):
 
 @pytest.mark.slow
 def test_four_records_are_fitted_within_ten_seconds(damper):
-    """The better of two fits from the data alone, all 8 starts, intervals included; it takes 2 to 3 s on two cores."""
-    seconds = [fit(damper, "lugre", held_out=EARTHQUAKE, intervals="covariance").seconds for _ in range(2)]
-    assert min(seconds) <= 10.0
+    """From the data alone, all 8 starts, intervals included: 2 to 3 s on two cores. A busy machine has a second try."""
+    tries = (fit(damper, "lugre", held_out=EARTHQUAKE, intervals="covariance").seconds for _ in range(2))
+    assert any(seconds <= 10.0 for seconds in tries)
 
 
 @pytest.mark.slow
 def test_laws_on_the_rotary_damper(damper):
     reached = {}
     for law in ("lugre", "anisotropic-lugre", "backlash-anisotropic-lugre"):
-        one = fit(damper, law, held_out=EARTHQUAKE, intervals="covariance")
+        one = fit(damper, law, held_out=EARTHQUAKE, starts=2, intervals="covariance")
         reached[law] = one.relative_rmse
         assert 0.50 < one.held_out_relative_rmse < 0.60, law
     assert reached["lugre"] <= 0.252
@@ -55,13 +56,15 @@ def test_laws_on_the_rotary_damper(damper):
 
 @pytest.mark.slow
 def test_profiles_of_the_rotary_damper_name_what_is_open(damper):
-    one = fit([r for r in damper if r.name != EARTHQUAKE], "backlash-anisotropic-lugre", starts=4)
+    records = [r for r in damper if r.name in ("harmonic_02", "harmonic_11")]
+    one = fit(records, "backlash-anisotropic-lugre", starts=2)
     assert one["gap"].determined
     assert 4e-3 < one["gap"].low < one["gap"].high < 8e-3  # the plateau at zero force in the loops
     assert "bristle_damping" in one.identifiability.undetermined
     assert "bristle_damping" in one.identifiability.experiments
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("intervals", ["covariance", pytest.param("profile", marks=pytest.mark.slow)])
 def test_basalt_with_the_spring_as_measured(basalt, intervals):
     """The published a, b and D_c lie within the intervals where the machine's spring is that of the initial rise."""

@@ -13,7 +13,7 @@ from vibrocap.physics.friction.exponential import Exponential
 # and behind a joint with play less bristle damping, which at its default strikes like a hammer.
 CHANGES = {"viscous_damping": 0.05, "smoothing_velocity": 0.02}
 SLOW = [name for name in catalogue.laws() if name not in ("exponential", "dahl")]
-WRAPPED = ["anisotropic-lugre", "backlash-lugre"]
+WRAPPED = ["anisotropic-dahl", "backlash-lugre"]
 
 
 def truth(name: str):
@@ -39,6 +39,7 @@ def check(found):
     return {p.name for p in found.identifiable}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [Exponential(), Dahl()], ids=lambda law: law.name)
 def test_intervals_hold_the_truth(law):
     found = recovery(law, repetitions=16, starts=2, intervals="covariance")

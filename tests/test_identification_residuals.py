@@ -28,6 +28,7 @@ def test_white_noise_is_called_so():
     assert not one.residuals.doubtful
 
 
+@pytest.mark.slow
 def test_half_a_sample_of_delay_is_found_and_can_be_searched_along():
     """It drove the damping of the bristles to zero, and the levels out of their intervals, without a word."""
     made = record("delayed", 0)

@@ -221,6 +221,7 @@ def test_a_limit_of_the_search_that_is_reached_is_named_and_opens_intervals(inte
     assert given["coulomb_coefficient"].low == 0.0
 
 
+@pytest.mark.slow
 def test_a_limit_that_nothing_pulls_beyond_opens_nothing_else():
     """A contact without a drop: friction at rest stands at the Coulomb level, which is of the law."""
     contact = LuGre(viscous_damping=0.0, bristle_damping=1.0, static_coefficient=0.15)

@@ -94,6 +94,7 @@ def test_a_hidden_static_level_does_not_hold_the_coulomb_level_down():
     assert "does not show bristle_stiffness, bristle_damping" in lugre.summary()
 
 
+@pytest.mark.slow
 def test_laws_are_ranked_by_the_error_where_they_were_not_fitted(records):
     ranking = compare(records, [Exponential, LAW], starts=1, start="relaxed")
     assert [each.law for each in ranking.laws] == ["lugre", "exponential"]
@@ -134,6 +135,7 @@ def test_a_law_matches_itself_and_leaves_a_difference_to_another():
             match(LAW, LuGre(), velocity=wrong)
 
 
+@pytest.mark.slow
 def test_the_bootstrap_scatters_as_the_covariance_says(found):
     drawn = bootstrap(found, replicates=40, over="blocks", seed=1)
     assert drawn.failed == 0
@@ -146,6 +148,7 @@ def test_the_bootstrap_scatters_as_the_covariance_says(found):
         bootstrap(found, replicates=2)
 
 
+@pytest.mark.slow
 def test_the_bootstrap_over_records_sees_that_records_differ():
     others = [
         synthetic_record(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.physics.catalogue import law as law_of
 
@@ -52,6 +53,7 @@ TWO_PHASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", TWO_PHASES)
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
@@ -82,6 +84,7 @@ def three_phase_velocity(share, friction, stroke, factor):
     return (factor - 1.0) / (2.0 * factor) * math.sqrt(2.0 * share * friction * stroke * factor / (factor + 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "friction", "stroke", "factor", "expected"),
     [
@@ -121,6 +124,7 @@ def test_the_best_of_three_phases(factor, best, expected):
     assert all(speed(*each) < found for each in around if max(each) <= factor)
 
 
+@pytest.mark.slow
 def test_an_even_two_phase_motion_is_one_of_a_continuum():
     """Isotropic and t1 = t2: one multiplier is exactly 1, and every velocity between the phases is kept."""
     system = crawler(0.5, 0.1, 0.1, two_phases(0.4, 0.5, 0.5))
@@ -134,6 +138,7 @@ def test_an_even_two_phase_motion_is_one_of_a_continuum():
     assert other.drift != pytest.approx(found.drift, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("forward", "back", "expected"),
     [(0.1, 0.2, 0.485158081300), (0.3, 0.6, 0.345848422333), (0.5, 1.0, 0.201452203334)],
@@ -144,6 +149,7 @@ def test_harmonic_inner_motion_on_anisotropic_ground(forward, back, expected):
     assert found.mean_velocity == pytest.approx(expected, abs=2e-12)
 
 
+@pytest.mark.slow
 def test_the_work_per_distance_is_the_friction():
     """Energy per distance and mass is k (1 + 2 D_back/D), and k exactly where the body never slides back."""
     system = best_three_phases(0.3, 0.2, 1.0, 4.0)
@@ -156,7 +162,7 @@ def test_the_work_per_distance_is_the_friction():
 SLOPE = vc.Environment(inclination=0.15, linear_drag=0.3, quadratic_drag=0.2, force=0.1, gravity=1.7)
 
 
-@pytest.mark.parametrize("environment", [None, SLOPE], ids=["level", "slope"])
+@pytest.mark.parametrize("environment", slow_but([1], [None, SLOPE]), ids=["level", "slope"])
 def test_the_force_of_the_actuator_is_that_of_newton(environment):
     """F = m (X' + z')' + m g_t from the motion itself, by differences within a piece, and its power F z'."""
     drive = vc.Trapezoid(amplitude=0.7, frequency=1.3, rise=0.3, hold=0.2, fall=0.15)
@@ -175,7 +181,7 @@ def test_the_force_of_the_actuator_is_that_of_newton(environment):
     assert power == pytest.approx(force * slope, abs=1e-12)
 
 
-@pytest.mark.parametrize("motion", ["angle", "displacement"])
+@pytest.mark.parametrize("motion", slow_but([0], ["angle", "displacement"]))
 def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
     """The torque that the imposed motion takes, given to the free machine, makes that motion again: both equations."""
     imposed = vc.System(vc.PendulumCrawler(motion=motion), vc.Exponential(), vc.Harmonic(amplitude=0.6, frequency=1.2))
@@ -203,3 +209,26 @@ def test_what_cannot_be_imposed_is_refused_by_name():
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Square())
     with pytest.raises(ArgumentError, match="drive: the waveform ramp imposes a motion on the two-mass-crawler, but"):
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())
+
+
+def test_measures_of_what_an_imposed_motion_takes():
+    """The largest |force| and power of z = h cos(omega t) where the body is held: m z'' and m z'' z'."""
+    amplitude, frequency, inner = 0.4, 1.7, 1.0
+    held = vc.System(vc.TwoMassCrawler(mass_ratio=2.0), vc.Coulomb(9.0, 9.0), vc.Harmonic(amplitude, frequency))
+    names = ("peak_actuator_force", "largest_actuator_force", "least_actuator_force")
+    names += ("peak_actuator_power", "mean_actuator_power")
+    found = vc.measured(vc.simulate(held, periods=2, tolerance=1e-12), names, window=1)
+    force = inner * amplitude * frequency**2
+    assert [found[name] for name in names[:3]] == pytest.approx([force, force, -force], rel=1e-9)
+    assert found["peak_actuator_power"] == pytest.approx(0.5 * force * amplitude * frequency, rel=1e-9)
+    assert found["mean_actuator_power"] == pytest.approx(0.0, abs=100 * 1e-12)  # as all works are held to
+    assert {*names} < {*vc.measure_table(held)}
+    assert not {*names} & {*vc.measure_table(vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic()))}
+    assert {"peak_actuator_torque", *names} < {*vc.measure_table()}
+    pendulum = vc.System(vc.PendulumCrawler(), vc.Coulomb(), vc.Harmonic(0.5))
+    run = vc.simulate(pendulum, periods=2)
+    torque = run["actuator_torque"][run.time >= run.period]
+    peak = vc.measured(run, "peak_actuator_torque", window=1)["peak_actuator_torque"]
+    assert peak == pytest.approx(abs(torque).max(), rel=1e-3)
+    with pytest.raises(ValueError, match="'actuator_force' is not known of an instant"):
+        vc.measured(run, "peak_actuator_force", window=1)

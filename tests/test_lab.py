@@ -1,31 +1,45 @@
 """The page of `vibrocap lab`, by Node: kernels with the bits of the plain one; files and addresses that read back."""
 
 import json
+import random
+import re
 import shutil
 import subprocess
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.arguments import ArgumentError
 from vibrocap.case.case import case_from_text
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle, contents
+from vibrocap.lab.controls import part_record
 from vibrocap.lab.page import SCRIPTS, WORKER, page, source
-from vibrocap.lab.presets import Preset
+from vibrocap.lab.presets import Preset, file_preset
+from vibrocap.lab.rules import mirrored, rules
+from vibrocap.measures.during_run import measure_table
+from vibrocap.measures.measure import Reduction
 from vibrocap.paper.presets import figures_5_to_8, start
+from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.parameters import ParameterError
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="Node, which runs JavaScript, is not installed")
 PERIODS = 6.5
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 # The scripts of the page that need no page, then what a test says; `print` shows JSON.
 HEAD = """
 const fs = require("node:fs"), zlib = require("node:zlib");
 const data = JSON.parse(fs.readFileSync(process.argv[2]));
-const pool = zlib.inflateSync(Buffer.from(data.code, "base64")).toString().split("\\0");
+const opened = ({ code, forms }) => {
+  const engine = new Engine(new WebAssembly.Module(zlib.inflateSync(Buffer.from(code, "base64"))));
+  return forms.map((record, i) => new Form(record, i, engine));
+};
 const print = (value) => console.log(JSON.stringify(value));
-const forms = () => data.forms.map((record) => new Form(record, pool));
+const forms = () => opened(data);
 const limits = { events: 1e4, steps: 1e6, pieces: 1e5 };
 const runOf = (model) => model.request();
 """
@@ -50,10 +64,11 @@ def node(data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     (folder / "data.json").write_text(json.dumps(data))
 
-    def run(lines):
+    def run(lines, given=None):
         script = folder / "run.cjs"
         script.write_text("\n".join([HEAD, *map(source, ALONE), lines]))
-        command = [NODE, str(script), str(folder / "data.json")]
+        (folder / "given.json").write_text(json.dumps(given))
+        command = [NODE, str(script), str(folder / "data.json"), str(folder / "given.json")]
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
         assert done.returncode == 0, done.stderr
         found = [json.loads(line) for line in done.stdout.splitlines()]
@@ -95,15 +110,17 @@ def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
         assert one["residual"] < 1e-7
 
 
+@pytest.mark.slow
 @needs_node
 def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
-    """No step crosses a corner; its segments follow from the parameters as they are set in the page."""
-    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Trapezoid(amplitude=1.7))
+    """No step crosses a corner; its segments follow from the parameters as they are set in the page. With an actuator
+    that reaches its limit."""
+    lag = vc.Actuator(time_constant=0.3, limit=1.5)
+    system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Trapezoid(amplitude=1.7), actuator=lag)
     preset = Preset("corners", "corners", "", vc.Case(system, {"angle": 0.5}, periods=2.5))
     made = bundle(Contents((system,), (preset,)))
     found = node(f"""
-    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0"));
+    const made = {json.dumps(made)}, [form] = opened(made);
     const model = new Model(made), {{ parameters, initial }} = model.request();
     const motion = recordedRun(form, parameters, initial, 2.5, 1e-9, limits), dense = new Dense(motion);
     const rows = dense.rows(0, dense.end, 1e5), at = 2 + form.states.length + form.observed.indexOf("drive");
@@ -124,14 +141,34 @@ def test_a_drive_with_corners_is_that_of_the_plain_kernel(node):
     assert found["measured"]["values"]["mean_velocity"] == pytest.approx(wanted["mean_velocity"][0], rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.slow
+@needs_node
+def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kernel(node):
+    """A block that the drive does not move: its states are zero, and the steps follow the force that holds it."""
+    system = vc.System(vc.Oscillator(), vc.Coulomb(), vc.Harmonic(amplitude=0.1))
+    made = bundle(Contents((system,), (Preset("held", "held", "", vc.Case(system, periods=2.5)),)))
+    found = node(
+        """
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), packed = Buffer.from(made.code, "base64");
+    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const { parameters, initial, tolerance } = model.request();
+    const motion = recordedRun(form, parameters, initial, 2.5, tolerance, limits);
+    print([motion.pieces.length / form.motion.sizes.piece, [...motion.final]]);
+    """,
+        made,
+    )
+    check = made["presets"][0]["check"]
+    assert found == [check["pieces"], check["state"]] == [check["pieces"], [0.0, 0.0]]
+    assert check["pieces"] > 10
+
+
 @needs_node
 def test_a_start_beyond_a_stop_is_refused_by_name(node):
     """By the bound that the parameters of the page make, not those of the case."""
     system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
     made = bundle(Contents((system,), (Preset("stop", "stop", "", vc.Case(system, periods=1)),)))
     found = node(f"""
-    const made = {json.dumps(made)}, packed = Buffer.from(made.code, "base64");
-    const form = new Form(made.forms[0], zlib.inflateSync(packed).toString().split("\\0")), model = new Model(made);
+    const made = {json.dumps(made)}, [form] = opened(made), model = new Model(made);
     const tried = (gap, displacement) => {{
       model.set("machine.gap", gap);
       model.set("initial.displacement", displacement);
@@ -150,7 +187,8 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     const model = new Model(data), form = forms()[0], { parameters, initial } = model.request();
     const place = form.parameters.indexOf("drive.amplitude"), all = [];
     const runs = [1.5, 1.8].map((h) => ({ parameters: parameters.map((x, i) => (i === place ? h : x)), initial }));
-    const budget = { ...model.budget(100), threshold: 1e-5 };
+    const asked = data.forms[0].measures.reduce((all, each) => all | each.asked, 0) | data.forms[0].ensemble.asked;
+    const budget = { ...model.budget(100), threshold: 1e-5, asked };
     ensembleRun(form, runs, budget, (_, result, begun) => all.push(measured(form, result, begun, 1e-5)));
     print(all);
     """)
@@ -165,15 +203,90 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
         settle=1e-5,
         tolerance=data["forms"][0]["tolerance"],
     )
-    assert "mean_velocity" in names
+    numbers = {name for name, each in measure_table(system).items() if not isinstance(each.how, Reduction)}
+    assert {*names} == numbers - {"word"}
     for run, one in enumerate(found):
         assert one["response"] == wanted["response_period"][run] > 0
         assert one["windowStart"] == wanted["window_start"][run]
         assert one["word"] == wanted["word"][run]
         assert one["mirrored"] == bool(wanted["symmetric"][run])
         for name in names:
-            # rounding grows over the transient; the measures lie between 1e-2 and 1e1
+            # rounding grows over the transient; the measures lie between 1e-2 and 1e2
             assert one["values"][name] == pytest.approx(wanted[name][run], rel=1e-8, abs=1e-9), name
+
+
+RULES = """
+const cases = JSON.parse(fs.readFileSync(process.argv[3]));
+print(cases.map(({ form, parts, tried }) => {
+  const preset = { key: "", form: 0, values: {}, initial: {}, units: "none" };
+  const model = new Model({ presets: [preset], forms: [form], parts });
+  return tried.map((given) => {
+    const values = Object.fromEntries(form.parameters.map((path, i) => [path, given[i]]));
+    const wrong = form.parameters.map((path) => [path, model.complaint(path, values[path], form, values)]);
+    return [wrong.filter((each) => each[1]), new Function("p", `return ${form.mirrored}`)(given)];
+  });
+}));
+"""
+
+
+def systems():
+    """One of every law, machine and drive, and of what else makes rules."""
+    capsule, wave = vc.PendulumCapsule(), vc.Harmonic()
+    for law in laws().values():
+        yield vc.System(capsule, law(), wave)
+    for machine in machines().values():
+        yield vc.System(machine(), vc.LuGre(), wave)
+    for drive in drives().values():
+        yield vc.System(capsule, vc.Exponential(), drive())
+    yield vc.System(vc.PendulumCapsuleWithStops(restitution=0.5), vc.Dahl(), wave)
+    yield vc.System(vc.RigidStopCapsule(back_gap=0.5), vc.Dahl(), wave)
+    yield vc.System(capsule, vc.Exponential(), wave, environment=vc.Environment(inclination=0.1, gravity=1.0))
+    yield vc.System(vc.Oscillator(), vc.Exponential(), wave, environment=vc.Environment(quadratic_drag=0.1))
+
+
+@needs_node
+def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
+    """Refused there is what is refused here, in the same words, whatever the numbers; and alike forward and back."""
+    draw, cases, wanted = random.Random(1), [], []
+    odd = [-2.0, -1.0, -0.25, 0.0, 0.25, 0.25, 0.5, 0.5, 0.75, 1.0, 1.0, 1.5, 1.6, 1e-3, 1e6, 2e6, 2e300]
+    for system in systems():
+        values = {path: system.parameter(path) for path in system.parameter_paths}
+        paths = tuple(path for path, value in values.items() if type(value) is float)
+        parts = {
+            name: {part.name: part_record(type(part), system.machine.effort)} for name, part in system.parts.items()
+        }
+        form = {name: part.name for name, part in system.parts.items()}
+        form |= {"parameters": paths, "rules": rules(system, paths), "mirrored": mirrored(system, paths)}
+        tried, said = [], []
+        for number in range(60):
+            given = dict(values)
+            for path in draw.sample(paths, min(len(paths), 1 + number % 4)):
+                given[path] = draw.choice(odd)
+            tried.append([given[path] for path in paths])
+            try:
+                said.append(([], system.with_parameters(given).mirrored))
+            except (ParameterError, ArgumentError) as error:
+                said.append(([(each.field, each.text) for each in error.complaints], None))
+        cases.append({"form": form, "parts": parts, "tried": tried})
+        wanted.append(said)
+    found = node(RULES, cases)
+    refused = 0
+    for case, one, other in zip(cases, found, wanted, strict=True):
+        for given, (shown, twins), (package, mirrors) in zip(case["tried"], one, other, strict=True):
+            where = dict(zip(case["form"]["parameters"], given, strict=True))
+            assert bool(shown) == bool(package), (where, shown, package)
+            refused += bool(package)
+            assert mirrors in (None, twins) or case["form"]["mirrored"] == "false", where
+            words = {numberless(text) for _, text in package}
+            words |= {"should be at least 0" for each in words if "finite number >= 0" in each}
+            assert not shown or words & {numberless(text) for _, text in shown}, (shown, package)
+    assert refused > 600
+
+
+def numberless(text):
+    """Words without what was given, what they are about, and numbers, which are written in another way."""
+    words = re.sub(r"^.*?(should|is missing)", r"\1", text.partition(", got ")[0])
+    return re.sub(r"-?\d[\d.e+]*", "0", words)
 
 
 SHARING = """
@@ -213,6 +326,44 @@ def test_what_is_shared_reads_back_the_same(data, node, capsys, tmp_path, monkey
 
 
 @needs_node
+def test_what_is_beside_and_the_settings_of_maps_are_in_the_address(node):
+    """Two cases and a view read back; a kept case swapped twice is the same; what is wrong of it is said."""
+    found = node("""
+    const model = new Model(data), read = (address) => {
+      const other = new Model(data), wrong = readFragment(other, address);
+      const same = JSON.stringify(other.state) === JSON.stringify(model.state);
+      return { wrong, same, again: fragmentOf(other) === address };
+    };
+    model.set("machine.mass_ratio", 3.25);
+    model.state.kept = caseOf(model);
+    model.state.beside = "kept";
+    model.set("drive.amplitude", 1.5);
+    Object.assign(model.state, { view: "map", shown: 10, fields: {
+      "map.x": "drive.frequency,0.5,2", "map.y": "initial.angle", "map.measure": "drift", "map.size": "32",
+      "map.start": "mirrored", "strip.x": "machine.stiffness", "strip.state": "velocity" } });
+    const address = fragmentOf(model), first = read(address), beside = model.requestBeside();
+    model.swap();
+    const got = model.get("drive.amplitude"), swapped = [model.get("machine.mass_ratio"), got];
+    swapped.push(model.keptCase.get("drive.amplitude"));
+    model.swap();
+    const second = [fragmentOf(model) === address, axisOf(model, model.state.fields["map.x"])];
+    const bad = ["view=maps", "map.x=drive.none", "map.y=drive.amplitude,2,1", "map.y=drive.amplitude,1,x",
+      "map.size=65", "map.measure=speed", "map.depth=1", "kept=preset%3Dnone", "beside=glue", "beside=kept"];
+    print([address, first, beside.parameters[0], model.request().parameters[0], swapped, second,
+      bad.map((each) => readFragment(new Model(data), `#v=1&preset=paper-exponential&${each}`).join("; "))]);
+    """)
+    address, first, beside, present, swapped, second, bad = found
+    assert first == {"wrong": [], "same": True, "again": True}
+    assert address.startswith("#v=1&preset=paper-exponential&machine.mass_ratio=3.25&drive.amplitude=1.5&shown=10")
+    assert "kept=preset%3Dpaper-exponential%26machine.mass_ratio%3D3.25&map.x=" in address
+    assert (beside, present, swapped) == (3.25, 3.25, [3.25, 1.8, 1.5])
+    assert second == [True, {"path": "drive.frequency", "range": [0.5, 2, True]}]
+    words = ["view", "map.x: should be a number of", "the range should rise", "should be numbers", "one of 16, 32"]
+    words += ["mean_velocity, stick_fraction", "map.depth", "kept: preset: this page has no none", "beside", ""]
+    assert all(word in each and bool(word) == bool(each) for word, each in zip(words, bad, strict=True)), bad
+
+
+@needs_node
 def test_a_case_file_is_read_strictly(data, node):
     text = node("const model = new Model(data); model.open('paper-lugre'); print(asToml(model));")
     assert tomllib.loads(text)["friction"]["law"] == "lugre"
@@ -239,7 +390,7 @@ def test_a_case_file_is_read_strictly(data, node):
         "machine.mass_ratoi: no such key",
         "mass_ratio should be a number",
         "machine.mass_ratio: should be greater than 0, got -2.5",
-        "friction.static_coefficient: should be at least coulomb_coefficient, 0.15, got 0.05",
+        "friction.static_coefficient: should be at least coulomb_coefficient (0.15), got 0.05",
         "friction.law: this page does not hold dahl",
         "runs: no such section",
         'is no "key = value"',
@@ -292,6 +443,9 @@ def test_the_forms_of_a_page(tmp_path):
     only = parts(contents(law_names=["coulomb"], drive_names=["harmonic"]))
     assert [law for _, law, _ in only] == ["coulomb", "smoothed-coulomb"]
     assert [each.parts[0] for each in contents(machine_names=["oscillator"]).presets] == ["oscillator"]
+    keys = [each.key for each in contents(file_preset(EXAMPLES / "mirror-twin.toml"), examples=EXAMPLES).presets]
+    assert keys[0] == "mirror-twin"
+    assert len(keys) == len(set(keys)) > 5  # a case of the gallery stands there once
 
 
 def test_wrong_input_of_the_command_is_refused_by_name(tmp_path, capsys):

@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.arguments import ArgumentError
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
@@ -48,12 +49,15 @@ def drift(motion):
 # Displacement over 40 periods, drift per period, range of the load: from DOP853 with events at tight tolerances.
 @pytest.mark.parametrize(
     ("system", "travel", "per_period", "least", "largest"),
-    [
-        (capsule("weight"), -15.6229235, -0.399736377565, None, None),
-        (capsule(), -12.7050130446, -0.325041471252, 1.7847, 4.9666),
-        (second_row("weight"), -6.6851639922, -0.172834731565, None, None),
-        (second_row("dynamic"), -3.0644049816, -0.078599968309, 1.8246, 7.2609),
-    ],
+    slow_but(
+        [0],
+        [
+            (capsule("weight"), -15.6229235, -0.399736377565, None, None),
+            (capsule(), -12.7050130446, -0.325041471252, 1.7847, 4.9666),
+            (second_row("weight"), -6.6851639922, -0.172834731565, None, None),
+            (second_row("dynamic"), -3.0644049816, -0.078599968309, 1.8246, 7.2609),
+        ],
+    ),
 )
 def test_travel_is_that_of_an_independent_solver(system, travel, per_period, least, largest):
     motion = vc.simulate(system, periods=40, initial=START, tolerance=1e-12)
@@ -264,6 +268,7 @@ def test_a_constant_load_that_hides_a_lift_off_is_said():
     assert vc.simulate(vc.System(vc.Oscillator(), law, vc.Harmonic()), periods=1).certificate.least_reaction is None
 
 
+@pytest.mark.slow
 def test_a_capsule_that_lifts_off_ends_the_command_with_its_status(tmp_path, capsys):
     case = tmp_path / "light.toml"
     system = capsule(law=vc.LuGre(), amplitude=1.8, mass_ratio=0.5)
@@ -278,7 +283,7 @@ def test_a_capsule_that_lifts_off_ends_the_command_with_its_status(tmp_path, cap
     assert abs(found["energy"]["contact_storage"]) > 1e-6
 
 
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=lambda law: law.name)
+@pytest.mark.parametrize("law", slow_but([0], [vc.Exponential(), vc.LuGre()]), ids=lambda law: law.name)
 @pytest.mark.parametrize("velocity", [0.0, 0.3])
 def test_a_load_that_is_negative_at_the_start_is_refused(law, velocity):
     """Upright and as fast as that, the bob pulls with rate^2 where the weight is 3.5."""

@@ -43,6 +43,7 @@ def squared_gap(mu):
     return (fast**2 - slow**2) ** 2
 
 
+@pytest.mark.slow
 def test_the_critical_coefficient_is_where_two_frequencies_meet():
     expected = critical_coefficient(MACHINE)
     low, high = 0.5 * expected, 0.8 * expected

@@ -239,6 +239,7 @@ def test_soft_spring_gives_the_printed_shape_but_not_all_points(runs):
     assert points.equal == {"lugre": (), "exponential": (), "both": ()}
 
 
+@pytest.mark.slow
 def test_no_spring_gives_the_four_printed_points(runs):
     for stiffness in RANGE_OF_SOFT:
         points = steady_points(runs, stiffness)
@@ -329,7 +330,12 @@ def test_numbers_in_the_errata_are_those_found(runs):
     assert f"alike at {soft['P1']:.4f} and {soft['P2']:.4f}" in texts[8]
 
 
-@pytest.mark.parametrize("key", FIGURES)
+SLOW_FIGURES = ("fig09", "load05")  # sweeps, and kernels of their own
+
+
+@pytest.mark.parametrize(
+    "key", [pytest.param(key, marks=[pytest.mark.slow] if key in SLOW_FIGURES else []) for key in FIGURES]
+)
 def test_figure_data_is_complete(runs, key):
     figure = FIGURES[key](runs)
     assert figure.key == key
@@ -353,6 +359,7 @@ def test_an_unknown_figure_is_refused():
 
 
 # --- the load that the pendulum makes, and steady travel --------------------------------------------------------------
+@pytest.mark.slow
 def test_figures_5_to_11_stand_under_the_load_that_the_pendulum_makes(runs):
     assert tuple(f"load{number:02d}" for number in range(5, 12)) == LOADED
     for key in LOADED:
@@ -364,6 +371,7 @@ def test_figures_5_to_11_stand_under_the_load_that_the_pendulum_makes(runs):
             assert (not any(pale for _, pale in roles)) or {pale for _, pale in roles} == {True, False}
 
 
+@pytest.mark.slow
 def test_motion_of_figure_5_under_the_dynamic_load_is_that_of_its_own_simulation(runs):
     """Recomputed from the equations' words alone: no preset, no kept run."""
     numbers = loaded_figure(runs, "load05").numbers
@@ -412,6 +420,7 @@ def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
     assert any(row[1] == "EM: lift off" and row[3] == "end_time" for row in rows)
 
 
+@pytest.mark.slow
 def test_map_of_steady_travel_is_that_of_single_runs():
     ratios, springs = np.array([0.2, 2.5]), np.array([2.0, 4.0])
     for load in (1.0, "dynamic"):

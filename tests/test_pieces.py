@@ -185,6 +185,7 @@ def test_a_switch_that_is_missed_would_be_noticed():
     assert abs(late["position"][-1] - motion_of(system, 1.5)["position"][-1]) > 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "number", [214, pytest.param(72, marks=pytest.mark.slow), pytest.param(118, marks=pytest.mark.slow)]
 )

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import vibrocap as vc
 from plausible_cases import compared
+from thinned import slow_but
 
 MOST = 100.0
 # Of the whole table, where errors were found: works of stiff steps, guards that no step asked about, every other term,
@@ -20,7 +21,7 @@ def assert_right_or_said_so(number: int):
     assert found.status != "finished" or found.worst <= MOST, found
 
 
-@pytest.mark.parametrize("number", [110, 187, 411])
+@pytest.mark.parametrize("number", slow_but([1], [110, 187, 411]))
 def test_plausible_motions(number):
     assert_right_or_said_so(number)
 
@@ -31,7 +32,7 @@ def test_more_plausible_motions(number):
     assert_right_or_said_so(number)
 
 
-@pytest.mark.parametrize("shape", ["tanh", "arctan"])
+@pytest.mark.parametrize("shape", slow_but([0], ["tanh", "arctan"]))
 def test_smoothed_laws_keep_their_digits(shape):
     """Against SciPy, restarted at every reversal, where |v|^1.5 has a kink.
 

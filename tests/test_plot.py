@@ -11,7 +11,8 @@ import vibrocap as vc
 from vibrocap.motion.trajectory import Status
 from vibrocap.plotting.animation import ARROW, Scene
 from vibrocap.plotting.labels import filled, part_items, parts_title, symbol_text
-from vibrocap.plotting.motion import Trace, hides_lift_off
+from vibrocap.plotting.motion import hides_lift_off
+from vibrocap.plotting.trace import Trace
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 PANELS = [
@@ -88,6 +89,13 @@ def test_pyplot_stays_out_of_it(results):
         "vc.plot(vc.simulate(system, periods=1)); assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+
+
+def test_a_notebook_shows_what_is_returned(results):
+    """A figure, and axes of its own, without being told of Matplotlib; axes that were given stay as they were."""
+    pictures = {getattr(drawn(results["law"]), "_repr_png_")() for drawn in (vc.figure, vc.plot)}  # noqa: B009
+    assert [each[:4] for each in pictures] == [b"\x89PNG", b"\x89PNG"]
+    assert not hasattr(vc.plot(results["law"], ax=Figure().subplots()), "_repr_png_")
 
 
 def test_what_cannot_be_drawn_is_refused_by_name(results):
@@ -305,3 +313,49 @@ def test_nothing_is_drawn_across_an_impact_in_the_friction_loop():
     for line in lines:
         velocity = np.asarray(line.get_xdata(), dtype=float)
         assert not np.any(velocity[1:] * velocity[:-1] < -1e-12)  # friction jumps at rest: no line leads across
+
+
+def texts(fig):
+    return [(ax.get_title(loc="left"), ax.get_xlabel(), ax.get_ylabel()) for ax in fig.axes]
+
+
+def test_the_sheet_of_a_crawler_shows_every_contact():
+    """As a line of its own each, with the modes of all in strips that change where its events are."""
+    drive, front = vc.Biharmonic(1.5, 0.8, 0.7, 0.5), vc.Coulomb(0.1, 0.15)
+    system = vc.System(vc.ThreeBodyCrawler(), vc.Coulomb(0.3, 0.45), drive, friction_2=front, friction_3=front)
+    motion = vc.simulate(system, periods=3)
+    fig = vc.figure(motion)
+    named = {title: ax for ax in fig.axes if (title := ax.get_title(loc="left"))}
+    assert list(named)[:5] == ["Travel of body 1 over the whole run", "Gaps", "Bodies", "Contacts", "Modes"]
+    for title, names in (("Bodies", ("velocity", "velocity_2", "velocity_3")), ("Gaps", ("displacement",))):
+        for line, name in zip(named[title].lines, names, strict=False):
+            time, value = np.asarray(line.get_xdata()) * motion.period, np.asarray(line.get_ydata())
+            inside = np.min(abs(time[:, None] - np.append(motion.piece_start, motion.end)), axis=1) > 1e-6
+            assert value[inside] == pytest.approx(motion.at(time[inside], name), abs=1e-12)
+    for title in ("Contacts", "Friction"):
+        assert [line.get_label() for line in named[title].lines][:3] == ["1", "2", "3"]
+    strips = named["Modes"].collections
+    for contact in (1, 2, 3):
+        own = [strip.get_paths()[0].get_extents() for strip in strips]
+        starts = [box.x0 * motion.period for box in own if abs(0.5 * (box.y0 + box.y1) - contact) < 0.1]
+        assert starts == pytest.approx([phase.start for phase in motion.phases_of(contact)], abs=1e-9)
+    assert set(vc.word(motion, contact=2)) <= set("FSB")
+    velocity = np.concatenate([np.asarray(line.get_xdata()) for line in vc.draw_friction_loop(motion, contact=3).lines])
+    at = motion.time > motion.end - motion.period
+    assert np.nanmax(velocity) == pytest.approx(motion["velocity_3"][at].max(), abs=1e-3)
+    for contact in (0, 4):
+        with pytest.raises(ValueError, match=f"contact should be a whole number from 1 to 3, got {contact}"):
+            vc.draw_friction_loop(motion, contact=contact)
+        with pytest.raises(ValueError, match=f"contact should be a whole number from 1 to 3, got {contact}"):
+            vc.word(motion, contact=contact)
+
+
+def test_the_sheet_of_an_imposed_motion_shows_the_body_and_what_the_motion_takes():
+    """The velocity is that of the body; the state is that of the common centre of mass."""
+    motion = vc.simulate(vc.System(vc.TwoMassCrawler(), vc.Coulomb(0.3, 0.3), vc.Triangle(rise=0.8)), periods=2)
+    shown = texts(vc.figure(motion))
+    assert ("Imposed motion", "", "imposed displacement $z$") in shown
+    assert ("Capsule", "", r"capsule velocity $X'$") in shown
+    assert ("Actuator", "imposed displacement $z$", "actuator force") in shown
+    block = vc.simulate(vc.System(vc.ModeCouplingBlock(), vc.Coulomb(), vc.Constant()), periods=1)
+    assert "sliding velocity $v$, last period" in [x for _, x, _ in texts(vc.figure(block))]

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.physics.catalogue import drives, law, laws, machines
 from vibrocap.physics.parameters import parameter as vc_parameter
 from vibrocap.physics.parameters import parameter_table
@@ -213,7 +214,9 @@ def test_a_dimensional_argument_of_every_law(kind):
     assert found_rates == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()], ids=lambda kind: kind.name)
+@pytest.mark.parametrize(
+    "kind", slow_but([0, 1], [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()]), ids=lambda kind: kind.name
+)
 def test_every_quantity_of_a_motion_has_a_unit(kind):
     system = vc.System(vc.PendulumCapsule(), kind, vc.Harmonic(), units=vc.PendulumScales(0.12, 0.27))
     motion = vc.simulate(system, periods=0.1)

@@ -1,10 +1,12 @@
 """The site of the documentation: its sources, made of the pages of the repository, and the site that Sphinx makes."""
 
 import enum
+import http.server
 import importlib.util
 import re
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,7 @@ from vibrocap.cli.command_examples import EXAMPLES
 from website.docstrings import as_rst, members
 from website.embeds import stage_report, with_lab
 from website.gallery import description, title_of
-from website.links import dead_links
+from website.links import dead_elsewhere, dead_links
 from website.reference import rooms, stage_commands, stage_names
 from website.staging import INDEX, LINK, ROOT, places, relinked, sections, stage, stage_first_page, stage_sections
 
@@ -193,3 +195,25 @@ def test_the_site_is_built_without_a_warning_or_a_dead_link(tmp_path):
     assert 'src="lab.html#v=' in (html / "index.html").read_text(encoding="utf-8")
     assert 'id="vibrocap.Exponential.steady_force"' in (html / "api" / "physics.friction.html").read_text("utf-8")
     assert Path(html / "objects.inv").stat().st_size > 0
+
+
+def test_links_to_other_hosts_are_asked_when_wanted(tmp_path):
+    """On a host of the test's own: a page that is there, one that is not, and no host at all."""
+
+    class Host(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200 if self.path == "/there" else 403 if self.path == "/shy" else 404)
+            self.end_headers()
+
+        def log_message(self, format, *args):
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Host) as host:
+        threading.Thread(target=host.serve_forever, daemon=True).start()
+        here = f"http://127.0.0.1:{host.server_port}"
+        links = "".join(f'<a href="{here}/{name}">x</a>' for name in ("there#part", "shy", "gone"))
+        (tmp_path / "page.html").write_text(f'{links}<a href="mailto:a@b.c">x</a>')
+        found = dead_elsewhere(tmp_path, seconds=5.0)
+        host.shutdown()
+    assert len(found) == 1
+    assert found[0] == f"{here}/gone: 404 Not Found (in page.html)"

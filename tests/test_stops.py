@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import slow_but
 
 # Capsule of Liu, Wiercigroch, Pavlovskaia and Yu 2013; orbit and drifts of an explicit method with events, at two
 # tolerances near 3e-13 that agree to the digits shown. State (x1 - x2, x1', x2').
@@ -24,6 +25,7 @@ def capsule(frequency=0.95, **machine):
     return vc.System(vc.VibroImpactCapsule(**machine), friction, vc.Harmonic(amplitude=1.6, frequency=frequency))
 
 
+@pytest.mark.slow
 def test_orbit_of_the_vibro_impact_capsule():
     found = vc.orbit(capsule(), initial=ORBIT)
     for name, value in ORBIT.items():
@@ -42,11 +44,13 @@ def test_orbit_of_the_vibro_impact_capsule():
     assert motion.certificate.ok
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frequency", [0.90, 0.87, 0.85])
 def test_drift_of_the_vibro_impact_capsule(frequency):
     assert vc.orbit(capsule(frequency), initial=ORBIT).drift == pytest.approx(DRIFTS[frequency], abs=1e-10)
 
 
+@pytest.mark.slow
 def test_period_doubling_of_the_vibro_impact_capsule():
     """Against the digits of `test_grazing.py`; a multiplier is known to 1e-9, so the parameter to less than this."""
     found = vc.branch(capsule(0.99), over="drive.frequency", between=(0.985, 1.0), initial=ORBIT)
@@ -87,6 +91,7 @@ def test_measures_of_an_ensemble_are_those_of_single_motions(machine, law):
             assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "rate", "kinds"), [(0.3, 0.0, ["impact"]), (-0.3, 0.0, []), (0.0, 0.3, ["impact"])])
 def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kinds):
     """At rest at the stop: pushed on, it touches; pulled away, it does not; at neither, the next derivative decides."""
@@ -137,6 +142,11 @@ def test_starts_of_basins_lie_between_the_stops():
         vc.basins(system, {"displacement": (-1.0, 0.6), "displacement_rate": (-2.0, 2.0)}, 4)
     with pytest.raises(ValueError, match=r"ranges: displacement should lie between the stops"):
         vc.attractors(system, ranges={"displacement": (-1.0, 0.6)})
+
+
+@pytest.mark.slow
+def test_basins_of_a_capsule_with_a_stop_are_those_of_its_starts():
+    system = vc.System(vc.RigidStopCapsule(**IMPACTS["external"]), vc.Coulomb(0.3, 0.4), vc.Harmonic(1.6, 0.95))
     found = vc.basins(system, ("displacement", "displacement_rate"), 4)
     assert found.x[0] < -1.0
     assert found.x[-1] < 0.3
@@ -210,6 +220,7 @@ def test_elastic_bouncing_keeps_all_energy():
     assert vc.energy_balance(motion, (0.0, motion.end)).impact == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.4), pytest.param(vc.LuGre(), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "machine", [pytest.param(IMPACTS[name], marks=[] if name == "plastic" else [pytest.mark.slow]) for name in IMPACTS]
@@ -281,7 +292,7 @@ def test_a_start_beyond_a_rigid_stop_is_refused():
         vc.ensemble(system, {"machine.gap": [0.2, 0.05]}, initial={"displacement": 0.1})
 
 
-@pytest.mark.parametrize("load", ["weight", "dynamic"])
+@pytest.mark.parametrize("load", slow_but([0], ["weight", "dynamic"]))
 def test_a_run_ends_where_the_pendulum_reaches_its_stop(load):
     """At the angle, exactly; up to there it is the motion without stops."""
     given = vc.Exponential(), vc.Harmonic(amplitude=1.8)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.case.case import case_from_text
 from vibrocap.measures.ensemble import ensemble
 from vibrocap.studies.adaptive import adaptive_map, border
@@ -90,7 +91,7 @@ def test_stripes_on_grids_of_any_size(shape, coarse):
     assert_is_full_map(dataset, evaluate, "response_period")
 
 
-@pytest.mark.parametrize("margin", [0, 1])
+@pytest.mark.parametrize("margin", slow_but([1], [0, 1]))
 def test_tongue_is_followed_to_the_width_of_one_step(margin):
     """From a broad root at the left a tongue winds through the map, 1.5 steps wide and far from coarse points."""
 

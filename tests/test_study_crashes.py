@@ -18,12 +18,6 @@ def killed(folder, how, count, seed):
     return json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=900).stdout)
 
 
-def test_killed_at_a_few_calls_that_change_the_disk(tmp_path):
-    found = killed(tmp_path, "steps", 5, 1)
-    assert found["instants"] == 5
-    assert found["different"] == []
-
-
 @pytest.mark.slow
 def test_killed_at_many_calls_that_change_the_disk(tmp_path):
     """Each of them before it happens, or halfway through a file, from the first folder made to the last mark."""

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import cheap_ensemble
+from thinned import slow_but
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System
 from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.files import WriteError
@@ -157,7 +158,7 @@ def test_hdf5_sees_no_error_of_the_disk(tmp_path):
 
 @pytest.mark.skipif(resource is None, reason="this system limits no sizes of files")
 @pytest.mark.parametrize("found", ["grid"], indirect=True)
-@pytest.mark.parametrize(("ending", "in_memory"), [(".csv", 0), (".nc", netcdf.IN_MEMORY), (".nc", 0)])
+@pytest.mark.parametrize(("ending", "in_memory"), slow_but([0], [(".csv", 0), (".nc", netcdf.IN_MEMORY), (".nc", 0)]))
 def test_a_full_disk_leaves_the_old_export(found, tmp_path, monkeypatch, ending, in_memory):
     """At whatever byte: HDF5 would take the process down with it."""
     monkeypatch.setattr(netcdf, "IN_MEMORY", in_memory)

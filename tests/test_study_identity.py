@@ -1,13 +1,16 @@
 """What makes a study this study: its identity changes with all that can change a result, and with nothing else."""
 
+import ast
 import dataclasses
 import json
+from pathlib import Path
 
 import pytest
 
+import vibrocap
 from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, System
 from vibrocap.case.case import CaseError
-from vibrocap.studies.plan.code_version import code_version, source_fingerprint
+from vibrocap.studies.plan.code_version import code_version, imported_files, source_fingerprint
 from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.plan.differences import code_differences, differences
 from vibrocap.studies.plan.planning import planned_study
@@ -107,6 +110,21 @@ def test_edited_code_is_another_study(tmp_path):
     edited = dataclasses.replace(mine, code=code_version() | {"sources": "f" * 64})
     assert edited.identity != mine.identity
     assert code_differences(mine.code, edited.code)[0].startswith("code: stored vibrocap ")
+
+
+def test_imports_are_found_as_python_finds_them():
+    """The sources that count are found by their import statements, which a pattern reads as Python's parser does."""
+    package = Path(vibrocap.__file__).parent
+    for path in package.rglob("*.py"):
+        names: set[str] = set()
+        for node in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(node, ast.Import):
+                names |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        wanted = {package.parent.joinpath(*name.split(".")).with_suffix(".py") for name in names}
+        found = imported_files(path, package)
+        assert {each for each in wanted if each.is_file()} == {each for each in found if each.is_file()}, path
 
 
 def test_what_decides_the_bits_is_part_of_a_study():

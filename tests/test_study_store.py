@@ -1,5 +1,6 @@
 """The store: whole tiles or none, the same bytes however it came about, and no harm to what is not its own."""
 
+import dataclasses
 import errno
 import importlib
 import json
@@ -15,10 +16,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+import zarr
 
 import cheap_ensemble
 import interrupts
-from vibrocap import Exponential, Harmonic, PendulumCapsule, System
+from vibrocap import Exponential, Harmonic, Measure, PendulumCapsule, PendulumScales, System
 from vibrocap.case.case import RUN_DEFAULTS, CaseError
 from vibrocap.studies.dataset import open_study, stored_study
 from vibrocap.studies.plan.planning import planned_study
@@ -28,8 +30,10 @@ from vibrocap.studies.store import store as stores
 from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import opened_for_writing
 from vibrocap.studies.store.writing import StoreError
+from vibrocap.studies.store.zarr_files import ZarrFiles
 from vibrocap.studies.sweep import Stopped, run_study, sweep
 from vibrocap.studies.tile import tile_block, tile_counts, tile_indices, tile_shape
+from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"friction.law": "exponential,lugre", "machine.mass_ratio": "1:3:7", "machine.normal_load": "weight,1,2"}
@@ -152,6 +156,77 @@ def test_tiles_make_no_difference(tmp_path, tile_runs):
     xr.testing.assert_identical(
         stored(tmp_path / "a", tile_runs=tile_runs).load(), sweep(SYSTEM, over=OVER, measures=MEASURES, tile_runs=5)
     )
+
+
+def as_zarr_writes(study, tile, tiles):
+    """The files that Zarr itself makes of a study."""
+    held = {}
+    attributes = study_attributes(study)
+    if not study.plan.gridded:
+        attributes["coordinates"] = " ".join(study.plan.paths)
+    group = zarr.create_group(zarr.storage.MemoryStore(held), attributes=attributes)
+
+    def array(name, dtype, fill, shape, chunk, dims, attributes):
+        return group.create_array(
+            name,
+            shape=shape,
+            chunks=chunk,
+            dtype=str if dtype == TEXT else dtype,
+            fill_value=fill,
+            compressors=zarr.codecs.ZstdCodec(level=3, checksum=True),
+            chunk_key_encoding={"name": "default", "separator": "."},
+            dimension_names=dims,
+            attributes=attributes,
+            config={"write_empty_chunks": True},
+        )
+
+    for path, values in axis_values(study).items():
+        fill = "" if values.dtype == TEXT else np.nan
+        described = coordinate_attributes(path, study.case.system)
+        array(path, values.dtype, fill, values.shape, values.shape, (path,), described)[:] = values
+    shape, dims = study.plan.shape, study.plan.dims
+    for each in variables(study):
+        made = array(each.name, each.dtype, each.fill, shape, tile, dims, each.stored_attributes)
+        for index, values in tiles.items():
+            made[tile_block(shape, tile, index)] = values[each.name]
+    return {place: buffer.to_bytes() for place, buffer in held.items()}
+
+
+@pytest.mark.parametrize("over", [OVER, None], ids=["grid", "cases"])
+def test_files_are_those_that_zarr_writes(over):
+    """To the last byte: numbers and words, tiles cut by the edge, factors of units, signs beyond ASCII."""
+    rng = np.random.default_rng(3)
+    system = dataclasses.replace(SYSTEM, units=PendulumScales(0.2, 0.25))
+    own = Measure.mean("peak", "\N{GREEK SMALL LETTER OMEGA} of its own", lambda now: now.velocity, si_unit="m/s")
+    cases = [{"friction.law": law, "machine.mass_ratio": 0.1 + i} for i, law in enumerate(("exponential", "lugre") * 4)]
+    study = planned_study(
+        system,
+        over,
+        measures=(*MEASURES, own),
+        cases=None if over else cases,
+        design=None,
+        initial=None,
+        settings={"window": 10, "settle": None, **RUN_DEFAULTS},
+    )
+    shape = study.plan.shape
+    tile = tile_shape(shape, 9 if over else 3)
+    assert any(length % each for length, each in zip(shape, tile, strict=True))
+    tiles = {}
+    for index in tile_indices(shape, tile):
+        lengths = [block.stop - block.start for block in tile_block(shape, tile, index)]
+        tiles[index] = {}
+        for each in variables(study):
+            values = each.empty(lengths)
+            if each.dtype == TEXT:
+                values[...] = rng.choice(["", "FSB", "exponential", "naïve \N{GREEK SMALL LETTER OMEGA}"], lengths)
+            else:
+                values[...] = rng.integers(0, 2, lengths) if each.dtype.kind in "ib" else rng.normal(size=lengths)
+            tiles[index][each.name] = values
+    made = ZarrFiles(study, tile)
+    found = made.first()
+    for index, values in tiles.items():
+        found |= made.chunks(index, values)
+    assert found == as_zarr_writes(study, tile, tiles)
 
 
 def test_the_order_of_tiles_makes_no_difference(tmp_path):

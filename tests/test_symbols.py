@@ -36,8 +36,9 @@ def test_every_parameter_is_on_the_page_of_symbols(part):
 def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     friction = [*(law() for law in laws().values()), vc.anisotropic(vc.LuGre)(), vc.backlash(vc.LuGre)()]
     states = {name for m in machines().values() for name in m.states} | {n for law in friction for n in law.internal}
+    states |= {*vc.Actuator(limit=1.0, command_limit=1.0).states}
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
-    names = {"time", "side", "impulse"}
+    names = {"time", "side", "impulse", "command"}
     for machine, law in itertools.product(machines().values(), friction):
         for made in (machine(), *([machine(normal_load="dynamic")] if machine is vc.PendulumCapsule else [])):
             for environment in (None, vc.Environment()):
@@ -49,9 +50,10 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     assert all(printed for printed, _, _ in page_rows(""))
 
 
-def test_every_parameter_of_an_environment_is_on_the_page_of_symbols():
-    expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in parameter_table(vc.Environment)]
-    assert page_rows("Environment") == expected
+@pytest.mark.parametrize("part", [vc.Environment, vc.Actuator], ids=lambda part: part.name)
+def test_every_parameter_of_an_environment_and_an_actuator_is_on_the_page_of_symbols(part):
+    expected = [(symbols.printed(i.symbol), i.name, i.meaning) for i in parameter_table(part)]
+    assert page_rows(part.__name__) == expected
 
 
 @pytest.mark.parametrize("name", wrappers())

@@ -37,7 +37,8 @@ TARGETS = {
 }
 
 
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*TARGETS])
 def test_objects_are_written_for_other_processors(name):
     """The exponential law abreast: an object file of that machine, with the entry in it."""
     triple, processor, features, lanes, machine = TARGETS[name]

@@ -279,6 +279,7 @@ OVER = {"machine.capsule_mass_kg": [0.3, 0.5], "drive.frequency_Hz": "0.8:1.4:3"
 MEASURES = ("mean_velocity", "drive_work", "word", "largest_angle_rate")
 
 
+@pytest.mark.slow
 def test_a_sweep_in_si_is_the_sweep_without_units_bit_for_bit(tmp_path):
     import xarray
 

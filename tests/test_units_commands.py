@@ -92,6 +92,7 @@ stribeck_velocity_m_per_s = 0.15
 
 
 # --- steady motions ---------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_an_orbit_in_si(place, capsys):
     found = answer(capsys, "orbit", "si.toml")
     same = vc.orbit(plain_system(), initial=case_from_text(BENCH).initial)

@@ -19,7 +19,7 @@ from website.embeds import (
     stage_report,
 )
 from website.gallery import stage_gallery
-from website.links import dead_links
+from website.links import dead_elsewhere, dead_links
 from website.reference import stage_commands, stage_names
 from website.staging import Card, stage, stage_first_page, stage_sections
 
@@ -37,6 +37,7 @@ def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m website", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("build/site"), help="folder for the site (build/site)")
     parser.add_argument("--no-notebooks", action="store_true", help="do not run the tutorials")
+    parser.add_argument("--links", action="store_true", help="ask the network about links to elsewhere, too")
     options = parser.parse_args(words)
     for package in ("sphinx", "myst_nb", "pydata_sphinx_theme", "sphinx_design", "sphinx_copybutton"):
         if importlib.util.find_spec(package) is None:
@@ -74,7 +75,7 @@ def main(words: list[str] | None = None) -> int:
     told = [word for name, value in settings.items() for word in ("-D", f"{name}={value}")]
     if build_main(["-q", "-W", "--keep-going", "-j", "2", "-c", str(HERE), *told, str(sources), str(html)]):
         return 1
-    dead = dead_links(html)
+    dead = [*dead_links(html), *(dead_elsewhere(html) if options.links else [])]
     for link in dead:
         print(f"dead link: {link}", file=sys.stderr)
     if not dead:

@@ -1,6 +1,9 @@
 """Links of the built site: every page, file and anchor that one of its pages points to is there."""
 
+import concurrent.futures
+import urllib.error
 import urllib.parse
+import urllib.request
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -49,6 +52,39 @@ def dead_links(folder: Path) -> list[str]:
             elif anchor and there in pages and anchor not in pages[there].anchors:
                 found.append(f"{shown}: {target} (no such anchor)")
     return sorted(found)
+
+
+def links_elsewhere(folder: Path) -> dict[str, list[str]]:
+    """Addresses of the web that the pages of a folder point to, each with the pages that do, without anchors."""
+    found: dict[str, list[str]] = {}
+    for path in sorted(folder.rglob("*.html")):
+        if "_static" in path.parts:
+            continue
+        for target in LinkedPage(path).targets:
+            if urllib.parse.urlsplit(target).scheme in ("http", "https"):
+                found.setdefault(urllib.parse.urldefrag(target).url, []).append(str(path.relative_to(folder)))
+    return found
+
+
+def dead_elsewhere(folder: Path, seconds: float = 20.0) -> list[str]:
+    """What of it does not answer, or says that there is no such page; it asks the network."""
+    links = links_elsewhere(folder)
+    with concurrent.futures.ThreadPoolExecutor(8) as pool:
+        answers = pool.map(lambda url: _answer(url, seconds), links)
+    dead = [(url, said) for url, said in zip(links, answers, strict=True) if said]
+    return [f"{url}: {said} (in {', '.join(links[url][:3])})" for url, said in dead]
+
+
+def _answer(url: str, seconds: float) -> str:
+    """What is wrong with an address; a host that answers, but not to programs, is taken at its word."""
+    request = urllib.request.Request(url, headers={"User-Agent": "Mozilla/5.0 (links of a documentation)"})
+    try:
+        with urllib.request.urlopen(request, timeout=seconds):
+            return ""
+    except urllib.error.HTTPError as error:
+        return f"{error.code} {error.reason}" if error.code in (404, 410) or error.code >= 500 else ""
+    except (OSError, ValueError) as error:
+        return str(error)
 
 
 def elsewhere(url: str) -> bool:

@@ -52,6 +52,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.measures.sticking import StickPhases, stick_fraction, stick_phases, word
     from vibrocap.measures.travel import MeanVelocity, displacement, drift, mean_velocity
     from vibrocap.motion.certificate import Certificate
+    from vibrocap.motion.contact_modes import ContactModes, contact_modes
     from vibrocap.motion.simulate import simulate
     from vibrocap.motion.start import Start
     from vibrocap.motion.trajectory import Event, Phase, Status, Trajectory
@@ -69,6 +70,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
     from vibrocap.orbits.crossings.crossing import Crossing, CrossingKind, Crossings, crossing
     from vibrocap.orbits.maps.itinerary import WordChange
+    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.catalogue import register, unregister
     from vibrocap.physics.drives.biharmonic import Biharmonic
     from vibrocap.physics.drives.constant import Constant
@@ -100,6 +102,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
+    from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
@@ -109,6 +112,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.machines.two_mass_capsule import InnerMassScales, TwoMassCapsule
     from vibrocap.physics.machines.two_mass_crawler import TwoMassCrawler
     from vibrocap.physics.machines.vibro_impact_capsule import VibroImpactCapsule
+    from vibrocap.physics.machines.worm import ThreeBodyWorm, TwoBodyWorm, worm
     from vibrocap.physics.parameters import parameter, parameters
     from vibrocap.physics.part_files import PartsError, load_parts
     from vibrocap.physics.scales import FreeScales, Scales, SIScales
@@ -297,6 +301,7 @@ __all__ = [
     "PendulumScales",
     "FreeScales",
     "SIScales",
+    "Actuator",
     "Environment",
     "Oscillator",
     "TwoMassCrawler",
@@ -307,6 +312,12 @@ __all__ = [
     "TwoBodyCrawler",
     "ThreeBodyCrawler",
     "crawler",
+    "LinkageCrawler",
+    "contact_modes",
+    "ContactModes",
+    "TwoBodyWorm",
+    "ThreeBodyWorm",
+    "worm",
     "ModeCouplingBlock",
     "PendulumCapsuleWithStops",
     "InnerMassScales",

@@ -5,15 +5,14 @@ import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
 from vibrocap.case.drive_file import with_columns
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
-from vibrocap.motion.simulate import check_run, initial_state, simulate
-from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.table import DriveTable
 from vibrocap.physics.environment import Environment
@@ -23,13 +22,16 @@ from vibrocap.physics.states import FURTHER, state_names
 from vibrocap.physics.system import System
 from vibrocap.physics.units import parameter_keys, state_keys, state_units
 
+if TYPE_CHECKING:
+    from vibrocap.motion.trajectory import Trajectory
+
 # section of a case file: (the key that chooses the kind of part, what there is to choose from)
 CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
 CATALOGUES = {section: catalogue for section, (_, catalogue) in CHOICES.items()} | dict.fromkeys(FURTHER, laws)
 KEYS = {section: key for section, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, "law")
-# Sections of parts: from the environment on they may be left out; it has no kinds.
-PARTS = (*CHOICES, "environment", *FURTHER)
-SECTIONS = (*CHOICES, "environment", "scales", "initial", "run", *FURTHER)
+OPTIONAL: dict[str, Any] = {"environment": Environment, "actuator": Actuator}  # sections that may be left out, no kinds
+PARTS = (*CHOICES, *OPTIONAL, *FURTHER)
+SECTIONS = (*CHOICES, *OPTIONAL, "scales", "initial", "run", *FURTHER)
 LARGEST = 2**24  # bytes of a case file
 KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
@@ -60,6 +62,8 @@ class Case:
     scales: Scales | None = None
 
     def __post_init__(self):
+        from vibrocap.motion.simulate import check_run, initial_state
+
         start = initial_state(self.system, self.initial)
         if any(name not in start for name in self.initial):  # given in SI
             object.__setattr__(self, "initial", {name: value for name, value in start.items() if value})
@@ -70,8 +74,10 @@ class Case:
         """The settings of the section [run]."""
         return {name: getattr(self, name) for name in RUN_DEFAULTS}
 
-    def simulate(self, progress: Callable[[float], None] | None = None) -> Trajectory:
+    def simulate(self, progress: Callable[[float], None] | None = None) -> "Trajectory":
         """The motion of this case."""
+        from vibrocap.motion.simulate import simulate
+
         return simulate(self.system, initial=self.initial, **self.run, progress=progress)
 
     def save(self, path: str | Path, units: str | None = None) -> Path:
@@ -161,7 +167,7 @@ def _other_keys(data: Mapping[str, Any], section: str, key: str) -> list[str]:
         parts.append(catalogue().get(given.get(kind)) if isinstance(given, dict) else None)
     if None in parts or section not in (*PARTS, "initial") or not isinstance(data.get(section), dict):
         return []
-    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True)) | {"environment": Environment}
+    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True)) | OPTIONAL
     for name in FURTHER:
         own = laws().get(data[name].get(KEYS[name])) if isinstance(data.get(name), dict) else None
         if own is not None:
@@ -195,8 +201,7 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
         name: _chosen(name, sections[name], complaints) for name in wanted if isinstance(data.get(name, {}), Mapping)
     }
     complete = len(classes) == len(wanted) and all(classes.values())
-    if isinstance(data.get("environment"), Mapping):
-        classes["environment"] = Environment
+    classes |= {name: part for name, part in OPTIONAL.items() if isinstance(data.get(name), Mapping)}
     scales, given, said = None, {}, 0
     if complete:
         form = form_of(sections, classes, data.get("units"), KEYS)
@@ -313,6 +318,8 @@ def _check_initial(given: Mapping[str, Any], states: tuple[str, ...] | None, com
 
 
 def _check_run(given: Mapping[str, Any], complaints: Complaints) -> None:
+    from vibrocap.motion.simulate import check_run
+
     for name, value in given.items():
         if name not in RUN_DEFAULTS:
             complaints.add(f"run.{name}", f"no such key; {suggestion(name, RUN_DEFAULTS)}")

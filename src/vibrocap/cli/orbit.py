@@ -185,10 +185,10 @@ def _unstable_rows(left: dict[str, Any], kept: bool | None, units: dict[str, Any
 
 
 def _multiplier(multiplier: dict[str, float]) -> str:
-    """A multiplier in words: exactly zero where sticking forgets a direction."""
+    """A multiplier in words: exactly zero where sticking, or an actuator at its limit, forgets a direction."""
     real, imaginary = multiplier["real"], multiplier["imaginary"]
     if real == 0.0 and imaginary == 0.0:
-        return "0 (forgotten while it sticks)"
+        return "0 (forgotten while it sticks, or at a limit)"
     return f"{real:.9g}" if imaginary == 0.0 else f"{real:.9g} {'+' if imaginary > 0 else '-'} {abs(imaginary):.9g}i"
 
 

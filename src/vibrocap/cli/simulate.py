@@ -3,7 +3,7 @@
 import collections
 import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
@@ -22,7 +22,9 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
-from vibrocap.motion.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from vibrocap.motion.trajectory import Trajectory
 
 # kind of event: what happens
 EVENTS = {
@@ -35,8 +37,15 @@ EVENTS = {
     "impact": "the inner mass strikes a stop",
     "stop_opened": "the inner mass leaves a stop",
     "lift_off": "the contact loses its load, which ends the run",
-    "stop_reached": "the pendulum reaches a stop, which ends the run",
+    "stop_reached": "the machine reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
+    "ambiguous_contacts": "which contacts rest is no longer certain",
+}
+ACTUATOR_EVENTS = {  # counted where there is one
+    "saturated": "the actuator reaches its limit",
+    "unsaturated": "the actuator leaves its limit",
+    "clipped": "the command reaches its limit",
+    "unclipped": "the command comes back from its limit",
 }
 # channel of energy: what it is
 CHANNELS = {
@@ -145,12 +154,12 @@ def simulate(
     return INCOMPLETE
 
 
-def _time(motion: Trajectory, time: float) -> str:
+def _time(motion: "Trajectory", time: float) -> str:
     """A time, in s where the system knows its scales."""
     return said(time, "") if motion.system.units is None else said(time * motion.system.si.factor("time"), "s")
 
 
-def motion_record(motion: Trajectory) -> dict[str, Any]:
+def motion_record(motion: "Trajectory") -> dict[str, Any]:
     """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
     from vibrocap.measures.energy import energy_balance
     from vibrocap.measures.sticking import stick_fraction
@@ -184,7 +193,7 @@ def motion_record(motion: Trajectory) -> dict[str, Any]:
     )
 
 
-def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None:
+def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
     """The summary of `vibrocap simulate`; record: in SI where the system knows its scales."""
     page = Page()
     page.say(title, style="bold")
@@ -205,7 +214,7 @@ def print_motion(motion: Trajectory, record: dict[str, Any], title: str) -> None
     page.say(units, style="dim")
 
 
-def _motion_table(motion: Trajectory, record: dict[str, Any]) -> Table:
+def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
     units: dict[str, Any] = record.get("units") or {"state": {}}
     second = units.get("time", "")
     period = motion.si.period if second else motion.period
@@ -241,21 +250,23 @@ def _event_words(kind: str) -> str:
     stem, _, number = kind.rpartition("_")
     if number.isdigit() and stem in EVENTS:
         return EVENTS[stem].replace("the contact", f"contact {number}")
-    return EVENTS.get(kind, "this happens")
+    return (EVENTS | ACTUATOR_EVENTS).get(kind, "this happens")
 
 
-def own_events(motion: Trajectory) -> list[str]:
-    """Kinds of event that only the machine of a motion knows."""
-    return [kind for kind in dict.fromkeys(motion.system.machine.switch_events) if kind not in EVENTS]
+def own_events(motion: "Trajectory") -> list[str]:
+    """Kinds of event that only the machine of a motion or its actuator knows."""
+    actuator = ACTUATOR_EVENTS if motion.system.actuator is not None else ()
+    kinds = [*motion.system.machine.switch_events, *(k for k in actuator if k in motion.system.placed.switch_events)]
+    return [kind for kind in dict.fromkeys(kinds) if kind not in EVENTS]
 
 
-def _further_events(motion: Trajectory) -> tuple[str, ...]:
+def _further_events(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
     kinds = ("stick", "slip_forward", "slip_back", "reversal")
     return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
 
 
-def _response(motion: Trajectory) -> tuple[str, str]:
+def _response(motion: "Trajectory") -> tuple[str, str]:
     """(class of the response, what that rests on)."""
     from vibrocap.measures.response import response_class
 
@@ -288,7 +299,7 @@ CERTIFICATE = {
 }
 
 
-def _certificate_table(certificate: dict[str, Any], motion: Trajectory) -> Table:
+def _certificate_table(certificate: dict[str, Any], motion: "Trajectory") -> Table:
     made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
     for field, meaning in CERTIFICATE.items():
         verdict = certificate["verdicts"].get(field)

@@ -74,6 +74,7 @@ def new(
 def new_case(chosen: Mapping[str, str], file: str) -> str:
     """A case of these kinds of parts with a comment on every line; file: under which name it is run."""
     from vibrocap.case.text import toml_value
+    from vibrocap.physics.actuator import Actuator
     from vibrocap.physics.environment import Environment
     from vibrocap.physics.parameters import parameter_table
     from vibrocap.physics.states import state_names
@@ -92,11 +93,15 @@ def new_case(chosen: Mapping[str, str], file: str) -> str:
             words = f"{info.symbol}: {info.meaning}"
             lines.append(f"# {info.name}: {words}" if info.default is None else line(info.name, info.default, words))
         lines.append("")
-    lines.append("# [environment]: a slope, a fluid or a force from outside; left out, there is none of them.")
-    for info in parameter_table(Environment):
-        words = f"{info.symbol}: {info.meaning}"
-        lines.append(f"# {info.name}: {words}" if info.default is None else f"# {line(info.name, info.default, words)}")
-    lines.append("")
+    for part, words in (
+        (Environment, "a slope, a fluid or a force from outside; left out, there is none of them."),
+        (Actuator, "a lag and limits between drive and machine; left out, there are none."),
+    ):
+        lines.append(f"# [{part.name}]: {words}")
+        for info in parameter_table(part):
+            meaning, default = f"{info.symbol}: {info.meaning}", info.default
+            lines.append(f"# {info.name}: {meaning}" if default is None else f"# {line(info.name, default, meaning)}")
+        lines.append("")
     lines.append("[initial]")
     for state in state_names(classes):
         symbol, meaning = STATES.get(state, (state, state))

@@ -1,10 +1,13 @@
 """`vibrocap sweep`, `vibrocap measures` and `vibrocap plot`: many runs, measured on the way, and their pictures."""
 
-import math
+import dataclasses
 import time
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
@@ -26,8 +29,7 @@ from vibrocap.io.motion_file import read_source
 if TYPE_CHECKING:
     from vibrocap.cli.sweep_request import SweepRequest
     from vibrocap.studies.plan.study import Study
-
-BLOCK = 4_000_000  # runs whose status is counted at a time
+    from vibrocap.studies.sweep import Completed
 
 
 def sweep(
@@ -124,18 +126,18 @@ def sweep(
         raise Refusal(f"The study is large: {size}. Say --yes if that is meant, or give fewer values to --over.")
     begun = time.monotonic()
     try:
-        dataset = _adaptive(study, request) if adaptive else _run(study, request)
+        found: Any = _adaptive(study, request) if adaptive else _run(study, request)
         seconds = time.monotonic() - begun
         if export is not None:
             from vibrocap.io.study_file import write_study
 
-            write_study(dataset if out is None else out, export)
+            write_study(found if adaptive else out or found.dataset(), export)
     except OSError as error:
         if isinstance(error, BrokenPipeError):
             raise
         complain(_disk_failure(error, request))
         return INCOMPLETE
-    print_study(dataset, seconds, out, export)
+    print_study(_adaptive_outcome(found) if adaptive else _outcome(found), seconds, out, export)
     return OK
 
 
@@ -158,14 +160,14 @@ def measures(case: Path | None = None, /) -> int:
     return OK
 
 
-def _run(study: "Study", request: "SweepRequest") -> Any:
+def _run(study: "Study", request: "SweepRequest") -> "Completed":
     """The results of a study that is stored as it runs, or kept in memory."""
-    from vibrocap.studies.sweep import Stopped, run_study
+    from vibrocap.studies.sweep import Stopped, carried_out
 
     left = TimeLeft()
     try:
         with notes(), progress("Sweeping") as report:
-            return run_study(
+            return carried_out(
                 study,
                 out=request.out,
                 resume=request.resume,
@@ -229,47 +231,63 @@ def _kept(out: Path) -> str:
     return f"Of the results in {out} some are damaged or missing; --resume computes these again."
 
 
-def print_study(dataset: Any, seconds: float, out: Path | None, export: Path | None) -> None:
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """How the runs of a study ended: by status, and how many of the finished ones settled (None: it was not asked).
+
+    made: of an adaptive map, the runs that were made; the others are filled in between
+    """
+
+    sizes: Mapping[str, int]
+    statuses: Counter[int]
+    settled: int | None
+    made: int | None = None
+
+
+def _outcome(found: "Completed") -> Outcome:
+    """That of a study, looked at in parts, in memory that does not grow with a study in a store."""
+    statuses: Counter[int] = Counter()
+    settled = 0
+    for status, settling in found.numbers("status", "settled"):
+        statuses.update({int(code): int((status == code).sum()) for code in np.unique(status)})
+        settled += int((settling & (status == 0)).sum())
+    study = found.study
+    sizes = dict(zip(study.plan.dims, study.plan.shape, strict=True))
+    return Outcome(sizes, statuses, None if study.settle is None else settled)
+
+
+def _adaptive_outcome(dataset: Any) -> Outcome:
+    status = dataset["status"].values
+    settled = int((dataset["settled"].values.astype(bool) & (status == 0)).sum()) if "settle" in dataset.attrs else None
+    sizes = {str(dim): size for dim, size in dataset.sizes.items()}
+    return Outcome(sizes, Counter(status.ravel().tolist()), settled, int(dataset.attrs["runs_computed"]))
+
+
+def print_study(found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
     from vibrocap.plotting.study_view import status_label
 
-    statuses, settled = status_counts(dataset)
-    sizes = ", ".join(f"{dim} {size:,}" for dim, size in dataset.sizes.items())
+    statuses = Counter(found.statuses)
+    sizes = ", ".join(f"{dim} {size:,}" for dim, size in found.sizes.items())
     runs = sum(statuses.values())
     finished = statuses.pop(0, 0)
     page = Page()
     page.say(f"{runs:,} runs ({sizes}) in {duration(seconds)}")
-    if "runs_computed" in dataset.attrs:
-        made = int(dataset.attrs["runs_computed"])
-        page.say(f"  made       {made:,} ({made / runs:.1%}); the others are filled in between")
+    if found.made is not None:
+        page.say(f"  made       {found.made:,} ({found.made / runs:.1%}); the others are filled in between")
     page.print(f"  finished   {finished:,}")
     for code, count in statuses.most_common():
         page.say(f"  failed     {count:,}: {status_label(code)}")
-    if "settle" in dataset.attrs:
-        unsettled = finished - settled
+    if found.settled is not None:
+        unsettled = finished - found.settled
         more = f"; {unsettled:,} did not, and may with more --periods" if unsettled else ""
-        page.say(f"  settled    {settled / max(1, finished):.1%} of these{more}")
+        page.say(f"  settled    {found.settled / max(1, finished):.1%} of these{more}")
     for place in (out, export):
         if place is not None:
             page.say(f"  stored in  {place}")
     drawn = out or (export if export is not None and export.suffix.lower() == ".nc" else None)
     if drawn is not None:
         page.say(f"Next: vibrocap plot {drawn}")
-
-
-def status_counts(dataset: Any) -> tuple[Counter[int], int]:
-    """(runs by status, how many of the finished ones settled), in memory that does not grow with the study."""
-    dims = [str(dim) for dim in dataset["status"].dims]
-    rest = math.prod(dataset.sizes[dim] for dim in dims[1:])
-    rows = max(1, BLOCK // max(1, rest))
-    statuses: Counter[int] = Counter()
-    settled = 0
-    for start in range(0, dataset.sizes[dims[0]], rows):
-        part = dataset.isel({dims[0]: slice(start, start + rows)})
-        status = part["status"].values
-        statuses.update({code: int((status == code).sum()) for code in set(status.ravel().tolist())})
-        settled += int((part["settled"].values.astype(bool) & (status == 0)).sum())
-    return statuses, settled
 
 
 def plot(

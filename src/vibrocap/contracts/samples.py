@@ -1,6 +1,7 @@
 """Samples of parts: parameters, states and motions at random, always the same ones, in which no term is zero."""
 
 import dataclasses
+import math
 import random
 from collections.abc import Iterable
 from typing import Any
@@ -107,11 +108,21 @@ def machine_draw(machine: Any, draw: random.Random) -> tuple[float, tuple, float
     """(time, state, drive, friction force) of a machine, in the branch that holds there."""
     t, y, drive, force = (
         draw.uniform(0, 9),
-        random_state(machine.states, draw),
+        within_room(machine, random_state(machine.states, draw)),
         draw.uniform(-2, 2),
         draw.uniform(-1, 1),
     )
     return t, settled_branch(machine, t, y, drive, force), drive, force
+
+
+def within_room(machine: Any, y: tuple) -> tuple:
+    """A state of a machine, moved to where one between two rigid ends may be."""
+    found = list(y)
+    for name, (low, high) in machine.room().items():
+        place, width = machine.states.index(name), high - low
+        if math.isfinite(width) and not low < found[place] < high:
+            found[place] = low + width * (0.05 + 0.9 * ((found[place] - low) / width % 1.0))
+    return tuple(found)
 
 
 def settled_branch(machine: Any, t: float, y: tuple, drive: float, force: float) -> tuple:

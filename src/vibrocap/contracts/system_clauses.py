@@ -4,7 +4,7 @@ import dataclasses
 import sys
 from typing import Any
 
-from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch
+from vibrocap.contracts.samples import draws, machine_draw, random_internal, random_state, settled_branch, within_room
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import simulate
 from vibrocap.numerics.expressions.graph import derivative, evaluate
@@ -41,7 +41,8 @@ def recorded(part: Any) -> str | None:
     machine, law = system.placed, system.friction
     contact = machine.states.index(machine.contact_state)
     for draw in draws(SAMPLES):
-        mechanical, side, t = list(random_state(machine.states, draw)), draw.choice((1, -1)), draw.uniform(0, 9)
+        mechanical, side, t = random_state(machine.states, draw), draw.choice((1, -1)), draw.uniform(0, 9)
+        mechanical = list(within_room(machine, mechanical))
         if formulas.corners is not None:  # recorded is the time since the start of the period
             t = t % system.drive.period
             values = tuple(float(each) for each in formulas.filled(values, t))

@@ -13,10 +13,11 @@ from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_
 from vibrocap.files import replacing
 from vibrocap.io.json_text import json_text
 from vibrocap.io.netcdf import write_netcdf
-from vibrocap.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import xarray
+
+    from vibrocap.motion.trajectory import Trajectory
 
 UNITS = "dimensionless"
 SCALES = "lengths over l, time over sqrt(l/g), masses over m, forces over m g"
@@ -35,7 +36,7 @@ MEANINGS = {
 }
 
 
-def columns(motion: Trajectory) -> dict[str, np.ndarray]:
+def columns(motion: "Trajectory") -> dict[str, np.ndarray]:
     """What is exported, by name, on the motion's time grid; in SI where the system knows its scales."""
     if not len(motion.piece_start):  # nothing but the start was computed
         found = {"time": np.zeros(1)} | {name: np.array([value]) for name, value in motion.state.items()}
@@ -48,16 +49,16 @@ def columns(motion: Trajectory) -> dict[str, np.ndarray]:
     return {name: values * _scale(motion, name) if name != "side" else values for name, values in found.items()}
 
 
-def _unit(motion: Trajectory, name: str) -> str:
+def _unit(motion: "Trajectory", name: str) -> str:
     return UNITS if motion.system.units is None else motion.system.si.unit(name)
 
 
-def _scale(motion: Trajectory, name: str) -> float:
+def _scale(motion: "Trajectory", name: str) -> float:
     """What one dimensionless unit of a column is in the column's unit."""
     return 1.0 if motion.system.units is None else motion.system.si.factor(name)
 
 
-def write_motion(motion: Trajectory, case: Case, path: Path) -> Path:
+def write_motion(motion: "Trajectory", case: Case, path: Path) -> Path:
     """Write a motion, with its case, to a file ending in .nc or .csv, whole or not at all.
 
     Raises ValueError for another ending, WriteError where it cannot be written.
@@ -85,7 +86,7 @@ def _meaning(name: str) -> str:
     return MEANINGS.get(name) or f"{name.removesuffix('_work').replace('_', ' ')}: work into the system from the start"
 
 
-def motion_dataset(motion: Trajectory, case: Case, certificate: str | None = None) -> "xarray.Dataset":
+def motion_dataset(motion: "Trajectory", case: Case, certificate: str | None = None) -> "xarray.Dataset":
     """A motion on its time grid, with its events, as labelled arrays that carry its case.
 
     certificate: as text, where it is known
@@ -122,12 +123,12 @@ def motion_dataset(motion: Trajectory, case: Case, certificate: str | None = Non
     )
 
 
-def _write_netcdf(motion: Trajectory, case: Case, path: Path) -> None:
+def _write_netcdf(motion: "Trajectory", case: Case, path: Path) -> None:
     certificate = _certificate_text(motion)  # before the status, which it may change
     write_netcdf(motion_dataset(motion, case, certificate), path)
 
 
-def _attributes(motion: Trajectory, name: str) -> dict[str, Any]:
+def _attributes(motion: "Trajectory", name: str) -> dict[str, Any]:
     found: dict[str, Any] = {"long_name": _meaning(name), "units": _unit(motion, name)}
     if motion.system.units is None:
         return found
@@ -135,11 +136,11 @@ def _attributes(motion: Trajectory, name: str) -> dict[str, Any]:
     return found | {"dimensionless_unit": _scale(motion, name)}
 
 
-def _certificate_text(motion: Trajectory) -> str:
+def _certificate_text(motion: "Trajectory") -> str:
     return json_text(motion.certificate.record()) if len(motion.piece_start) else "null"
 
 
-def _write_csv(motion: Trajectory, case: Case, path: Path) -> None:
+def _write_csv(motion: "Trajectory", case: Case, path: Path) -> None:
     """A header of comments, which without their `# ` are the case and the section [result] in TOML, then the table."""
     table = columns(motion)
     result = {

@@ -4,7 +4,6 @@ import base64
 import contextlib
 import dataclasses
 import itertools
-import re
 import zlib
 from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
@@ -16,14 +15,13 @@ from vibrocap.case.case import CHOICES, RUN_DEFAULTS
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
-from vibrocap.numerics.api import series_order
+from vibrocap.numerics.api import browser_module, series_order
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.states import FURTHER
 from vibrocap.physics.system import System
 
 MACHINES, LAWS, DRIVES = ("pendulum-capsule",), ("exponential", "lugre"), ("harmonic", "biharmonic")
 SMOOTHED = "smoothed-"  # before the name of a set-valued law: what a smoothed contact would say, beside the exact one
-SPACES = re.compile(r"\n +|(?<=\n) +| ?(,|[*/=<>!]=?=?|\+=|-=|\?|:|&&|\|\|) ")  # not those around + and -, nor of words
 LAYOUT = 1  # of the data: a page refuses an address that was made for another
 
 
@@ -71,12 +69,12 @@ def contents(
             continue
         made = own.machine if own is not None and own.machine.name == names[0] else machines()[names[0]]()
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
-            environment = None if own is None else own.environment
-            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), environment=environment))
+            kept: Any = {} if own is None else {"environment": own.environment, "actuator": own.actuator}
+            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), **kept))
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
-        *([] if examples is None else gallery(examples)),
+        *([] if examples is None else (each for each in gallery(examples) if each.key != (opened and opened.key))),
     ]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
     order = series_order(tolerance)
@@ -122,7 +120,7 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         for name, record in system.parts.items():
             part = type(record)
             parts.setdefault(name, {}).setdefault(part.name, part_record(part, efforts[system.machine.name]))
-    code, kernels = _pooled(forms)
+    code = zlib.compress(browser_module([(form.motion, form.ensemble) for form in forms]), 9)
     return {
         "layout": LAYOUT,
         "version": version("vibrocap"),
@@ -130,40 +128,9 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
         "keys": {name: key for name, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, CHOICES["friction"][0]),
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
         "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},
-        "forms": [form.record | each for form, each in zip(forms, kernels, strict=True)],
+        "forms": [form.record for form in forms],
         "presets": presets,
         "statuses": statuses(),
         "smoothed": SMOOTHED,
-        "code": code,
+        "code": base64.b64encode(code).decode("ascii"),
     }
-
-
-def _pooled(forms: Sequence[Form]) -> tuple[str, list[dict[str, list[int]]]]:
-    """(statements of all kernels, compressed, in base64; per form, numbers of the statements of its two kernels).
-
-    Many are the same in several kernels, and more are alike: sorted by name those stand side by side, where a
-    compressor finds them.
-    """
-    kernels = [(form.motion, form.ensemble) for form in forms]
-    known = {_shortened(each) for pair in kernels for kernel in pair for each in kernel.statements}
-    pool = sorted(known, key=lambda each: (_name(each), len(each), each))
-    places = {each: i for i, each in enumerate(pool)}
-    numbers = [
-        {
-            name: [places[_shortened(each)] for each in kernel.statements]
-            for name, kernel in zip(("motion_code", "ensemble_code"), pair, strict=True)
-        }
-        for pair in kernels
-    ]
-    packed = zlib.compress("\x00".join(pool).encode(), 9)
-    return base64.b64encode(packed).decode("ascii"), numbers
-
-
-def _shortened(statement: str) -> str:
-    """A statement without spaces that nobody reads, and an export as a plain function: a page runs no modules."""
-    return SPACES.sub(r"\1", statement.removeprefix("export "))
-
-
-def _name(statement: str) -> str:
-    found = re.match(r"(?:const|function) (\S+?)[ (=]", statement)
-    return found[1] if found else ""

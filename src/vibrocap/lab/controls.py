@@ -1,10 +1,11 @@
 """The controls of a part: for every parameter what it is, what it may be, and over which range a slider moves it."""
 
 import math
+import typing
 from typing import Any
 
 from vibrocap.physics.catalogue import laws, wrappers
-from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
+from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.roles import Dimension
 from vibrocap.physics.scales import EFFORTS
 from vibrocap.physics.units import parameter_keys, unit_name
@@ -21,7 +22,6 @@ FACTORS = {
     "distance": 50.0,
     "frequency": 5.0,
 }
-LEVELS = "coulomb_coefficient", "static_coefficient"
 SHARES = {"level", "static level", "fraction", "share"}  # moved from 0 to 1
 WIDE = 2.5  # times its default, to which any other slider goes
 LARGE = 50.0  # a default from which on a positive parameter is moved by factors of LARGE_FACTOR, whatever it does
@@ -29,7 +29,7 @@ LARGE_FACTOR = 20.0
 
 
 def part_record(part: type, effort: str) -> dict[str, Any]:
-    """What a page knows of a kind of part: name, first sentence of its description, parameters, order of its levels.
+    """What a page knows of a kind of part: name, first sentence of its description, parameters.
 
     effort: what the drive exerts on the machine, "force" or "torque"
     """
@@ -38,7 +38,6 @@ def part_record(part: type, effort: str) -> dict[str, Any]:
         "name": part.name,  # type: ignore[attr-defined]
         "about": " ".join(doc.replace("`", "").split()),
         "python": _python(part),
-        "ordered": list(LEVELS) if _orders_levels(part) else [],
         "parameters": [_parameter(part, info, effort) for info in parameter_table(part)],
     }
 
@@ -56,20 +55,11 @@ def _python(part: type) -> dict[str, str]:
     return {"name": part.__name__, "module": part.__module__}
 
 
-def _orders_levels(part: Any) -> bool:
-    """Whether the law refuses a static coefficient below the Coulomb coefficient: it is asked."""
-    if not set(LEVELS) <= {info.name for info in parameter_table(part)}:
-        return False
-    try:
-        part(**dict(zip(LEVELS, (0.2, 0.1), strict=True)))
-    except ParameterError:
-        return True
-    return False
-
-
 def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
-    least, open_end = _bound(part, info.name)
+    bounds = bounds_of(part, info.name)
+    least = bounds.get("least")
     low, high, log = slider_range(info, least)
+    high = min(high, bounds.get("most", high))
     keys = parameter_keys(part, effort)
     si = [[each.stem, each.unit, each.factor] for each in keys.values() if each.name == info.name]
     return {
@@ -77,8 +67,7 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
         "symbol": info.symbol,
         "meaning": info.meaning,
         "default": info.default,
-        "least": least,
-        "open": open_end,
+        **bounds,
         "low": low,
         "high": high,
         "log": log,
@@ -93,17 +82,34 @@ def exponents(dimension: Dimension) -> list[float]:
     return [dimension.force, dimension.length + dimension.force, dimension.time - 2 * dimension.force]
 
 
-def _bound(part: Any, name: str) -> tuple[float | None, bool]:
-    """(least value that a parameter may have, whether that itself is excluded); None: any number."""
-    least, excluded = None, False
-    for rule in part.__pydantic_fields__[name].metadata:
-        if getattr(rule, "gt", None) is not None:
-            least, excluded = float(rule.gt), True
-        elif getattr(rule, "ge", None) is not None:
-            least, excluded = float(rule.ge), False
-    if least is None and name == "normal_load":  # a number or a word, checked by the machine itself
-        least = 0.0
-    return least, excluded
+def bounds_of(part: Any, name: str) -> dict[str, Any]:
+    """The bounds that a parameter has by itself: least and most, above and below where these are excluded."""
+    field = part.__pydantic_fields__[name]
+    rules = [*field.metadata]
+    for each in typing.get_args(field.annotation):  # a number with bounds, or None
+        rules += [rule for info in typing.get_args(each)[1:] for rule in getattr(info, "metadata", [info])]
+    found: dict[str, Any] = {}
+    for rule in rules:
+        for key, kind, excluded in ("gt", "least", "above"), ("lt", "most", "below"):
+            if (bound := getattr(rule, key, None)) is not None:
+                found |= {kind: float(bound), excluded: True}
+            elif (bound := getattr(rule, key[0] + "e", None)) is not None:
+                found[kind] = float(bound)
+        check = getattr(rule, "func", None)
+        if check is not None and _refused(check, -1.0) and not _refused(check, 0.0):
+            found["least"] = 0.0
+    return found
+
+
+def _refused(check: Any, value: float) -> bool:
+    """Whether a parameter's own check refuses a number; one that asks for more than a number is not asked."""
+    try:
+        check(value)
+    except TypeError:
+        return False
+    except ValueError:
+        return True
+    return False
 
 
 def slider_range(info: ParameterInfo, least: float | None) -> tuple[float, float, bool]:

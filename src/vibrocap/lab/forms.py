@@ -1,4 +1,4 @@
-"""Forms of systems as a page has them: two kernels in JavaScript, and what their numbers are called."""
+"""Forms of systems as a page has them: two kernels, and what their numbers are called."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -6,6 +6,7 @@ from typing import Any
 
 from vibrocap.lab.controls import exponents
 from vibrocap.lab.measures import measure_records, result_record
+from vibrocap.lab.rules import mirrored, rules
 from vibrocap.motion.corners import Corners
 from vibrocap.motion.equations import equations, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
@@ -65,6 +66,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         for info in parameter_table(record)
         if f"{part}.{info.name}" not in recording.parameter_paths
     }
+    paths = tuple(path for path in recording.parameter_paths if path.split(".")[0] in system.parts)
     record = {
         "sections": list(system.parts),
         **{part: record.name for part, record in system.parts.items()},
@@ -78,7 +80,9 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "sticks": recording.hold is not None,
         "channels": list(system.channels),
         "observed": list(observed),
-        "parameters": [path for path in recording.parameter_paths if path.split(".")[0] in system.parts],
+        "parameters": list(paths),
+        "rules": rules(system, paths),
+        "mirrored": mirrored(system, paths),
         "room": list(room),
         "corners": None if recording.corners is None else _corners(recording.corners),
         "fixed": fixed,

@@ -1,51 +1,55 @@
-"""What a page can measure of many motions: where each number stands in a result, and what it is divided by."""
+"""What a page can measure of many motions: how each measure is read from a result of the kernel."""
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.measures.during_run import asked_groups, measure_table
+import numpy as np
+
+from vibrocap.lab.written import Ways, Written, chosen, text_of
+from vibrocap.measures.during_run import asked_groups, measure_table, resolved, values
+from vibrocap.measures.gathered import Gathered
+from vibrocap.measures.measure import Measure, Reduction, Standard
 from vibrocap.measures.response import MIRRORED
-from vibrocap.numerics.api import BrowserKernel, codes
+from vibrocap.numerics.api import BrowserKernel, RunResults, codes
 from vibrocap.physics.system import System
 
 ASKED = codes.ASK_EXTREMES | codes.ASK_INTEGRALS | codes.ASK_PEAK | codes.ASK_SYMMETRY | codes.ASK_WORD
 
 
 def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any]]:
-    """The measures of a system: name, meaning, and how the number is read from a result of the kernel.
+    """The measures of a system that are numbers: name, meaning, groups that have to be gathered, and how to read it.
 
-    take: places whose numbers are added with the signs beside them; over: "periods" or "time" of the window, or "";
-    asked: groups of measures that have to be gathered for it
+    read: an expression in JavaScript of the result r of the kernel, the drive period T, the threshold of settling h and
+    of whether the system has the half-period symmetry, m. It is what the measure itself does, written down; a measure
+    that this system does not have, or that needs a kernel of its own, is left out.
     """
+    found, known = [], measure_table()
+    for name, measure in measure_table(system).items():
+        _, needed = resolved(name if name in known else measure)  # that of a further contact may be no common one
+        if any(
+            isinstance(each.how, Reduction) or (isinstance(each.how, Standard) and each.how.text) for each in needed
+        ):
+            continue
+        read = _read(system, kernel, needed, name)
+        if read != "NaN":
+            found.append({"name": name, "meaning": measure.meaning, "asked": asked_groups(needed), "read": read})
+    return found
+
+
+def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name: str) -> str:
+    ways = Ways()
     layout = kernel.layout
-    first = layout.start_place
-    cyclic, sticks = system.machine.cyclic, system.friction.kind == "set-valued"
-    found: dict[str, tuple[list[list[int]], str]] = {}
-    if cyclic is not None:
-        at = first + system.state_names.index(cyclic)
-        travel = [[at + layout.states, 1], [at, -1]]
-        found |= {"mean_velocity": (travel, "time"), "drift": (travel, "periods")}
-    found["response_period"] = [[kernel.result_head["response_period"], 1]], ""
-    if sticks:
-        found["stick_fraction"] = [[layout.gathered_slice("STICK_TIME").start, 1]], "time"
-    channels = layout.gathered_slice("INTEGRAL").start
-    for i, channel in enumerate(system.channels):
-        found[f"{channel}_work"] = [[channels + i, 1]], "periods"
-    found["peak_friction"] = [[layout.gathered_slice("PEAK").start, 1]], ""
-    for i, state in enumerate(system.state_names):
-        if state != cyclic and state not in system.friction.switched:
-            found[f"largest_{state}"] = [[layout.gathered_slice("LARGEST").start + i, 1]], ""
-    table = measure_table(system)
-    return [
-        {
-            "name": name,
-            "meaning": table[name].meaning,
-            "take": take,
-            "over": over,
-            "asked": asked_groups([table[name]]),
-        }
-        for name, (take, over) in found.items()
-        if name in table
-    ]
+
+    def asked() -> Any:
+        numbers = np.array([[Written(1.0, f"r[{i}]", ways) for i in range(layout.result_size)]], dtype=object)
+        period = np.array([Written(1.0, "T", ways)], dtype=object)
+        mirrored = np.array([ways.answer("m")])
+        threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text
+        return values(needed, Gathered(system, RunResults(layout, numbers), period, mirrored, threshold))[name][0]
+
+    ends = ways.through(asked)
+    return chosen([(way, text_of(value if isinstance(value, float) else math.nan)) for way, value in ends])
 
 
 def result_record(kernel: BrowserKernel) -> dict[str, Any]:

@@ -9,6 +9,8 @@ from importlib.metadata import version
 from string import Template
 from typing import Any
 
+from vibrocap.lab.shortened import shortened
+
 # In the order in which they use each other; the worker's come to it as text.
 WORKER = ("worker/engine.js", "worker/dense.js", "worker/worker.js")
 SCRIPTS = (
@@ -23,10 +25,8 @@ def source(name: str) -> str:
 
 
 def script(names: tuple[str, ...]) -> str:
-    """Scripts joined, without indentation and lines of comments, which nobody reads in a page."""
-    text = "\n".join(source(name) for name in names)
-    text = re.sub(r"^\s*//[^\n]*\n|^\s+(?=\S)", "", text, flags=re.MULTILINE)
-    return text.replace("</script", "<\\/script")
+    """Scripts joined and shortened."""
+    return shortened("\n".join(source(name) for name in names)).replace("</script", "<\\/script")
 
 
 def page(data: Mapping[str, Any], title: str = "vibrocap lab") -> str:

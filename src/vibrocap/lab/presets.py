@@ -64,7 +64,7 @@ def gallery(folder: Path) -> list[Preset]:
 def defaults(system: System, tolerance: float) -> Preset:
     """A system with its default numbers, from a small push where there is room for one."""
     state = system.state_names[0]
-    start = {} if state in system.machine.room() else {state: 0.5}
+    start = {} if state in system.placed.room() else {state: 0.5}
     title = f"{system.machine.name}, defaults".replace("-", " ").capitalize()
     return Preset(f"defaults-{system.machine.name}", title, "", Case(system, start, tolerance=tolerance))
 
@@ -101,11 +101,11 @@ def preset_record(preset: Preset) -> dict[str, Any]:
         "tolerance": case.tolerance,
         "units": "none" if case.system.units is None else "SI",
         "scales": None if scales is None else [scales.mass_kg, scales.length_m, scales.time_s],
-        "check": _check(case),
+        "check": end_of(case),
     }
 
 
-def _check(case: Case) -> dict[str, Any]:
+def end_of(case: Case) -> dict[str, Any]:
     """The end of the motion to the last bit of the plain kernel, which is what a page computes."""
     system, start = case.system, initial_state(case.system, case.initial)
     found = recorded_run(

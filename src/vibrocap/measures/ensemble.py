@@ -257,8 +257,10 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
 
 def _check_room(system: System, columns: Mapping[str, np.ndarray], start: Mapping[str, float]) -> None:
     """ValueError for a run that would start beyond a rigid stop."""
-    bounded = system.machine.room()
-    varied = [path for path in columns if path.startswith("machine.") or path.removeprefix(INITIAL) in bounded]
+    bounded = system.placed.room()
+    varied = [
+        path for path in columns if path.startswith(("machine.", "actuator.")) or path.removeprefix(INITIAL) in bounded
+    ]
     numbers = [columns[path].astype(float) for path in varied if columns[path].dtype != object]
     if not bounded or not numbers:
         return

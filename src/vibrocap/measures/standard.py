@@ -52,6 +52,7 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         *FRICTION,
         *(_extreme(bound, state, units[state]) for state in states for bound in ("largest", "least")),
         *(STOPS if any("impact" in kind.switch_events for kind in kinds) else ()),
+        *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
     return {measure.name: measure for measure in found}
@@ -192,6 +193,42 @@ STOPS = (
     ),
 )
 
+
+def _imposed_by(kind: type[Machine]) -> str:
+    """What imposes the motion of a kind of machine, "force" or "torque"; "" where none is imposed."""
+    if kind.actuator is Machine.actuator:
+        return ""
+    return "force" if kind.effort == "displacement" else "torque"
+
+
+def _actuation(effort: str) -> tuple[Measure, ...]:
+    """What an imposed motion takes; impulses, where its velocity jumps, are no part of it."""
+    if not effort:
+        return ()
+    name, unit = f"actuator_{effort}", {"force": "N", "torque": "N m"}[effort]
+    extremes = f"largest_{name}", f"least_{name}"
+    return (
+        Measure.largest(
+            extremes[0], f"largest {effort} of an imposed motion", lambda now: getattr(now, name), "1", unit
+        ),
+        Measure.least(extremes[1], f"least {effort} of an imposed motion", lambda now: getattr(now, name), "1", unit),
+        Measure.derived(
+            f"peak_{name}",
+            f"largest |{effort}| that an imposed motion takes, impulses aside",
+            lambda largest, least: np.maximum(np.abs(largest), np.abs(least)),
+            of=extremes,
+            si_unit=unit,
+        ),
+        *ACTUATOR_POWER,
+    )
+
+
+ACTUATOR_POWER = (
+    Measure.mean("mean_actuator_power", "mean power of an imposed motion", lambda now: now.actuator_power, "1", "W"),
+    Measure.largest(
+        "peak_actuator_power", "largest power of an imposed motion", lambda now: now.actuator_power, "1", "W"
+    ),
+)
 
 REACTION = (
     Measure.mean(

@@ -1,6 +1,7 @@
 """Sticking: how much of the time, how often, how long, and the word that a period spells."""
 
 import dataclasses
+from typing import Any
 
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.measures.windows import period_times, window_times
@@ -30,10 +31,7 @@ def stick_phases(
     contact: which of the contacts of the machine
     """
     start, end = window_times(motion, window, periods)
-    laws = (motion.system.friction, *motion.system.further_laws)
-    if contact not in range(1, len(laws) + 1):
-        raise ArgumentError("contact", f"should be a whole number from 1 to {len(laws)}, got {shown(contact)}")
-    if laws[contact - 1].kind != "set-valued":
+    if _law(motion, contact).kind != "set-valued":
         return None
     lengths = tuple(phase.length for phase in _phases(motion, start, end, contact) if phase.side == STUCK)
     return StickPhases(len(lengths), lengths, sum(lengths), max(lengths, default=0.0))
@@ -48,24 +46,35 @@ def stick_fraction(
     return None if phases is None else phases.total / (end - start)
 
 
-def word(motion: Trajectory, period: int = -1) -> str:
+def word(motion: Trajectory, period: int = -1, *, contact: int = 1) -> str:
     """The word of one whole period: its phases in order, F sliding forward, S stuck, B sliding back, such as "FSBS".
 
     It is read as a cycle from the period's start: a last phase on the side of the first is the same phase of a steady
     motion, cut by the period's mark, and is left out. A law that cannot stick spells with F and B alone.
-    Raises ValueError for a smooth law, whose motion passes through rest unnoticed.
+
+    contact: which, of a machine with several
+    Raises ValueError for a contact that there is not, and for a smooth law, whose motion passes through rest unnoticed.
     """
-    if motion.system.friction.kind == "smooth":
-        raise ValueError(f"the {motion.system.friction.name} law is smooth: changes of its side are not recorded")
-    return spelled(motion, *period_times(motion, period))
+    law = _law(motion, contact)
+    if law.kind == "smooth":
+        raise ValueError(f"the {law.name} law is smooth: changes of its side are not recorded")
+    return spelled(motion, *period_times(motion, period), contact)
 
 
-def spelled(motion: Trajectory, start: float, end: float) -> str:
-    """The word of the phases from start to end, read as a cycle (`word`)."""
-    letters = [LETTERS[phase.side] for phase in _phases(motion, start, end)]
+def spelled(motion: Trajectory, start: float, end: float, contact: int = 1) -> str:
+    """The word of the phases of a contact from start to end, read as a cycle (`word`)."""
+    letters = [LETTERS[phase.side] for phase in _phases(motion, start, end, contact)]
     while len(letters) > 1 and letters[-1] == letters[0]:
         letters.pop()
     return "".join(letters)
+
+
+def _law(motion: Trajectory, contact: int) -> Any:
+    """The law of a contact; ArgumentError for one that there is not."""
+    laws = (motion.system.friction, *motion.system.further_laws)
+    if contact not in range(1, len(laws) + 1):
+        raise ArgumentError("contact", f"should be a whole number from 1 to {len(laws)}, got {shown(contact)}")
+    return laws[contact - 1]
 
 
 def _phases(motion: Trajectory, start: float, end: float, contact: int = 1) -> list[Phase]:

@@ -13,6 +13,7 @@ from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
+from vibrocap.physics.states import actuator_states
 from vibrocap.physics.system import LOCATED, Flow, System
 
 FAR = 1e300  # a bound that is none
@@ -46,6 +47,7 @@ class Equations:
     law_switches: int  # how many of them are the law's
     impact: int  # place among the integrals of the work of impacts; -1: there is none
     loads: tuple[Expression, ...]  # normal load of a contact that slips and of one at rest; none if it is constant
+    quotients: tuple[Expression, ...]  # of contacts that act on one another, whose divisors are bounds
     bounds: tuple[Expression, ...]  # positive while the equations hold; a run ends where one of them is not
     bound_kinds: tuple[int, ...]  # number of each bound among those that there are
     located: tuple[bool, ...]  # of each bound: whether the run ends at the very instant, or at the start of a step
@@ -171,6 +173,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     }
     for each in flow.further:
         observables |= {f"friction_{each.number}": each.friction, f"contact_velocity_{each.number}": each.velocity}
+        if system.machine.follows_load:
+            observables[f"reaction_{each.number}"] = each.normal
+            if each.sticks:
+                observables[f"holding_limit_{each.number}"] = each.limit
+                observables[f"holding_middle_{each.number}"] = each.middle
     contact = system.state_names.index(system.machine.contact_state)
     side = graph.node("side")
     balance = Balance(
@@ -190,7 +197,10 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     from_outside = type(system.machine).outer_force is not Machine.outer_force or system.environment is not None
     if from_outside or flow.further:
         observables["outer_force"] = flow.outer_force
-    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken)
+    if system.actuator is not None:
+        observables["command"] = flow.command
+    others = (each.taken for each in flow.further) if system.machine.coupled == "distances" else ()
+    observables |= placed.actuator(graph.node("time"), mechanical, flow.taken, *others)
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -212,6 +222,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         law_switches=flow.law_switches,
         impact=system.channels.index(IMPACT) if IMPACT in system.channels else -1,
         loads=tuple(expression(load) for load in flow.loads),
+        quotients=tuple(expression(quotient) for quotient in flow.quotients),
         bounds=tuple(expression(bound) for bound in flow.bounds),
         bound_kinds=flow.bound_kinds,
         located=tuple(LOCATED[kind] for kind in flow.bound_kinds),
@@ -229,14 +240,21 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
 
 def _of_contacts(system: System) -> list[str]:
     """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
-    own = (*system.machine.contacts, *system.state_names[len(system.machine.states) :])
-    return [name for name in own if name not in system.switched]
+    own = (*_contact_states(system), *system.state_names[len(system.machine.states) :])
+    aside = (*system.switched, *actuator_states(system.actuator))
+    return [name for name in own if name not in aside]
+
+
+def _contact_states(system: System) -> list[str]:
+    """The velocities of further contacts that are states."""
+    return [name for name in system.machine.contacts if name in system.machine.states]
 
 
 def _resting(system: System) -> list[str]:
     """The velocities that are exactly zero while a further contact sticks."""
     pairs = zip(system.machine.contacts, system.further_laws, strict=True)
-    return [name for name, law in pairs if law.kind == "set-valued"]
+    states = _contact_states(system)
+    return [name for name, law in pairs if law.kind == "set-valued" and name in states]
 
 
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:

@@ -54,6 +54,8 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
     slack = 64 * float(np.finfo(float).eps) * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
+    if motion.system.machine.coupled == "distances":  # what rests is at rest to the tolerance there, not exactly
+        slack = EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity")
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
     ratio = _stick_force_ratio(motion, friction[stuck], index[stuck], s[stuck])
     least = least if laws[0].kind != "smooth" else 0.0
@@ -108,7 +110,7 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
         defect=defect,
         verdicts=tuple(verdicts),
         least_reaction=reaction,
-        warnings=warnings,
+        warnings=(*warnings, *_shared_rest(motion)),
     )
 
 
@@ -137,24 +139,50 @@ class FurtherEvidence:
 
 
 def _further_contacts(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> list[FurtherEvidence]:
-    """Evidence of each further contact whose law is not smooth."""
+    """Evidence of each further contact whose law is not smooth, or whose body feels a drag."""
     system, found = motion.system, []
+    contact = motion.state_names.index(system.machine.contact_state)
+    ends = motion.piece_states(np.arange(len(motion.piece_start)), motion.piece_length)[contact]
     for number, (law, load) in enumerate(zip(system.further_laws, system.machine.further_loads(), strict=True), 2):
-        if law.kind == "smooth":
+        if f"side_{number}" not in motion.state_names:
             continue
         sides = motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0]
         velocity, friction = motion.piece_observables((f"contact_velocity_{number}", f"friction_{number}"), index, s)
         stuck, ratio = sides[index] == 0.0, None
         if law.kind == "set-valued":
-            force, limit = np.abs(friction[stuck] - law.holding_middle(load)), float(law.holding_limit(load))
+            limit, middle = law.holding_limit(load), law.holding_middle(load)
+            if system.machine.follows_load:
+                names = f"holding_limit_{number}", f"holding_middle_{number}"
+                limit, middle = motion.piece_observables(names, index[stuck], s[stuck])
+            force = np.abs(friction[stuck] - middle)
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
         along = (sides[index] * velocity).reshape(-1, POINTS)
         stops = np.append(sides[1:] != sides[:-1], False)  # pieces that end with an event of this contact
         at_event = float(np.max(np.abs(along[stops, -1]), initial=0.0))
+        if system.machine.coupled == "distances":  # may jump with the drive: what was taken off its velocity to stop it
+            at_event = float(np.max(np.abs(motion.coefficients[1:, contact, 0] - ends[:-1]), initial=0.0))
         along[stops, -1] = 0.0
         found.append(FurtherEvidence(ratio, float(np.min(along, initial=0.0)), at_event))
     return found
+
+
+def _shared_rest(motion: Trajectory) -> tuple[str, ...]:
+    """What is to be said of contacts at imposed distances that rest together: their forces are open, the motion not."""
+    system, law = motion.system, motion.system.friction
+    if system.machine.coupled != "distances":
+        return ()
+    sides = [motion.piece_side] if law.kind == "set-valued" else []
+    for number, further in enumerate(system.further_laws, 2):
+        if further.kind == "set-valued":
+            sides.append(motion.coefficients[:, motion.state_names.index(f"side_{number}"), 0])
+    together = np.sum(np.array(sides) == 0.0, axis=0) > 1
+    if not np.any(together):
+        return ()
+    return (
+        f"contacts rest together, first from time {motion.piece_start[np.argmax(together)]:.4g}: how they share the "
+        "force that is held is open at imposed distances (the motion is not); shown are equal shares of their limits",
+    )
 
 
 def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:

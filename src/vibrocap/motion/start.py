@@ -7,6 +7,7 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, is_number, shown, suggestion
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.physics.states import OUTPUT
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_keys
 
@@ -100,12 +101,19 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
     return start
 
 
+def within_room(system: System, state: Mapping[str, float]) -> dict[str, float]:
+    """A state of a motion of other parameters, at the stop or the limit where it would lie beyond it."""
+    room = system.placed.room()
+    return dict(state) | {name: min(max(state[name], low), high) for name, (low, high) in room.items()}
+
+
 def check_room(system: System, start: Mapping[str, float]) -> None:
     """ArgumentError for a start beyond a rigid stop of the machine."""
-    for name, (low, high) in system.machine.room().items():
+    for name, (low, high) in system.placed.room().items():
         rounding = WHOLE * (1.0 + abs(start[name]))
         if not low - rounding <= start[name] <= high + rounding:
             factor, unit = (1.0, "") if system.units is None else (system.si.factor(name), f" {system.si.unit(name)}")
             given, bound = start[name] * factor, (high if start[name] > high else low) * factor
+            what = "the actuator has its limit" if name == OUTPUT else "a stop stands"
             wanted = f"at {'most' if start[name] > high else 'least'} {bound:g}{unit}"
-            raise ArgumentError(f"initial.{name}", f"should be {wanted}, where a stop stands, got {given:g}{unit}")
+            raise ArgumentError(f"initial.{name}", f"should be {wanted}, where {what}, got {given:g}{unit}")

@@ -34,6 +34,7 @@ class Status(enum.Enum):
     LIFT_OFF = "lift off"
     PARADOX = "paradox"
     STOP_REACHED = "stop reached"
+    AMBIGUOUS_CONTACTS = "ambiguous contacts"
 
     @property
     def ok(self) -> bool:
@@ -79,8 +80,13 @@ _STATUS_TEXT = {
         "2 sqrt(lambda (lambda + 1)), lambda its mass ratio."
     ),
     Status.STOP_REACHED: (
-        "The pendulum has reached its stop, where the case lets a run end. Drive it less, or give the stop a "
-        "coefficient of restitution."
+        "The machine has reached a stop at which a run ends. Drive it less, or give the stop a coefficient of "
+        "restitution where it takes one."
+    ),
+    Status.AMBIGUOUS_CONTACTS: (
+        "Which contacts rest is no longer certain: some forces would leave two ways to go on from here, or none, as "
+        "friction and loads of the contacts raise one another (contact_modes lists the ways). Lower the friction "
+        "coefficients, or keep the machine away from this shape."
     ),
 }
 
@@ -92,8 +98,9 @@ class Event:
     kind: "stick" (comes to rest and stays), "slip_forward" and "slip_back" (leaves stick), "reversal" (velocity changes
     sign), "graze" (velocity or holding force touches its limit without crossing), "switch" (the law goes over to
     another of its pieces), "stick_2", "slip_forward_2", ... (of a further contact), "impact" and "stop_opened" (an
-    inner mass strikes a stop, and leaves it), "lift_off", "paradox" and "stop_reached" (the run ends: no load is left,
-    it no longer follows from the forces, or a stop is reached that ends it).
+    inner mass strikes a stop, and leaves it), "lift_off", "paradox", "stop_reached" and "ambiguous_contacts" (the run
+    ends: no load is left, it no longer follows from the forces, a stop is reached that ends it, or which contacts rest
+    is no longer certain).
     """
 
     time: float

@@ -3,7 +3,7 @@
 - Record equations as graphs of `expressions`; of a law under an imposed motion: `DrivenEquations`.
 - Run one motion: `recorded_run`. Run many, measured as they run: `ensemble_run`, on a card `cuda_ensemble_run`; with a
   tangent where the equations carry one. Run a law under an imposed motion: `driven_runs`.
-- Kernels for a page, in JavaScript: `browser_kernels`.
+- Kernels for a page, in WebAssembly: `browser_kernels`, `browser_module`.
 - What a run measures is measured of a stored motion by `replayed` and `Stroboscope`.
 
 What comes back is a record with names: `Recorded`, `RunResults`, `DrivenRuns`. `codes` are the numbers by which a
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.compiler.machine import code_made_for
     from vibrocap.numerics.kernel import codes
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
-    from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels
+    from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
     from vibrocap.numerics.run.driven_run import DrivenRuns, driven_runs
     from vibrocap.numerics.run.ensemble import Budget, ensemble_run
@@ -45,6 +45,7 @@ __all__ = [
     "Stroboscope",
     "available_threads",
     "browser_kernels",
+    "browser_module",
     "code_made_for",
     "codes",
     "cuda_ensemble_run",
@@ -71,6 +72,7 @@ _HOMES = {
     "run.browser": (
         "BrowserKernel",
         "browser_kernels",
+        "browser_module",
     ),
     "run.cuda": (
         "cuda_ensemble_run",

@@ -24,6 +24,7 @@ from vibrocap.physics.friction.law import Law
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.physics.machines.crawler import crawler_of
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.machines.worm import worm_of
 
 GROUP = "vibrocap.parts"  # of entry points
 # contract: (what it is called, its folder, what every class must have, functions that it must say anew)
@@ -92,13 +93,15 @@ def law(name: str) -> Any:
 
 
 class Machines(Mapping[str, type[Machine]]):
-    """The machines, in alphabetical order; asked for by name, it answers for crawlers of more bodies too."""
+    """The machines, in alphabetical order; asked for by name, it answers for crawlers and worms of more bodies too."""
 
     def __init__(self, listed: Mapping[str, type[Machine]]):
         self._listed = listed
 
     def __getitem__(self, name: str) -> type[Machine]:
-        return self._listed[name] if name in self._listed else crawler_of(name)
+        if name in self._listed:
+            return self._listed[name]
+        return worm_of(name) if str(name).endswith("-worm") else crawler_of(name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._listed)

@@ -7,16 +7,17 @@ Guards end each branch, as for a stop that is struck:
     resting    |holding force - middle| <= limit; beyond it the contact slides to the side of that force
 
 No time passes between the two, so that a contact which nothing can hold turns at once. A kinked law goes from one side
-to the other. Each contact is on a body of its own and the bodies touch through springs, dampers and drives alone, so
-that the force which would hold a contact depends on no friction at the others (`Machine.further_holding_forces`): the
-modes are decided contact by contact, and there is always exactly one way to go on.
+to the other. Here each contact is on a body of its own and the bodies touch through springs, dampers and drives alone,
+so that the force which would hold a contact depends on no friction at the others (`Machine.further_holding_forces`):
+the modes are decided contact by contact, and there is always exactly one way to go on. Contacts that act on one another
+are decided together, see `coupled_contacts.py`.
 """
 
 from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.states import contact_states
+from vibrocap.physics.states import contact_states, turns
 
 # So little speed is none, and so little force: what multiplies one over it is exactly zero where it should not count.
 LEAST = 1e-150
@@ -26,18 +27,25 @@ class FurtherContact:
     """One further contact at one instant: its mode, its friction, and what ends its branch.
 
     number: 2 for the second; velocity: its sliding velocity; own: its states; hold: the force that would hold it
+    environment: whose drag acts on its body, or None
     """
 
-    def __init__(self, number: int, law: Law, load, velocity, own: tuple, hold, scale):
+    def __init__(self, number: int, law: Law, load, velocity, own: tuple, hold, scale, environment: Any = None):
         self.number, self.law, self.load, self.scale = number, law, load, scale
         self.velocity, self.hold, self.own = velocity, hold, own
-        self.sticks, self.turns = law.kind == "set-valued", law.kind != "smooth"
+        self.sticks, self.turns = law.kind == "set-valued", turns(law, environment is not None)
         self.side, self.internal = (own[0], own[1:]) if self.turns else (1.0, own)
         force, self.internal_rates = law.force(velocity, self.internal, self.side, load)
         sliding_loss, self.bristle_loss = law.losses(velocity, self.internal, self.side, load)
         slipping = self.side * self.side if self.sticks else 1.0
         self.friction = hold + slipping * (force - hold) if self.sticks else force
         self.sliding_loss = slipping * sliding_loss if self.sticks else sliding_loss
+        self.drag = None if environment is None else environment.drag(velocity, self.side)
+
+    @property
+    def taken(self):
+        """By the machine in the place of friction: with the drag on the body, which is none at rest."""
+        return self.friction if self.drag is None else self.friction + self.drag
 
     @property
     def rates(self) -> tuple:
@@ -58,12 +66,19 @@ class FurtherContact:
         stops = rests + self.side * self.velocity / self.scale
         forward = back = 0.0  # of a kinked law a side is sought only where the run starts
         if self.sticks:
-            limit, middle = self.law.holding_limit(self.load), self.law.holding_middle(self.load)
-            forward = (limit - (self.hold - middle)) / (limit + LEAST)
-            back = (limit + (self.hold - middle)) / (limit + LEAST)
-        push = self.velocity / LEAST
+            forward, back = self._margins()
+        push = self._push()
         pieces = self.law.switches(self.velocity, self.internal, self.side, self.load)
         return stops, sliding + rests * (forward - push), sliding + rests * (back + push), *pieces
+
+    def _margins(self) -> tuple:
+        """Shares of its limit by which the force that holds it may grow forward and back."""
+        limit, middle = self.law.holding_limit(self.load), self.law.holding_middle(self.load)
+        return (limit - (self.hold - middle)) / (limit + LEAST), (limit + (self.hold - middle)) / (limit + LEAST)
+
+    def _push(self):
+        """Beyond all margins where a contact that should rest slides."""
+        return self.velocity / LEAST
 
     def after(self, which: int) -> tuple[Any, tuple]:
         """(sliding velocity, own states) after guard number `which`."""
@@ -80,21 +95,25 @@ class FurtherContact:
 class MachineOnContacts:
     """A machine with the laws of its further contacts, as a machine on its first contact.
 
-    Friction at the further contacts is a force from outside. All that is not said here is the machine's own.
+    Friction at the further contacts is a force from outside, and so is the drag of an environment on their bodies. All
+    that is not said here is the machine's own.
     """
 
-    def __init__(self, machine: Any, laws: Sequence[Law]):
-        self.machine, self.laws = machine, tuple(laws)
-        contacts = tuple(enumerate(self.laws, start=2))
-        named = [contact_states(i, law) for i, law in contacts]
+    def __init__(self, machine: Any, laws: Sequence[Law], environment: Any = None):
+        self.machine, self.laws, self.environment = machine, tuple(laws), environment
+        contacts, around = tuple(enumerate(self.laws, start=2)), environment is not None
+        named = [contact_states(i, law, around) for i, law in contacts]
         self.states = (*machine.states, *(name for names in named for name in names))
-        self.symmetry = (*machine.symmetry, *(sign for _, law in contacts for sign in _signs(law)))
+        self.symmetry = (*machine.symmetry, *(sign for _, law in contacts for sign in _signs(law, around)))
         self.switched = (
             *machine.switched,
-            *(f"side_{i}" for i, law in contacts if law.kind != "smooth"),
+            *(f"side_{i}" for i, law in contacts if turns(law, around)),
             *(f"{name}_{i}" for i, law in contacts for name in law.switched),
         )
-        self.switch_events = (*machine.switch_events, *(kind for i, law in contacts for kind in _events(i, law)))
+        self.switch_events = (
+            *machine.switch_events,
+            *(kind for i, law in contacts for kind in _events(i, law, around)),
+        )
         losses = ((f"contact_sliding_{i}", *((f"bristle_loss_{i}",) if law.internal else ())) for i, law in contacts)
         self.channels = (*machine.channels, *(name for names in losses for name in names))
         self._places, start = [], len(machine.states)
@@ -114,7 +133,8 @@ class MachineOnContacts:
         """Natural size of each state."""
         found = list(self.machine.scales(time))
         for law, load in zip(self.laws, self.machine.further_loads(), strict=True):
-            found += [*(() if law.kind == "smooth" else (1.0,)), *law.internal_scales(load)]
+            own = (1.0,) if turns(law, self.environment is not None) else ()
+            found += [*own, *law.internal_scales(load)]
         return tuple(found)
 
     def further(self, t, y, drive) -> tuple[FurtherContact, ...]:
@@ -125,7 +145,8 @@ class MachineOnContacts:
         found = []
         for i, (law, state, place) in enumerate(zip(self.laws, machine.contacts, self._places, strict=True)):
             at = machine.states.index(state)
-            found.append(FurtherContact(2 + i, law, loads[i], mechanical[at], tuple(y[place]), holds[i], sizes[at]))
+            own = mechanical[at], tuple(y[place]), holds[i], sizes[at], self.environment
+            found.append(FurtherContact(2 + i, law, loads[i], *own))
         return tuple(found)
 
     def _own(self, y) -> tuple:
@@ -142,7 +163,7 @@ class MachineOnContacts:
     def rates(self, t, y, drive, force) -> tuple:
         """y', with the friction of all contacts."""
         further = self.further(t, y, drive)
-        own = self.machine.rates(t, self._own(y), drive, force, *(each.friction for each in further))
+        own = self.machine.rates(t, self._own(y), drive, force, *(each.taken for each in further))
         return *own, *(rate for each in further for rate in each.rates)
 
     def switches(self, t, y, drive, force) -> tuple:
@@ -160,9 +181,14 @@ class MachineOnContacts:
         for each, state, place in zip(self.further(t, y, drive), self.machine.contacts, self._places, strict=True):
             guards = len(each.guards())
             if 0 <= which < guards:
-                states[self.machine.states.index(state)], states[place] = each.after(which)
+                velocity, states[place] = each.after(which)
+                self._move(states, state, each, velocity)
             which -= guards
         return tuple(states)
+
+    def _move(self, states: list, name: str, each: FurtherContact, velocity) -> None:
+        """Give a further contact its velocity."""
+        states[self.machine.states.index(name)] = velocity
 
     def energy(self, t, y):
         """Energy of the machine, and what its further contacts store."""
@@ -177,11 +203,16 @@ class MachineOnContacts:
         return self.machine.momentum(t, self._own(y))
 
     def outer_force(self, t, y, drive):
-        """Force from outside, friction at the further contacts included."""
+        """Force from outside, friction and drag at the further contacts included."""
         found = self.machine.outer_force(t, self._own(y), drive)
         for each in self.further(t, y, drive):
-            found = found - each.friction
+            found = found - each.taken
         return found
+
+    def further_drag_power(self, t, y):
+        """Power of the drag on the bodies of the further contacts."""
+        pairs = ((each.drag, each.velocity) for each in self.further(t, y, 0.0))
+        return sum(-drag * velocity for drag, velocity in pairs if drag is not None)
 
     def powers(self, t, y, drive, force) -> tuple:
         """Powers of the machine's channels, then of each further contact."""
@@ -198,14 +229,14 @@ class MachineOnContacts:
         return self.machine.vertical_momentum(t, self._own(y))
 
 
-def _signs(law: Law) -> tuple[int, ...]:
+def _signs(law: Law, surrounded: bool) -> tuple[int, ...]:
     internal = (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
-    return (*(() if law.kind == "smooth" else (-1,)), *internal)
+    return (*((-1,) if turns(law, surrounded) else ()), *internal)
 
 
-def _events(number: int, law: Law) -> tuple[str, ...]:
+def _events(number: int, law: Law, surrounded: bool) -> tuple[str, ...]:
     """What happens at each guard of a further contact."""
-    if law.kind == "smooth":
+    if not turns(law, surrounded):
         return ()
     internal = (0.0,) * len(law.internal)
     pieces = ("switch",) * len(law.switches(0.1, internal, 1, 1.0))

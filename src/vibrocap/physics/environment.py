@@ -50,14 +50,20 @@ class Environment(Part):
 
     wherever a machine takes the friction force R. Drag has a kink at rest, which is followed exactly by the side to
     which the contact slides; so the quadratic one needs ground that does not move.
+
+    Of a machine with several contacts every body that slides feels the same law of drag at its own velocity, as chains
+    of equal bodies in a resisting medium do (Zimmermann, Zeidis and Behn, Mechanics of Terrestrial Locomotion, 2009).
+    The force F_e acts on the first body, the rearmost one of a crawler.
     """
 
     inclination: Inclination = parameter(0.0, "phi", "inclination of the line, uphill forward", "phase")
     linear_drag: NonNegative = parameter(
-        0.0, "c_1", "drag on the body at the contact over its velocity", "viscous damping"
+        0.0, "c_1", "drag on each body that slides, over its velocity", "viscous damping"
     )
     quadratic_drag: NonNegative = parameter(0.0, "c_2", "drag over the square of the velocity", "quadratic damping")
-    force: Number = parameter(0.0, "F_e", "constant force on the body at the contact, positive forward", unit="N")
+    force: Number = parameter(
+        0.0, "F_e", "constant force on the body at the (first) contact, positive forward", unit="N"
+    )
     gravity: NonNegative | None = parameter(
         None, "g", "gravitational acceleration; left out, it is the unit of acceleration of the machine", unit="m/s^2"
     )
@@ -103,12 +109,18 @@ class Environment(Part):
         strength = machine.gravity[0] if self.gravity is None else self.gravity
         return machine.tilted(strength * cos(self.inclination), strength * sin(self.inclination))
 
-    def outside(self, machine: Machine, t, y, side) -> Outside:
+    def drag(self, velocity, side):
+        """Force that holds up a body at this velocity over the ground, sliding to `side`."""
+        return (self.linear_drag + self.quadratic_drag * (side * velocity)) * velocity
+
+    def outside(self, machine: Any, t, y, side) -> Outside:
         """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0)."""
         ground = machine.ground_speed()
         velocity = machine.contact_velocity(t, y) + ground
-        drag = (self.linear_drag + self.quadratic_drag * (side * velocity)) * velocity
-        accelerations, powers = (0.0,) * len(y), (-drag * velocity, self.force * velocity)
+        drag = self.drag(velocity, side)
+        lost = -drag * velocity
+        lost = lost + machine.further_drag_power(t, y) if machine.contacts else lost
+        accelerations, powers = (0.0,) * len(y), (lost, self.force * velocity)
         push = total = self.force - drag
         push_at_rest = self.force - self.linear_drag * ground
         if self.has_weight(machine):

@@ -123,6 +123,12 @@ def _parameter_table(cls: type) -> tuple[ParameterInfo, ...]:
     return tuple(found)
 
 
+def complaint_of(said: str) -> Complaint:
+    """What a part says of itself as a whole, "field should ...", about that field; of all "parameters" otherwise."""
+    field, between, rest = said.partition(" should ")
+    return Complaint(field, f"should {rest}") if between else Complaint("parameters", said)
+
+
 def _complaint(problem: Any, known: list[str]) -> Complaint:
     """One of pydantic's errors in our words: the field, what would be right and what was given."""
     kind, context = problem["type"], problem.get("ctx", {})
@@ -136,8 +142,7 @@ def _complaint(problem: Any, known: list[str]) -> Complaint:
     if kind == "value_error":  # raised by a part itself, in its own words
         wanted = str(context["error"])
         if not field:
-            field, between, rest = wanted.partition(" should ")
-            return Complaint(field, f"should {rest}") if between else Complaint("parameters", wanted)
+            return complaint_of(wanted)
     else:
         wanted = {
             "greater_than": f"should be greater than {context.get('gt', 0):g}",

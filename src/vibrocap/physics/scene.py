@@ -7,6 +7,8 @@ those of the equations; x is along the line of sliding, y upwards from the groun
 import dataclasses
 from typing import Any, Literal
 
+from vibrocap.physics.elementary import cos, sin
+
 Kind = Literal["box", "disc", "rod", "spring", "hinge", "contact"]
 
 
@@ -30,3 +32,24 @@ class Shape:
 def block(x: Any, name: str = "block") -> tuple[Shape, ...]:
     """A block at x, on the ground: what is drawn of a machine that says nothing of its looks."""
     return Shape("box", name, ((x, 0.25),), (1.0, 0.5)), Shape("contact", "contact", ((x, 0.0),), (0.9, 0.0))
+
+
+def capsule_with_mass(x: Any, mass: Any) -> tuple[Shape, ...]:
+    """A capsule at x with a mass in it, displacements as they are, from the middle."""
+    return (
+        Shape("box", "capsule", ((x, 0.4),), (1.8, 0.8)),
+        Shape("contact", "contact", ((x, 0.0),), (1.7, 0.0)),
+        Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
+    )
+
+
+def capsule_with_pendulum(x: Any, angle: Any) -> tuple[Shape, ...]:
+    """A capsule at x, its pivot on top, and the bob at (x - sin(angle), cos(angle)) from there."""
+    pivot, bob = (x, 0.5), (x - sin(angle), 0.5 + cos(angle))
+    return (
+        Shape("box", "capsule", ((x, 0.25),), (1.3, 0.5)),
+        Shape("contact", "contact", ((x, 0.0),), (1.2, 0.0)),
+        Shape("rod", "pendulum", (pivot, bob)),
+        Shape("disc", "bob", (bob,), (0.3, 0.3)),
+        Shape("hinge", "pivot", (pivot,)),
+    )

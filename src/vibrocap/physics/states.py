@@ -7,20 +7,36 @@ MOST_CONTACTS = 10
 FURTHER = tuple(f"friction_{number}" for number in range(2, MOST_CONTACTS + 1))  # parts: laws of further contacts
 
 
+OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator
+
+
 def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
     """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
     own = FURTHER[: len(parts["machine"].contacts)]
     return tuple(parts.get(name, parts["friction"]) for name in own)
 
 
-def contact_states(number: int, law: Any) -> tuple[str, ...]:
+def turns(law: Any, surrounded: bool) -> bool:
+    """Whether what acts on a further contact has a kink at rest: that of its law, or of the drag of an environment."""
+    return law.kind != "smooth" or surrounded
+
+
+def contact_states(number: int, law: Any, surrounded: bool = False) -> tuple[str, ...]:
     """The states of a further contact: to which side it slides, then those of its law."""
-    own = () if law.kind == "smooth" else (f"side_{number}",)
+    own = (f"side_{number}",) if turns(law, surrounded) else ()
     return (*own, *(f"{name}_{number}" for name in law.internal))
 
 
 def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:
     """All states: of the machine, of its further contacts, and of the law of its first contact."""
     machine, laws = parts["machine"], enumerate(further_laws(parts), start=2)
-    further = (name for i, law in laws for name in contact_states(i, law))
-    return (*machine.states, *further, *parts["friction"].internal)
+    surrounded = parts.get("environment") is not None
+    further = (name for i, law in laws for name in contact_states(i, law, surrounded))
+    return (*machine.states, *further, *actuator_states(parts.get("actuator")), *parts["friction"].internal)
+
+
+def actuator_states(actuator: Any) -> tuple[str, ...]:
+    """The states of an actuator; of the class all that one may have, of None none."""
+    if actuator is None:
+        return ()
+    return (OUTPUT, SATURATED, CLIPPED) if isinstance(actuator, type) else actuator.states

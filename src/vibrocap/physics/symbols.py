@@ -8,6 +8,7 @@ import contextlib
 import re
 from collections.abc import Callable, Iterable
 
+from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import drives, laws, machines, wrappers
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
@@ -50,12 +51,15 @@ STATES = {
     "position": ("X", "position of the capsule, or of the rearmost body; nothing depends on it"),
     "velocity": ("X'", "its velocity"),
     "displacement_2": ("z_2", "opening of gap 2, between bodies 2 and 3 (crawlers)"),
-    **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers)") for i in (2, 3)},
+    **{f"velocity_{i}": (f"v_{i}", f"velocity of body {i} (crawlers, linkage)") for i in (2, 3)},
     "centre_velocity": ("p", "velocity of the common centre of mass of body and inner mass"),
     "sliding_velocity": ("v", "velocity of a block over the belt under it"),
     "approach": ("y", "displacement of a block towards the belt (mode-coupling block)"),
     "approach_rate": ("y'", "its rate"),
     "touching": ("s", "stop that the inner mass or the pendulum touches: 1 in front, -1 behind, 0 none"),
+    "actuator_output": ("u", "force or torque behind an actuator"),
+    "saturated": ("s_u", "1 or -1 while the output of an actuator is at its limit"),
+    "clipped": ("s_c", "1 or -1 while the command before an actuator is cut off"),
     "bristle": ("xi", "mean deflection of the bristles, the elastic deflection of the contact"),
     "bristle_sign": ("sgn xi", "sign of the deflection (Bouc-Wen)"),
     "yielding": ("p_1", "1 where bristles slip, beyond the elastic range (elasto-plastic)"),
@@ -88,6 +92,9 @@ MECHANICAL = (
     "approach",
     "approach_rate",
     "touching",
+    "actuator_output",
+    "saturated",
+    "clipped",
 )
 QUANTITIES = {
     "time": ("tau", "time"),
@@ -95,12 +102,16 @@ QUANTITIES = {
     "friction": ("R", "friction force"),
     "holding_force": ("R_0", "friction force that would hold a resting contact"),
     "contact_velocity": ("v", "sliding velocity of the contact"),
-    "drive": ("h cos(omega tau)", "force or torque of the drive; the motion that it imposes"),
+    "drive": ("h cos(omega tau)", "force or torque that the drive exerts; the motion that it imposes"),
+    "command": ("c", "drive before the actuator, where there is one"),
     "energy": ("H", "kinetic and potential energy of the machine"),
     "contact_energy": ("delta0 xi^2/2", "energy stored in the contact"),
     "momentum": ("p", "momentum along the line of sliding, p' = -R (plus the outer force, where there is one)"),
     "outer_force": ("F", "force from outside along the line of sliding, other than friction (oscillator, environment)"),
-    "actuator_force": ("F_a", "force between body and inner mass that an imposed motion takes (two-mass crawler)"),
+    "actuator_force": (
+        "F_a",
+        "force between body and inner mass that an imposed motion takes (two-mass crawler), or in gap 1 (worms)",
+    ),
     "actuator_torque": ("T", "torque on the pendulum that an imposed motion takes (pendulum crawler)"),
     "actuator_power": ("P_a", "power of that force or torque"),
     "reaction": ("N", "normal reaction of the ground, which a load that follows the motion is (pendulum capsule)"),
@@ -132,6 +143,11 @@ QUANTITIES = {
             ("bristle_loss", "_work", "W_bristle{}", "work lost in deforming it"),
         )
     },
+    "actuator_force_2": ("F_a2", "force in gap 2 that an imposed distance takes (worms)"),
+    "reaction_2": ("N_2", "normal reaction of the ground at contact 2, where loads follow the motion (linkage)"),
+    "holding_limit_2": ("R_max2", "how far the forces reach that contact 2 can hold, under such a load"),
+    "holding_middle_2": ("R_mid2", "their middle"),
+    "contact_storage_2_work": ("W_store2", "work that bristles there gave back less what they took, under such a load"),
 }
 
 
@@ -160,6 +176,7 @@ def page() -> str:
         if title == "Friction law":
             lines += _wrapped()
     lines += ["## Environment: `Environment`", "", *_parameters(Environment), ""]
+    lines += ["## Actuator: `Actuator`", "", *_parameters(Actuator), ""]
     lines += ["## States", "", "The state vector, in this order.", "", *_quantities(STATES), ""]
     lines += ["## What else a motion can be asked for", "", *_quantities(QUANTITIES), ""]
     lines += ["## Scales", "", "What the units of a machine are, in [machine] of a case in SI or in [scales].", ""]

@@ -4,7 +4,9 @@ import dataclasses
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.contacts import MachineOnContacts
+from vibrocap.physics.coupled_contacts import CoupledContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
@@ -18,20 +20,21 @@ from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")  # of every system
-OPTIONAL = ("environment", *FURTHER)
+OPTIONAL = ("environment", "actuator", *FURTHER)
 CONTRACTS = {
     "machine": Machine,
     "friction": Law,
     "drive": Drive,
     "environment": Environment,
+    "actuator": Actuator,
     **dict.fromkeys(FURTHER, Law),
 }
 CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
 
 # Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
 # balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached")
-LOCATED = (False, True, False, True)  # whether it is a located event, or is looked at where a step starts
+BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts")
+LOCATED = (False, True, False, True, False)  # whether it is a located event, or is looked at where a step starts
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,7 +42,8 @@ class Flow:
     """Everything that the equations say at one instant, as numbers or as recorded expressions."""
 
     rates: tuple  # y', one per state
-    drive: Any
+    drive: Any  # what the machine feels
+    command: Any  # the same before an actuator
     contact_velocity: Any
     friction: Any  # friction force R
     sliding_friction: Any  # R where the contact slides
@@ -58,6 +62,7 @@ class Flow:
     bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
     bound_kinds: tuple  # place in BOUNDS of each of them
     loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
+    quotients: tuple  # of contacts that act on one another: their divisors are among the bounds
     further: tuple  # `FurtherContact`s
 
 
@@ -78,6 +83,7 @@ class System:
     but if b - s mu <= 0 for one of the sides, a stuck contact may as well slip there. One that slips with b - s mu <= 0
     has no way to go on, or could as well be at rest.
 
+    actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.
     environment: a slope, drag and a force from outside; None: level ground and nothing else.
     friction_2, friction_3, ...: of a machine with several contacts (`contacts.py`), the laws of the others; where one
     is left out its contact has the law of the first.
@@ -91,6 +97,7 @@ class System:
     drive: Drive
     units: Scales | None = None
     environment: Environment | None = None
+    actuator: Actuator | None = None
     friction_2: Law | None = None
     friction_3: Law | None = None
     friction_4: Law | None = None
@@ -126,6 +133,9 @@ class System:
                 raise ArgumentError(f"machine.normal_load_{number}", f"should be > 0 with the {law.name} law, got 0")
         if isinstance(self.machine, Imposed):
             self._check_imposed()
+            if self.actuator is not None:
+                what = f"imposes a motion on the {self.machine.name}, whatever force that takes"
+                raise ArgumentError("actuator", f"should be left out: the drive {what}")
         if self.environment is not None:
             self.environment.check(self.machine)
 
@@ -150,7 +160,11 @@ class System:
         on the first."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        return MachineOnContacts(machine, self.further_laws) if machine.contacts else machine
+        if machine.coupled:
+            machine = CoupledContacts(machine, self.further_laws, self.environment, self.friction)
+        elif machine.contacts:
+            machine = MachineOnContacts(machine, self.further_laws, self.environment)
+        return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
 
     @property
     def si(self) -> Units:
@@ -168,7 +182,7 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in the order of the state vector."""
-        if not self.machine.contacts:  # at once: every run asks
+        if not self.machine.contacts and self.actuator is None:  # at once: every run asks
             return self.machine.states + self.friction.internal
         return state_names(self.parts)
 
@@ -221,6 +235,8 @@ class System:
         drive = self.drive.value(t)
         velocity = machine.contact_velocity(t, mechanical)
         outside = None if self.environment is None else self.environment.outside(machine, t, mechanical, side)
+        if self.machine.coupled:
+            machine = machine.seen(side, internal, outside)
         held = machine.holding_force(t, mechanical, drive)
         hold = held if outside is None else held + outside.push_at_rest
         force, internal_rates = law.force(velocity, internal, side, load)
@@ -265,15 +281,21 @@ class System:
             (*machine.after_switch(which, t, mechanical, drive, taken), *internal) for which in range(len(guards))
         ]
         # A drive that imposes a motion works against all that acts on the body from outside.
-        worked_against = taken if isinstance(self.machine, Imposed) else force
+        worked_against = taken if isinstance(self.machine, Imposed) or self.machine.coupled else force
         rates = machine.rates(t, mechanical, drive, taken)
-        outer_force = machine.outer_force(t, mechanical, drive)
+        at_first = (taken,) if self.machine.coupled else ()
+        ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
+        if self.machine.coupled:
+            more, more_kinds = machine.further_bounds(t, mechanical, drive, taken)
+            ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
+        outer_force = machine.outer_force(t, mechanical, drive, *at_first)
         if outside is not None:
             rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
             outer_force = outer_force + outside.total
         return Flow(
             rates=(*rates, *internal_rates),
-            drive=drive,
+            drive=drive if self.actuator is None else machine.output(mechanical),
+            command=drive,
             contact_velocity=velocity,
             friction=force,
             sliding_friction=sliding_friction,
@@ -293,10 +315,11 @@ class System:
             ),
             energy=machine.energy(t, mechanical),
             contact_energy=stored,
-            bounds=(*bounds, *(ends := machine.bounds(t, mechanical))),
-            bound_kinds=(*range(len(bounds)), *(BOUNDS.index(kind) for kind in machine.bound_kinds[: len(ends)])),
+            bounds=(*bounds, *ends),
+            bound_kinds=(*range(len(bounds)), *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
             loads=loads,
-            further=machine.further(t, mechanical, drive) if self.machine.contacts else (),
+            quotients=tuple(machine.quotients(t, mechanical, drive)) if self.machine.coupled else (),
+            further=machine.further(t, mechanical, drive, *at_first) if self.machine.contacts else (),
         )
 
     def rates(self, t, y, side) -> tuple:
@@ -332,6 +355,8 @@ class System:
         if path not in self.parameter_paths:
             if str(path).startswith("environment.") and self.environment is None:
                 raise ArgumentError(str(path), "this system has no environment; give it one, environment=Environment()")
+            if str(path).startswith("actuator.") and self.actuator is None:
+                raise ArgumentError(str(path), "this system has no actuator; give it one, actuator=Actuator()")
             if str(path).partition(".")[0] in FURTHER[: len(self.machine.contacts)]:
                 part = str(path).partition(".")[0]
                 raise ArgumentError(str(path), f"this contact has the law of the first; give it its own, {part}=...")

@@ -13,7 +13,7 @@ from typing import Any
 from vibrocap.physics.parameters import ParameterInfo, given_parameters, parameter_table
 from vibrocap.physics.roles import MASS, NUMBER, Dimension, dimension_of_unit
 from vibrocap.physics.scales import EFFORTS, Scales
-from vibrocap.physics.states import further_laws, state_names
+from vibrocap.physics.states import OUTPUT, further_laws, state_names
 
 # role: the units in which it may be given, with what one of them is in SI; the first is that of results
 ROLE_UNITS: dict[str, dict[str, float]] = {
@@ -170,7 +170,7 @@ class Units:
             return self.states[name]
         if (known := quantity_unit(name)) is not None:
             return known
-        if name == "drive":
+        if name in ("drive", "command"):
             return DRIVE_UNITS[self.effort]
         if name.endswith(("_work", "_power")):
             return "J" if name.endswith("_work") else "W"
@@ -199,7 +199,7 @@ def over_seconds(unit: str) -> str:
 
 def state_units(parts: Mapping[str, Any]) -> dict[str, str]:
     """SI unit of every state of the parts of a system by name, or of their classes: "1" where there is none."""
-    own: dict[str, str] = {}
+    own: dict[str, str] = {OUTPUT: DRIVE_UNITS[parts["machine"].effort]}
     for part in (*further_laws(parts), parts["friction"], parts["machine"]):
         own |= part.state_units
     return {name: quantity_unit(name, own) or "1" for name in state_names(parts)}

@@ -7,8 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
+from vibrocap.physics.machines.machine import Imposed
+from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes, numbered
 from vibrocap.plotting.labels import parts_title
 from vibrocap.plotting.style import (
     ANY_UNITS,
@@ -25,13 +27,12 @@ from vibrocap.plotting.style import (
     save,
     style,
 )
+from vibrocap.plotting.trace import Trace
 from vibrocap.plotting.units import IN_SI, parts_in_si, scale, with_unit
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
 JUMP = 1e-6  # of the range of a velocity: by how much two pieces differ where it jumps
-MOST_POINTS = 200_000
-MOST_PER_PIECE = 24
 WIDTH = 11.5  # inches of the whole picture
 FAINT: dict[str, Any] = {"color": "#BDBDBD", "linewidth": 0.7, "zorder": 1}
 LAST: dict[str, Any] = {"color": BLUE, "linewidth": 1.5, "zorder": 3}
@@ -54,27 +55,34 @@ def motion_figure(motion: Trajectory) -> Figure:
     """A motion: time histories on the left, phase planes and the friction loop on the right.
 
     The phase plane of the capsule shows its position relative to the mean travel, in which a steady motion closes. Of a
-    load that follows the motion, and of a constant one that hides a lift-off, the load is shown as well.
+    load that follows the motion, and of a constant one that hides a lift-off, the load is shown as well; of a machine
+    on several contacts velocity, friction and mode of every one.
     """
     system = motion.system
     title = parts_title([*system.parts.values()], WIDTH) if system.units is None else parts_in_si(system, WIDTH)
-    loaded = system.machine.follows_load or hides_lift_off(motion)
-    fig = blank_figure((WIDTH, 7.7 + 1.6 * loaded + 0.17 * (title.count("\n") + 1)))
+    loaded, several = system.machine.follows_load or hides_lift_off(motion), bool(system.machine.contacts)
+    fig = blank_figure((WIDTH, 7.7 + 1.6 * (loaded or several) + 0.17 * (title.count("\n") + 1)))
     with style():
         left, right = fig.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0), wspace=0.02)[0]
-        axes = left.subplots(4 + loaded, 1)
-        _time_histories(axes[:4], motion)
+        axes = left.subplots(4 + (loaded or several), 1)
+        if several:
+            _histories_of_all(axes, motion)
+        else:
+            _time_histories(axes[:4], motion)
         if loaded:
             draw_load(motion, periods=DETAIL_PERIODS, ax=axes[4]).set_title("Load")
             axes[3].set_xlabel("")
             axes[3].tick_params(labelbottom=False)
         left.align_ylabels()
         planes = right.subplots(3, 1)
-        inner, rate = motion.state_names[:2]
-        draw_phase_plane(motion, inner, rate, ax=planes[0])
-        draw_phase_plane(motion, "position", system.machine.contact_state, ax=planes[1])
-        draw_friction_loop(motion, ax=planes[2]).set_title("Friction")
-        planes[0].set_title(_inner_name(motion))
+        draw_phase_plane(motion, *_inner_plane(motion), ax=planes[0])
+        draw_phase_plane(motion, "position", _body_velocity(motion), ax=planes[1])
+        if several:
+            draw_all_loops(motion, planes[2])
+        else:
+            draw_friction_loop(motion, ax=planes[2])
+        planes[2].set_title("Friction")
+        planes[0].set_title("Actuator" if isinstance(system.machine, Imposed) else _inner_name(motion))
         planes[1].set_title(_body_name(motion))
         if legend := planes[1].get_legend():
             legend.remove()  # as above
@@ -83,42 +91,6 @@ def motion_figure(motion: Trajectory) -> Figure:
         own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
         footnote(fig, own if system.units is None else IN_SI)
     return fig
-
-
-class Trace:
-    """A stretch of a motion as points of its pieces, each with both its ends: jumps stand upright, peaks are round.
-
-    time: [points]; a border of two pieces is there twice, as what each of them says
-    """
-
-    def __init__(self, motion: Trajectory, start: float, end: float):
-        self.motion = motion
-        begin, length = motion.piece_start, motion.piece_length
-        pieces = np.flatnonzero((begin < end) & (begin + length > start))
-        low = np.maximum(begin[pieces], start) - begin[pieces]
-        high = np.minimum(begin[pieces] + length[pieces], end) - begin[pieces]
-        most = max(2, min(MOST_PER_PIECE, MOST_POINTS // max(len(pieces), 1)))
-        share = np.linspace(0.0, 1.0, most)
-        self.index = np.repeat(pieces, most)
-        self.since = (low[:, None] + (high - low)[:, None] * share).ravel()
-        self.time = begin[self.index] + self.since
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """A quantity at these points, in SI where the system knows its scales."""
-        return self._plain(name) * (1.0 if name == "side" else scale(name, self.motion.system))
-
-    def _plain(self, name: str) -> np.ndarray:
-        motion = self.motion
-        if name in motion.state_names:
-            return motion.piece_states(self.index, self.since)[motion.state_names.index(name)]
-        if name in motion.observable_names:
-            return motion.piece_observables((name,), self.index, self.since)[0]
-        if name == "side":
-            return motion.piece_side[self.index]
-        if name not in motion.names:
-            raise ArgumentError("name", f"a motion has no {name!r}; {suggestion(name, motion.names)}")
-        integral = motion.integral_names.index(name)
-        return (motion.piece_marks[:, self.index] + motion.piece_integrals(self.index, self.since))[integral]
 
 
 def shade_stick(axes: Axes, motion: Trajectory, start: float, end: float, scale: float = 1.0) -> bool:
@@ -211,12 +183,12 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
 def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = None, *, ax: Axes | None = None) -> Axes:
     """One quantity of a motion over another: the last period over the first ones.
 
-    x, y: by default the first state and its rate; "position" of what travels is drawn less the steady travel, so that a
-        steady motion closes
+    x, y: by default the first state and its rate, of an imposed motion itself and the force it takes; "position" of
+        what travels is drawn less the steady travel, so that a steady motion closes
     Returns the axes: `ax`, or those of a new figure.
     """
     ax = given_axes(ax, (5.0, 3.6))
-    inner, rate = motion.state_names[:2]
+    inner, rate = _inner_plane(motion)
     x, y = x or inner, y or rate
     period, end, begin = motion.period, motion.end, motion.start_time
     last = max(begin, end - period)
@@ -245,17 +217,21 @@ def _relative(trace: Trace, name: str, speed: float) -> np.ndarray:
     return trace[name] - speed * trace.time
 
 
-def draw_friction_loop(motion: Trajectory, *, ax: Axes | None = None) -> Axes:
+def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None = None) -> Axes:
     """Friction over sliding velocity in the last period: accelerating, decelerating and stuck.
 
-    Returns the axes: `ax`, or those of a new figure.
+    contact: which, of a machine with several. Returns the axes: `ax`, or those of a new figure. Raises ArgumentError
+    for a contact that there is not.
     """
+    if contact not in (contacts := contacts_of(motion)):
+        raise ArgumentError("contact", f"should be a whole number from 1 to {contacts[-1]}, got {contact!r}")
     ax = given_axes(ax, (5.0, 3.6))
     trace = Trace(motion, max(motion.start_time, motion.end - motion.period), motion.end)
-    velocity, friction = trace["contact_velocity"], trace["friction"]
+    names = numbered("contact_velocity", contact), numbered("friction", contact)
+    velocity, friction = (trace[name] for name in names)
     stuck = np.zeros(len(velocity), bool)
-    if motion.system.friction.kind == "set-valued":
-        stuck = trace["side"] == STUCK
+    if (motion.system.friction, *motion.system.further_laws)[contact - 1].kind == "set-valued":
+        stuck = trace[numbered("side", contact)] == STUCK
     faster = np.append(np.diff(np.abs(velocity)) > 0.0, False)
     ends = np.flatnonzero(np.append(trace.index[1:] != trace.index[:-1], True))
     faster[ends] = faster[np.maximum(ends - 1, 0)]  # the last point of a piece goes on as the piece does
@@ -267,7 +243,7 @@ def draw_friction_loop(motion: Trajectory, *, ax: Axes | None = None) -> Axes:
         ):
             if chosen.any():
                 ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
-        ax.set(xlabel=_label(motion, "contact_velocity") + ", last period", ylabel=_label(motion, "friction"))
+        ax.set(xlabel=_label(motion, names[0]) + ", last period", ylabel=_label(motion, names[1]))
         ax.locator_params(axis="x", nbins=7)
         _legend_above(ax)
     return ax
@@ -300,8 +276,8 @@ def _time_histories(axes: Any, motion: Trajectory) -> None:
     if start > motion.start_time:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
         _legend_above(axes[0])
-    moving = motion.system.machine.contact_state
-    names = (motion.state_names[0], moving, "friction")
+    moving = _body_velocity(motion)
+    names = (_inner_plane(motion)[0], moving, "friction")
     for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
         draw_history(motion, name, periods=DETAIL_PERIODS, ax=ax)
         ax.set(title=title)
@@ -310,6 +286,42 @@ def _time_histories(axes: Any, motion: Trajectory) -> None:
             ax.set_xlabel("")
         if name != moving and (legend := ax.get_legend()):
             legend.remove()
+
+
+def _histories_of_all(axes: Any, motion: Trajectory) -> None:
+    """The position over the whole run, then all gaps, velocities, friction forces and modes over the last periods."""
+    period, end, contacts = motion.period, motion.end, contacts_of(motion)
+    start = max(motion.start_time, end - DETAIL_PERIODS * period)
+    draw_history(motion, "position", ax=axes[0]).set_title("Travel of body 1 over the whole run")
+    if start > motion.start_time:
+        axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
+        _legend_above(axes[0])
+    gaps = [name for name in motion.state_names if name.rpartition("_")[0] in ("", "displacement") and "dis" in name]
+    first = motion.system.machine.contact_state
+    draw_all(motion, gaps or [motion.state_names[0]], "gap $z_i$", start, axes[1])
+    draw_all(motion, [first, *motion.system.machine.contacts], "velocity $v_i$", start, axes[2])
+    draw_all(motion, [numbered("friction", each) for each in contacts], "friction force $R_i$", start, axes[3])
+    draw_modes(motion, start, axes[4])
+    for ax, title in zip(axes[1:], ("Gaps", "Bodies", "Contacts", "Modes"), strict=True):
+        ax.set(title=title)
+        if ax is not axes[-1]:
+            ax.tick_params(labelbottom=False)
+            ax.set_xlabel("")
+
+
+def _inner_plane(motion: Trajectory) -> tuple[str, str]:
+    """(inner motion, its rate); of an imposed one (the motion, the force or torque that it takes)."""
+    if isinstance(motion.system.machine, Imposed):
+        taken = [name for name in motion.observable_names if name.startswith("actuator_") and name != "actuator_power"]
+        return "drive", (*taken, "contact_velocity")[0]
+    inner, rate = motion.state_names[:2]
+    return inner, rate
+
+
+def _body_velocity(motion: Trajectory) -> str:
+    """The velocity of the body that rubs; with an imposed motion the state is that of the common centre."""
+    machine = motion.system.machine
+    return "contact_velocity" if isinstance(machine, Imposed) else machine.contact_state
 
 
 def _body_name(motion: Trajectory) -> str:
@@ -326,18 +338,36 @@ def _place_label(motion: Trajectory) -> str:
 
 def _inner_name(motion: Trajectory) -> str:
     """What moves within the capsule, or the block; of a row of bodies, the first gap."""
-    if motion.system.machine.contacts:
+    machine = motion.system.machine
+    if machine.contacts:
         return "Gap 1"
-    if motion.system.machine.cyclic is None:
-        return "Block"
+    if isinstance(machine, Imposed):
+        return "Imposed motion"
+    if machine.cyclic is None:
+        return "Block, across the belt" if motion.state_names[0] != "position" else "Block"
     return "Pendulum" if motion.state_names[0] == "angle" else "Inner motion"
 
 
 def _label(motion: Trajectory, name: str) -> str:
     """The axis label of a quantity, its name in words where there is none; with its unit where that is known."""
+    machine = motion.system.machine
     label = _place_label(motion) if name == "position" else LABELS.get(name, name.replace("_", " "))
-    if motion.system.machine.contacts and name in ("velocity", "contact_velocity", "friction"):
-        label = {"velocity": "velocity $v_1$", "contact_velocity": "sliding velocity $v_1$"}.get(name, "friction $R_1$")
+    stem, _, number = name.rpartition("_")
+    if machine.contacts:
+        stem, number = (stem, number) if number.isdecimal() else (name, "1")
+        known = {
+            "velocity": "velocity $v_{}$",
+            "contact_velocity": "sliding velocity $v_{}$",
+            "friction": "friction $R_{}$",
+            "displacement": "gap $z_{}$",
+        }
+        label = known[stem].format(number) if stem in known else label
+    elif name == "contact_velocity" and isinstance(machine, Imposed):
+        label = LABELS["velocity"]
+    elif name == "contact_velocity" and machine.contact_state == "sliding_velocity":
+        label = LABELS["sliding_velocity"]
+    elif name == "drive" and isinstance(machine, Imposed):
+        label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
     return with_unit(label, name, motion.system)
 
 

@@ -54,7 +54,8 @@ def plot(result: Any, what: str | None = None, *, ax: Axes | None = None, **opti
         a fit: "intervals", or the name of a record
         basins: "direction", "attractor"
         a friction law: "steady", "presliding"
-    ax: axes to draw into, by default those of a new figure (`.figure` of what is returned; pyplot is not asked)
+    ax: axes to draw into, by default those of a new figure (`.figure` of what is returned, and a notebook shows it;
+        pyplot is not asked)
     options: of the function that draws the panel: `draw_history`, `draw_phase_plane`, `draw_friction_loop`,
         `draw_load`, `draw_study`, `draw_branch`, `draw_floquet_multipliers`, `draw_intervals`, `draw_forces`,
         `draw_basins`, `draw_steady_curve`, `draw_presliding`

@@ -343,13 +343,13 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
         kind_path = KIND_PATHS.get(part, "")
         kind = fixed.get(kind_path, record.name)
         if kind_path and kind_path not in varied:
-            kinds.append(f"{kind} friction" if part == "friction" else f"{kind} drive" if part == "drive" else kind)
+            kinds.append(
+                f"{kind} friction" if part.startswith("friction") else f"{kind} drive" if part == "drive" else kind
+            )
         for info in parameter_table(record) if kind == record.name else ():
             path = f"{part}.{info.name}"
             value = fixed.get(path, getattr(record, info.name))
-            usual = (
-                part in ("friction", "environment") or info.name == "normal_load"
-            )  # named only where it is not as usual
+            usual = part.startswith(("friction", "environment")) or info.name == "normal_load"  # named if unusual
             left_out = value is None or (usual and value == info.default)
             if path not in varied and not left_out:
                 numbers.append(f"{symbol_text(info.symbol)}{EQUALS}{value_text(value)}")

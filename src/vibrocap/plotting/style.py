@@ -5,6 +5,7 @@ draws into axes that it is given does so within `style()`, which ends with it.
 """
 
 import contextlib
+import io
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -91,14 +92,32 @@ def style(settings: Mapping[Any, Any] | None = None) -> Iterator[None]:
         yield
 
 
+class ShownFigure(Figure):
+    """A figure that a notebook shows whether or not it was told of Matplotlib."""
+
+    def _repr_png_(self) -> bytes:
+        """The picture, as it is written to a file but for its fineness."""
+        found = io.BytesIO()
+        with style():
+            self.savefig(found, format="png", dpi=self.dpi)
+        return found.getvalue()
+
+
 def given_axes(ax: Axes | None, size: tuple[float, float] = (6.4, 4.0)) -> Axes:
-    """The axes to draw into: those given, or those of a new figure in the project's style; `size` in inches."""
-    return figure(size=size)[1][0, 0] if ax is None else ax
+    """The axes to draw into: those given, or those of a new figure in the project's style; `size` in inches.
+
+    The axes of a new figure show themselves in a notebook as that figure.
+    """
+    if ax is not None:
+        return ax
+    fig, axes = figure(size=size)
+    axes[0, 0]._repr_png_ = fig._repr_png_  # type: ignore[attr-defined]
+    return axes[0, 0]
 
 
 def figure(
     nrows: int = 1, ncols: int = 1, size: tuple[float, float] = (6.4, 4.0), **options: Any
-) -> tuple[Figure, Any]:
+) -> tuple[ShownFigure, Any]:
     """A figure in the project's style and its axes, an array [nrows, ncols]; `size` in inches.
 
     Further options go to `Figure.subplots` (sharex, width_ratios, ...).
@@ -109,10 +128,10 @@ def figure(
     return fig, axes
 
 
-def blank_figure(size: tuple[float, float]) -> Figure:
+def blank_figure(size: tuple[float, float]) -> ShownFigure:
     """A figure in the project's style without axes; `size` in inches."""
     with matplotlib.rc_context(STYLE):
-        fig = Figure(figsize=size, layout="constrained")
+        fig = ShownFigure(figsize=size, layout="constrained")
         FigureCanvasAgg(fig)
     return fig
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vibrocap.case.case import CHOICES, Case
+from vibrocap.case.case import KEYS, Case
 from vibrocap.physics.conversion import path_in_si
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import NUMBER
@@ -13,7 +13,7 @@ from vibrocap.physics.units import parameter_keys, suffix, unit_name, written_in
 from vibrocap.plotting.labels import EQUALS, LETTERS_PER_INCH, filled, law_words
 
 IN_SI = "In SI units."
-KIND_PATHS = {name: f"{name}.{key}" for name, (key, _) in CHOICES.items()}  # such as "friction.law"
+KIND_PATHS = {name: f"{name}.{key}" for name, key in KEYS.items()}  # such as "friction.law"
 
 
 def with_unit(label: str, name: str, system: System) -> str:

@@ -32,6 +32,7 @@ from vibrocap.studies.plan.axes import Axis, Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
 from vibrocap.studies.plan.planning import with_load_watch
 from vibrocap.studies.plan.study import Study
+from vibrocap.studies.plan.variation import with_varied_parts
 from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
 
 if TYPE_CHECKING:
@@ -109,6 +110,8 @@ def adaptive_map(
 
     from vibrocap.studies.variables import coordinate_attributes
 
+    if system is not None and isinstance(over, Mapping):
+        system = with_varied_parts(system, over)
     axes = _axes(system, over, evaluate)
     steps = coarse if isinstance(coarse, tuple) and len(coarse) == 2 else (coarse, coarse)
     _check(by, steps, margin, dead_band, refine_unsettled, tile)

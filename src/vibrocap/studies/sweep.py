@@ -4,10 +4,12 @@ import contextlib
 import dataclasses
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from vibrocap.arguments import Complaints, check_whole, require
 from vibrocap.case.case import CaseError
@@ -21,8 +23,11 @@ from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.study import Study, code_of
 from vibrocap.studies.run.tile_size import tile_runs_by_time
+from vibrocap.studies.store.chunks import stored_numbers
+from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import Store, opened_for_writing
 from vibrocap.studies.store.writing import DamageWarning
+from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.tile import run_tile, tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import variables
 
@@ -148,6 +153,49 @@ def run_study(
     progress: Progress = None,
 ) -> "xarray.Dataset":
     """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
+    how = {"resume": resume, "mixed": mixed, "max_runs": max_runs, "yes": yes, "tile_runs": tile_runs}
+    how |= {"threads": threads, "device": device, "workers": workers, "scheduler": scheduler, "progress": progress}
+    return carried_out(study, out=out, **how).dataset()
+
+
+@dataclasses.dataclass(frozen=True)
+class Completed:
+    """A study of which all runs were made; its results are in a store, or in memory by name."""
+
+    study: Study
+    results: Path | Mapping[str, np.ndarray]
+
+    def dataset(self) -> "xarray.Dataset":
+        """The results, labelled."""
+        if isinstance(self.results, Path):
+            return open_study(self.results)
+        return labelled(self.study, self.results)
+
+    def numbers(self, *names: str) -> Iterator[tuple[np.ndarray, ...]]:
+        """Arrays of numbers as they are stored, by parts that fit into memory; read without Zarr and xarray."""
+        if isinstance(self.results, Path):
+            record = read_record(self.results)
+            yield from stored_numbers(self.results, record, checked_results(self.results, record), names)
+        else:
+            yield tuple(self.results[name] for name in names)
+
+
+def carried_out(
+    study: Study,
+    *,
+    out: str | Path | None = None,
+    resume: bool = False,
+    mixed: bool = False,
+    max_runs: int = MAX_RUNS,
+    yes: bool = False,
+    tile_runs: int | None = None,
+    threads: int | None = None,
+    device: str = "cpu",
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = None,
+) -> Completed:
+    """As `run_study`, for those who need no dataset: making one imports more than a small study computes."""
     _require_packages(out, scheduler)
     study = dataclasses.replace(study, code=code_of(study.plan), device=device)
     if study.plan.count > max_runs and not yes:
@@ -161,8 +209,9 @@ def run_study(
     with reporting(progress, "Sweeping") as report:
         report = report and _rising(report)
         if out is None:
-            return _in_memory(study, tile, threads, report)
-        return _stored(study, tile, Path(out), resume, mixed, threads, workers, scheduler, report)
+            return Completed(study, _in_memory(study, tile, threads, report))
+        _store(study, tile, Path(out), resume, mixed, threads, workers, scheduler, report)
+        return Completed(study, Path(out))
 
 
 def _require_packages(out: Any, cluster: Any) -> None:
@@ -228,7 +277,7 @@ def _duration(seconds: float) -> str:
     return f"{math.ceil(seconds)} seconds"
 
 
-def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progress: Report) -> "xarray.Dataset":
+def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progress: Report) -> dict[str, np.ndarray]:
     """All tiles, into arrays."""
     shape = study.plan.shape
     results = empty_results(study)
@@ -239,10 +288,10 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
             results[name][tile_block(shape, tile, index)] = part
     if progress:
         progress(1.0)
-    return labelled(study, results)
+    return results
 
 
-def _stored(study, tile, out, resume, mixed, threads, workers, scheduler, progress: Report) -> "xarray.Dataset":
+def _store(study, tile, out, resume, mixed, threads, workers, scheduler, progress: Report) -> None:
     """All tiles that are not stored yet, into a store."""
     with contextlib.ExitStack() as stack:
         cluster = None
@@ -281,7 +330,6 @@ def _stored(study, tile, out, resume, mixed, threads, workers, scheduler, progre
             raise Stopped(
                 f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
             ) from None
-    return open_study(out)
 
 
 def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | None, report: Report) -> None:

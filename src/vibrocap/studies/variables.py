@@ -9,6 +9,7 @@ from vibrocap.case.case import CATALOGUES, case_text
 from vibrocap.measures.during_run import measure_table
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.trajectory import Status
+from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.conversion import path_in_si
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import parameter_table
@@ -87,12 +88,12 @@ def coordinate_attributes(path: str, system: System | None = None) -> dict[str, 
     part, _, name = path.partition(".")
     if system is not None and system.units is not None and (in_si := _key_in_si(path, system)) is not None:
         words = in_si.stem.replace("_", " ")
-        before = {"initial": "initial ", "drive": "drive "}.get(part, "")
+        before = {"initial": "initial ", "drive": "drive ", "actuator": "actuator "}.get(part, "")
         return {"long_name": f"{before}{words}", "units": in_si.unit}
     if path.startswith(INITIAL):
         symbol, meaning = STATES.get(name, (name, name))
         return {"long_name": f"initial {meaning}", "symbol": symbol, "units": "1"}
-    kinds = CATALOGUES[part]().values() if part in CATALOGUES else [Environment]
+    kinds = CATALOGUES[part]().values() if part in CATALOGUES else [Environment, Actuator]
     own = [] if system is None else [getattr(system, part)]  # another kind may call something else so
     info = next(info for kind in (*own, *kinds) for info in parameter_table(kind) if info.name == name)
     return {"long_name": info.meaning, "symbol": info.symbol, "units": "1"}

@@ -159,8 +159,9 @@ function frame(pen, theme, { title, x, y, xName, yName, margin = {}, xTicks, not
     pen.text(sx(value), box.bottom + 16, said(value, 4), { fill: theme.soft, size: 11, align: "center" });
   }
   pen.path([box.left, box.bottom, box.right, box.bottom], theme.axis, 1);
-  if (title) pen.text(box.left, 15, title, { fill: theme.ink, size: 12.5, weight: 600 });
-  if (note) pen.text(box.right, 15, note, { fill: theme.soft, size: 11, align: "right" });
+  const narrow = pen.width < 6.6 * ((title ?? "").length + (note ?? "").length);
+  if (title) pen.text(narrow ? 8 : box.left, 15, title, { fill: theme.ink, size: narrow && title.length > 52 ? 10.5 : 12.5, weight: 600 });
+  if (note) pen.text(box.right, narrow ? 30 : 15, note, { fill: theme.soft, size: 11, align: "right" });
   if (xName) pen.text((box.left + box.right) / 2, pen.height - 4, xName, { fill: theme.soft, size: 11, align: "center" });
   if (yName) pen.text(11, (box.top + box.bottom) / 2, yName, { fill: theme.soft, size: 11, align: "center", turned: true });
   return { box, sx, sy, inside: (draw) => pen.within(box.left, box.top - 1, width, height + 2, draw) };

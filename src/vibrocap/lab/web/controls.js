@@ -14,6 +14,9 @@ function symbolHtml(symbol) {
   return `${GREEK[found[1]] ?? escaped(found[1])}${index ? `<sub>${escaped(index)}</sub>` : ""}`;
 }
 
+// What a parameter means, with signs in the place of their names.
+const meaningHtml = (text) => escaped(text).replace(/[a-z]+/g, (word) => GREEK[word] ?? word).replace(/\^2/g, "²").replace(/_(\w)/g, "<sub>$1</sub>");
+
 // Units of what is shown: none, or SI by the scales of the model.
 class Units {
   constructor(model) { this.model = model; }
@@ -53,15 +56,6 @@ class Units {
   }
 }
 
-// The range of a slider: (low, high, by factors), without units; wide enough for the value that stands.
-function rangeOfPath(model, path) {
-  if (path === "run.periods") return [1, 200, false];
-  if (path === "run.tolerance") return [...TOLERANCES[model.form.motion.sizes.order], true];
-  if (path.startsWith("initial.")) return [-3.2, 3.2, false];
-  const { low, high, log } = model.record(path), value = model.state.values[path] ?? low;
-  return log ? [low, high, true] : [Math.min(low, value), Math.max(high, value), false];
-}
-
 class Controls {
   constructor(model, units, changed, chosen) {
     Object.assign(this, { model, units, changed, chosen, rows: new Map() });
@@ -74,7 +68,7 @@ class Controls {
     this.rows.clear();
     this.root.replaceChildren();
     for (const section of form.sections) {
-      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment" }[section] ?? wordy(section));
+      const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment", actuator: "Actuator" }[section] ?? wordy(section));
       if (PARTS.includes(section)) set.append(this.chooser(section));
       const about = element("p", { className: "line", textContent: model.part(section).about });
       about.style.color = "var(--soft)";
@@ -117,7 +111,7 @@ class Controls {
     const record = path.startsWith("run.") || path.startsWith("initial.") ? null : model.record(path, beside ? this.besideForm : model.form);
     const name = path.split(".")[1], row = element("div", { className: "row" });
     const words = { "run.periods": "how long the motion is", "run.tolerance": "error per step" }[path] ?? record?.meaning ?? "at the start";
-    const label = element("label", { htmlFor: id, innerHTML: `${escaped(wordy(name))} ${record ? `<i>${symbolHtml(record.symbol)}</i>` : ""} <small>${escaped(words)}</small><small class="unit"></small>` });
+    const label = element("label", { htmlFor: id, innerHTML: `${escaped(wordy(name))} ${record ? `<i>${symbolHtml(record.symbol)}</i>` : ""} <small>${meaningHtml(words)}</small><small class="unit"></small>` });
     const slider = element("input", { type: "range", min: "0", max: String(STEPS), step: "1" });
     slider.setAttribute("aria-label", wordy(name));
     const box = element("input", { type: "text", id, inputMode: "decimal", spellcheck: false });
@@ -171,7 +165,7 @@ class Controls {
       wrong = model.complaint(entry.path, value, this.besideForm, model.valuesBeside(model.data.forms.indexOf(this.besideForm)));
       if (!wrong) model.state.besideValues[entry.path] = value;
     } else wrong = model.set(entry.path, value);
-    if (wrong && byHand) wrong = `${wrong}, got ${entry.box.value.trim() || "nothing"}`;
+    if (wrong && byHand) wrong = withGiven(wrong, entry.box.value.trim() || "nothing");
     entry.wrong.textContent = wrong;
     entry.box.setAttribute("aria-invalid", String(Boolean(wrong)));
     if (wrong) return;
@@ -206,21 +200,42 @@ class Controls {
     }
   }
 
-  // Which other law moves beside.
+  // What moves beside: another law, another case, this one as it is now, its mirror twin.
   beside() {
-    const { model } = this, set = this.fieldset("Beside it"), select = element("select", { id: "beside" });
-    select.setAttribute("aria-label", "Another law beside this one");
-    select.append(element("option", { value: "", textContent: "nothing" }));
+    const { model } = this, { state } = model, set = this.fieldset("Beside it"), select = element("select", { id: "beside" });
+    const offer = (value, textContent, to = select) => to.append(element("option", { value, textContent, selected: value === state.beside }));
+    const group = (label) => { const found = element("optgroup", { label }); select.append(found); return found; };
+    select.setAttribute("aria-label", "What moves beside this motion");
+    offer("", "nothing");
+    offer("=", "this motion, kept as it is now");
+    if (state.kept) offer("kept", "the kept case");
+    if (model.form.mirrored !== "false") offer("twin", "its mirror twin");
+    const laws = group("another law"), presets = group("another case");
     for (const name of Object.keys(model.data.parts.friction)) {
       if (name === model.form.friction || model.formOf({ ...partsOf(model.form), friction: name }) < 0) continue;
-      const smooth = name === model.data.smoothed + model.form.friction;
-      select.append(element("option", { value: name, textContent: smooth ? "what smoothing would say (tanh)" : `the ${wordy(name)} law`, selected: name === model.state.beside }));
+      offer(name, name === model.data.smoothed + model.form.friction ? "what smoothing would say (tanh)" : `the ${wordy(name)} law`, laws);
     }
-    select.addEventListener("change", () => { model.state.beside = select.value; model.state.besideValues = {}; this.chosen(); });
+    for (const { key, title } of model.data.presets) offer(`=preset=${key}`, title, presets);
+    select.addEventListener("change", () => {
+      const keeps = select.value.startsWith("=");
+      if (keeps) state.kept = select.value.slice(1) || caseOf(model);
+      Object.assign(state, { beside: keeps ? "kept" : select.value, besideValues: {} });
+      this.chosen();
+    });
     set.append(select);
-    if (!model.state.beside || !this.besideForm) { model.state.beside = ""; return; }
-    set.append(element("p", { className: "line", textContent: "Dashed lines. What both laws have is the same number for both." }));
-    for (const path of this.besideForm.parameters) if (path.startsWith("friction.") && !(path in model.state.values)) set.append(this.row(path, true));
+    const say = (textContent) => set.append(element("p", { className: "line", textContent }));
+    if (state.beside === "kept") {
+      const { preset, form } = model.keptCase, changed = state.kept !== `preset=${preset.key}`;
+      say(`Dashed: ${preset.title}${changed ? `, changed (${wordy(form.friction)})` : ""}; as long as this one.`);
+      const swap = element("button", { type: "button", textContent: "Swap the two" });
+      swap.addEventListener("click", () => { model.swap(); this.chosen(); });
+      set.append(swap);
+    } else if (state.beside === "twin") say("Dashed: the mirror image of this motion, half a period later, run from its own start.");
+    else if (!this.besideForm) state.beside = "";
+    else {
+      say("Dashed. What both laws have is the same number for both.");
+      for (const path of this.besideForm.parameters) if (path.startsWith("friction.") && !(path in state.values)) set.append(this.row(path, true));
+    }
   }
 
   unitChooser() {

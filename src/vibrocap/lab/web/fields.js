@@ -1,12 +1,13 @@
 // The views of many motions: the map over two parameters and the strip of bifurcations along one.
 
-const CELLS = 64, COLUMNS = 240, MARKS = 60, BATCH = 12;
+const COLUMNS = 240, MARKS = 60, BATCH = 12;
 
 class Fields {
   constructor(lab) {
     this.lab = lab;
     this.set = { map: null, strip: null };
-    this.showing = "";
+    this.begunFor = {}; // what is shown, or on its way there
+    this.finished = {};
     for (const name of ["map", "strip"]) {
       const canvas = $$(name);
       canvas.addEventListener("click", (event) => this.clicked(name, event));
@@ -27,88 +28,100 @@ class Fields {
 
   // The bars of both views, for the parameters of this form.
   build() {
-    const paths = [...this.model.form.parameters, ...this.model.form.states.map((name) => `initial.${name}`)];
-    const first = (name) => (paths.includes(name) ? name : paths[0]);
-    const second = paths.find((path) => path.startsWith("drive.amplitude")) ?? paths[1];
-    this.bar("map", [["x", "Across", first("machine.mass_ratio")], ["y", "Up", second]], paths, () => this.choice("measure", "Measure", this.model.form.measures.map(({ name, meaning }) => [name, wordy(name), meaning]), "mean_velocity"));
-    this.bar("strip", [["x", "Along", second]], paths, () => this.choice("state", "Points of", this.model.form.states.filter((_, i) => i !== this.model.form.cyclic).map((name) => [name, wordy(name), ""]), this.model.form.states[0]));
-    for (const name of ["map", "strip"]) this.set[name] = null;
-    if (this.showing) this.show(this.showing);
+    this.bar("map", [["map.x", "Across"], ["map.y", "Up"]], [["map.measure", "Measure"], ["map.size", "Cells"], ["map.start", "Start"]]);
+    this.bar("strip", [["strip.x", "Along"]], [["strip.state", "Points of"]]);
+    this.stale();
   }
 
-  bar(name, axes, paths, choice) {
-    const bar = $$(`${name}-bar`), kept = Object.fromEntries([...bar.querySelectorAll("select")].map((each) => [each.name, each.value]));
+  // A setting as it stands, and another one: kept, and in the address, where it is not as usual.
+  setting(key) { return this.model.state.fields[key] ?? usualFields(this.model)[key]; }
+
+  put(key, value) {
+    const { fields } = this.model.state;
+    if (value === usualFields(this.model)[key]) delete fields[key]; else fields[key] = value;
+    this.lab.remember();
+    this.start(key.split(".")[0]);
+  }
+
+  bar(name, axes, choices) {
+    const bar = $$(`${name}-bar`), paths = axesOf(this.model.form);
     bar.replaceChildren();
-    for (const [key, words, usual] of axes) {
+    const chooser = (key, words, options) => {
       const label = element("label", { textContent: `${words} ` }), select = element("select", { name: key });
-      for (const path of paths) select.append(element("option", { value: path, textContent: wordy(path.replace(".", ": ")) }));
-      select.value = paths.includes(kept[key]) ? kept[key] : usual;
+      for (const [value, textContent, title] of options) select.append(element("option", { value, textContent, title: title ?? "" }));
       label.append(select);
       bar.append(label);
+      return select;
+    };
+    for (const [key, words] of axes) {
+      const select = chooser(key, words, paths.map((path) => [path, wordy(path.replace(".", ": "))])), wrong = element("output", {});
       const ends = ["from", "to"].map((end, i) => {
         const box = element("input", { type: "text", name: `${key}-${end}`, inputMode: "decimal" });
         box.setAttribute("aria-label", `${words}: ${end}`);
-        box.addEventListener("change", () => this.start(name));
         bar.append(i ? element("span", { textContent: "to" }) : "", box);
         return box;
       });
-      const fill = () => { const [low, high] = this.usual(select.value); ends[0].value = String(low); ends[1].value = String(high); };
-      fill();
-      select.addEventListener("change", () => { fill(); this.start(name); });
+      bar.append(wrong);
+      const show = () => {
+        const { path, range } = axisOf(this.model, this.setting(key));
+        select.value = path;
+        ends.forEach((box, i) => { box.value = String(range[i]); });
+        wrong.textContent = "";
+      };
+      for (const box of ends) {
+        box.addEventListener("change", () => {
+          const text = [select.value, ...ends.map(({ value }) => typed(value))].join();
+          wrong.textContent = fieldWrong(this.model, key, text);
+          box.setAttribute("aria-invalid", String(Boolean(wrong.textContent)));
+          if (!wrong.textContent) this.put(key, text === [select.value, ...usualRange(this.model, select.value)].join() ? select.value : text);
+        });
+      }
+      select.addEventListener("change", () => { this.put(key, select.value); show(); });
+      show();
     }
-    bar.append(choice());
-    const again = element("button", { type: "button", textContent: "Compute" });
-    again.addEventListener("click", () => this.start(name));
-    bar.append(again);
-    if (name === "map") {
-      const twin = element("button", { type: "button", textContent: "From the mirrored start" });
-      twin.title = "The same map with all starts mirrored: where motions have a mirror twin, the other one is shown";
-      twin.addEventListener("click", () => { this.mirrored = !this.mirrored; twin.setAttribute("aria-pressed", String(this.mirrored)); this.start(name); });
-      twin.setAttribute("aria-pressed", String(Boolean(this.mirrored)));
-      bar.append(twin);
+    for (const [key, words] of choices) {
+      const told = { "map.measure": Object.fromEntries(this.model.form.measures.map(({ name, meaning }) => [name, meaning])) }[key] ?? {};
+      const select = chooser(key, words, choicesOf(this.model, key).map((value) => [value, key === "map.size" ? `${value} × ${value}` : wordy(value), told[value]]));
+      select.value = this.setting(key);
+      if (key === "map.start") select.title = "Mirrored: where two mirror twins exist, mostly the other one is found";
+      select.addEventListener("change", () => this.put(key, select.value));
     }
   }
 
-  choice(key, words, options, usual) {
-    const label = element("label", { textContent: `${words} ` }), select = element("select", { name: key });
-    for (const [value, text, title] of options) select.append(element("option", { value, textContent: text, title }));
-    if (options.some(([value]) => value === usual)) select.value = usual;
-    select.addEventListener("change", () => { this.start(this.showing); });
-    label.append(select);
-    return label;
+  // What is shown is of numbers that have changed, but for those of its axes: begin anew, after a pause.
+  stale() {
+    clearTimeout(this.later);
+    this.later = setTimeout(() => { if (this.showing) this.show(this.showing); }, 250);
   }
 
-  usual(path) {
-    const [low, high] = rangeOfPath(this.model, path);
-    const least = path.startsWith("initial.") ? null : this.model.record(path).least;
-    return [least !== null && low <= least ? Number((least + (high - least) / 50).toPrecision(3)) : low, high];
+  // All that a map or a strip depends on.
+  of(name) {
+    const { form, values, initial } = this.model.state, known = { ...values };
+    for (const [key, value] of Object.entries(initial)) known[`initial.${key}`] = value;
+    const keys = Object.keys(usualFields(this.model)).filter((key) => key.startsWith(name)), settings = keys.map((key) => this.setting(key));
+    for (const each of settings) delete known[each.split(",")[0]];
+    return JSON.stringify([form, known, settings]);
   }
 
-  read(name, key) { return $$(`${name}-bar`).querySelector(`[name="${key}"]`); }
+  get showing() { return this.model.state.view === "motion" ? "" : this.model.state.view; }
 
   // The axes as the bar says; null with a word about what is wrong.
   axes(name, keys) {
-    const found = [];
-    for (const key of keys) {
-      const path = this.read(name, key).value, [low, high] = ["from", "to"].map((end) => typed(this.read(name, `${key}-${end}`).value));
-      const wrong = Number.isFinite(low) && Number.isFinite(high) ? (low < high ? this.model.complaint(path, high) && "" : "the range should rise") : "the ends of a range should be numbers";
-      if (wrong) { $$(`${name}-words`).textContent = `${path}: ${wrong}`; return null; }
-      const log = !path.startsWith("initial.") && this.model.record(path).log && low > 0;
-      found.push({ path, range: [low, high, log] });
-    }
-    if (new Set(found.map(({ path }) => path)).size < found.length) { $$(`${name}-words`).textContent = "the two axes should be different"; return null; }
-    return found;
+    const found = keys.map((key) => axisOf(this.model, this.setting(key)));
+    if (new Set(found.map(({ path }) => path)).size === found.length) return found;
+    $$(`${name}-words`).textContent = "the two axes should be different";
+    return null;
   }
 
   show(name) {
-    this.showing = name;
-    if (!this.set[name]) this.start(name); else this.draw();
+    if (this.begunFor[name] === this.of(name)) this.draw(); else this.start(name);
   }
 
   async start(name) {
     if (!["map", "strip"].includes(name) || $$(`${name}-view`).hidden) return;
-    const axes = this.axes(name, name === "map" ? ["x", "y"] : ["x"]);
+    const axes = this.axes(name, name === "map" ? ["map.x", "map.y"] : ["strip.x"]);
     if (!axes) return;
+    this.begunFor = { ...this.finished, [name]: this.of(name) };
     const pool = await this.pool();
     pool.restart();
     this.begun = performance.now();
@@ -116,16 +129,18 @@ class Fields {
   }
 
   startMap(pool, axes) {
-    const field = (this.set.map = new FieldMap(CELLS, axes, this.read("map", "measure").value)), tasks = [];
-    const { model } = this, order = coarseToFine(CELLS), form = model.state.form, signs = model.form.symmetry;
+    const n = Number(this.setting("map.size")), mirrored = this.setting("map.start") === "mirrored";
+    const field = (this.set.map = new FieldMap(n, axes, this.setting("map.measure"))), tasks = [];
+    this.cell = null;
+    const { model } = this, order = coarseToFine(n), form = model.state.form, signs = model.form.symmetry;
     const kept = order.filter(([column, row, size]) => {
-      if (allowed(model, axes, [(column + size / 2) / CELLS, (row + size / 2) / CELLS])) return true;
+      if (allowed(model, axes, [(column + 0.5) / n, (row + 0.5) / n])) return true;
       field.put([column, row, size], null);
       return false;
     });
     for (let i = 0; i < kept.length; i += BATCH) {
-      const cells = kept.slice(i, i + BATCH), runs = runsOf(model, axes, cells.map(([column, row]) => [(column + 0.5) / CELLS, (row + 0.5) / CELLS]));
-      if (this.mirrored) for (const run of runs) run.initial = run.initial.map((value, k) => signs[k] * value);
+      const cells = kept.slice(i, i + BATCH), runs = runsOf(model, axes, cells.map(([column, row]) => [(column + 0.5) / n, (row + 0.5) / n]));
+      if (mirrored) for (const run of runs) run.initial = run.initial.map((value, k) => signs[k] * value);
       tasks.push({ cells, message: { ask: "cells", form, runs, budget: { ...model.budget(100), periods: 100, threshold: 1e-5, asked: field.asked(model.form) } } });
     }
     let done = 0;
@@ -135,6 +150,7 @@ class Fields {
       this.soon();
       $$("map-words").textContent = `${done} of ${order.length} motions`;
     }, () => {
+      this.finished.map = this.begunFor.map;
       this.took = performance.now() - this.begun;
       document.body.dataset.map = String(Math.round(this.took));
       $$("map-words").textContent = `${order.length} motions, each run until it settled or for 100 periods, in ${said(this.took / 1000, 3)} s. Click a cell to see its motion.`;
@@ -143,7 +159,7 @@ class Fields {
   }
 
   startStrip(pool, axis) {
-    const { model } = this, state = this.read("strip", "state").value, form = model.state.form, tasks = [];
+    const { model } = this, state = this.setting("strip.state"), form = model.state.form, tasks = [];
     const strip = (this.set.strip = { axis, state, columns: new Map() });
     const kept = spread(COLUMNS).filter((k) => allowed(model, [axis], [(k + 0.5) / COLUMNS]));
     for (let i = 0; i < kept.length; i += 4) {
@@ -155,6 +171,7 @@ class Fields {
       this.soon();
       $$("strip-words").textContent = `${strip.columns.size} of ${kept.length} values`;
     }, () => {
+      this.finished.strip = this.begunFor.strip;
       $$("strip-words").textContent = `${kept.length} values: one point per period of each settled response, else the last ${MARKS} marks of 240 periods. All begin with the start of the controls.`;
       this.draw();
     });
@@ -195,7 +212,7 @@ class Fields {
   clicked(name, event) {
     const canvas = $$(name), box = canvas.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
     if (name === "map" && this.map) {
-      const inner = this.map.box, n = CELLS;
+      const inner = this.map.box, { n } = this.set.map;
       const column = Math.floor((n * (x - inner.left)) / (inner.right - inner.left)), row = Math.floor((n * (inner.bottom - y)) / (inner.bottom - inner.top));
       if (column >= 0 && column < n && row >= 0 && row < n) { this.cell = [column, row]; this.fly(); }
     } else if (name === "strip" && this.stripMap) {
@@ -209,20 +226,20 @@ class Fields {
     const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     if (moves) {
       event.preventDefault();
-      this.cell ??= [CELLS / 2, CELLS / 2];
-      this.cell = this.cell.map((each, i) => Math.min(CELLS - 1, Math.max(0, each + moves[i])));
+      const { n } = this.set.map;
+      this.cell = (this.cell ?? [n / 2, n / 2]).map((each, i) => Math.min(n - 1, Math.max(0, each + moves[i])));
       const known = this.set.map.at(...this.cell), value = known?.found?.values[this.set.map.measure];
-      $$("map-words").textContent = `${this.set.map.axes.map(({ path, range }, i) => `${this.label(path)} ${said(atShare(range, (this.cell[i] + 0.5) / CELLS), 4)}`).join(", ")}: ${known ? said(value ?? NaN, 5) : "not computed yet"}${known?.found?.response === 0 ? " (unsettled)" : ""}`;
+      $$("map-words").textContent = `${this.set.map.axes.map(({ path, range }, i) => `${this.label(path)} ${said(atShare(range, (this.cell[i] + 0.5) / n), 4)}`).join(", ")}: ${known ? said(value ?? NaN, 5) : "not computed yet"}${known?.found?.response === 0 ? " (unsettled)" : ""}`;
       this.draw();
     } else if (event.key === "Enter" && this.cell) this.fly();
   }
 
-  fly() { this.land(this.set.map.axes, this.cell.map((each) => (each + 0.5) / CELLS), this.mirrored); }
+  fly() { this.land(this.set.map.axes, this.cell.map((each) => (each + 0.5) / this.set.map.n), this.setting("map.start") === "mirrored"); }
 
   // Show the motion of a point.
   land(axes, shares, mirrored = false) {
     const { model } = this;
-    for (let turn = 0; turn < 2; turn++) axes.forEach(({ path, range }, i) => model.set(path, Number(atShare(range, shares[i]).toPrecision(15))));
+    model.fill(axes.map(({ path, range }, i) => [path, Number(atShare(range, shares[i]).toPrecision(15))]));
     if (mirrored) mirror(model);
     this.lab.mode("motion");
     this.lab.controls.refresh();

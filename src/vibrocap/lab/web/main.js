@@ -27,6 +27,7 @@ class Lab {
     this.notice(wrong.join("\n"), wrong.length > 0);
     this.rebuilt(false);
     this.controls.complain(wrong);
+    this.mode(this.model.state.view);
   }
 
   // Parts, preset or units have changed: the controls are others.
@@ -47,7 +48,7 @@ class Lab {
 
   // Ask for the motion as it is now; while one is on its way, only the latest wish is kept.
   async compute(kept = true) {
-    if (kept) { clearTimeout(this.later); this.later = setTimeout(() => history.replaceState(null, "", fragmentOf(this.model)), 150); }
+    if (kept) { this.remember(); this.fields.stale(); }
     this.wish = true;
     if (this.busy) return;
     this.busy = true;
@@ -57,21 +58,34 @@ class Lab {
         this.wish = false;
         const begun = performance.now();
         await this.motions();
+        if (this.failed) this.notice("");
+        this.failed = false;
         this.draw();
         this.frames.push(performance.now() - begun);
         if (this.frames.length === 1) this.first = performance.now();
         if (!this.wish) await this.detailed();
       }
     } catch (error) {
+      this.failed = true;
       this.notice(`The motion could not be computed: ${error.message}. The last one stays.`, true);
       this.controls.complain([error.message]);
     } finally { this.busy = false; }
   }
 
+  // The address follows, a moment later.
+  remember() {
+    clearTimeout(this.later);
+    this.later = setTimeout(() => history.replaceState(null, "", fragmentOf(this.model)), 150);
+  }
+
   async motions() {
     const request = this.model.request(), form = this.model.form;
-    const beside = this.model.state.beside ? this.model.requestBeside() : null;
+    const beside = this.model.requestBeside();
     const answer = await this.asked.ask({ ask: "motion", side: 0, ...request });
+    if (beside && this.model.state.beside === "twin") { // begins half a period later, and mirrored
+      const { final } = await this.asked.ask({ ask: "motion", side: 1, ...request, periods: 0.5 });
+      beside.initial = form.symmetry.map((sign, i) => sign * final[i] + 0);
+    }
     const other = beside ? await this.asked.ask({ ask: "motion", side: 1, ...beside }) : null;
     this.shown = new Shown(form, answer);
     this.other = other ? new Shown(this.model.data.forms[beside.form], other) : null;
@@ -88,7 +102,7 @@ class Lab {
     document.body.dataset.settled = String(this.frames.length);
   }
 
-  get names() { return [wordy(this.model.form.friction), wordy(this.model.state.beside)]; }
+  get names() { return this.model.names; }
 
   panels() {
     const wanted = PANELS.filter((panel) => !panel.wanted || (panel.wanted(this.model.state.beside || null) && this.model.state.beside));
@@ -122,13 +136,14 @@ class Lab {
     if (!shown || !shown.count) return;
     const { time } = this.clock, row = shown.at(time), state = shown.form.cyclic >= 0 ? shown.form.states[shown.form.cyclic] : null;
     const position = state ? shown.of(row, state) : 0;
-    const camera = state ? position - (position - this.straight(time)) * 0.9 : 0;
+    const [ahead, reach] = this.spread, camera = state ? this.camera(position, time) + ahead : 0;
+    const sides = [row[1], ...shown.form.states.filter((name) => /^side_\d+$/.test(name)).map((name) => shown.of(row, name))];
     drawScene(new CanvasPen($$("scene")), theme, shown.form, {
-      side: row[1], friction: shown.of(row, "friction"), load: shown.of(row, "load"),
+      sides, friction: shown.of(row, "friction"), load: shown.of(row, "load"),
       perForce: ARROW / (this.largest("friction") || 1), perLoad: LOAD_ARROW / (this.largest("load") || 1), shapes: shown.shapes(row),
-      camera, reach: this.reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
+      camera, reach, origin: this.model.state.initial[state] ?? 0, unit: this.units.factor("position"),
     });
-    const words = contactWords(shown.form, row[1]);
+    const words = sides.map((side, i) => (i ? `contact ${i + 1} ` : "") + contactWords(shown.form, side)).join(", ");
     if ($$("contact").textContent !== words) $$("contact").textContent = words;
     $$("contact").style.color = theme.side(row[1]);
     $$("clock").textContent = `period ${(time / shown.period).toFixed(2)}   friction ${said(shown.of(row, "friction") * this.units.factor("friction"), 3)}`;
@@ -144,21 +159,25 @@ class Lab {
     return xs[0] + ((xs[xs.length - 1] - xs[0]) * (time - shown.from)) / (span || 1);
   }
 
-  // How far the contact gets from the camera, at least one length.
-  get reach() {
+  // Of the contacts: how far their middle is ahead of the position, and how far one gets from the camera, at least one length.
+  get spread() {
     const { shown } = this;
-    if (shown._reach === undefined) {
-      const place = shown.form.scene.findIndex(({ kind }) => kind === "contact"), { data, width, rows } = shown.rows;
-      const first = shown.form.scene.slice(0, Math.max(0, place)).reduce((sum, { points }) => sum + 2 * points, shown.names.length);
-      let far = 1;
-      for (let i = 0; place >= 0 && i < rows; i++) {
-        const x = data[i * width + first], middle = shown.form.cyclic >= 0 ? x - 0.9 * (x - this.straight(data[i * width])) : 0;
-        far = Math.max(far, Math.abs(x - middle));
+    if (!shown._spread) {
+      const { data, width, rows } = shown.rows, moves = shown.form.cyclic >= 0, places = [];
+      let place = shown.names.length, far = 1;
+      for (const { kind, points } of shown.form.scene) { if (kind === "contact") places.push(place); place += 2 * points; }
+      const at = moves ? 2 + shown.form.cyclic : -1, n = places.length || 1;
+      const ahead = moves ? places.reduce((sum, each) => sum + data[each] - data[at], 0) / n : 0;
+      for (let i = 0; i < rows * width; i += width) {
+        const middle = moves ? this.camera(data[i + at], data[i]) + ahead : 0;
+        for (const each of places) far = Math.max(far, Math.abs(data[i + each] - middle));
       }
-      shown._reach = far;
+      shown._spread = [ahead, far];
     }
-    return shown._reach;
+    return shown._spread;
   }
+
+  camera(position, time) { return position - (position - this.straight(time)) * 0.9; }
 
   // The largest value of a force over the stretch on show.
   largest(name) {
@@ -199,12 +218,19 @@ class Lab {
   mode(name) {
     for (const button of document.querySelectorAll("nav button")) button.setAttribute("aria-pressed", String(button.dataset.mode === name));
     for (const each of ["motion", "map", "strip"]) $$(`${each}-view`).hidden = each !== name;
+    if (this.model.state.view !== name) { this.model.state.view = name; this.remember(); }
     if (name === "motion") { this.panels(); this.draw(); } else this.fields.show(name);
   }
 
   listen() {
     for (const { key, title } of data.presets) $$("preset").append(element("option", { value: key, textContent: title }));
-    $$("preset").addEventListener("change", () => { this.model.open($$("preset").value); this.notice(""); this.rebuilt(); });
+    $$("preset").addEventListener("change", () => {
+      const { view } = this.model.state;
+      this.model.open($$("preset").value);
+      this.model.state.view = view;
+      this.notice("");
+      this.rebuilt();
+    });
     for (const button of document.querySelectorAll("nav button")) button.addEventListener("click", () => this.mode(button.dataset.mode));
     $$("play").addEventListener("click", () => this.play(!this.clock.playing));
     this.play(this.clock.playing);

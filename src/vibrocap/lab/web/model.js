@@ -3,8 +3,15 @@
 const PARTS = ["machine", "friction", "drive"];
 const MOST_PERIODS = 2000;
 
+const wordy = (name) => name.replace(/_/g, " ");
+
+// A complaint with what was given, where it does not say so itself.
+const withGiven = (wrong, value) => (wrong.includes(", got ") ? wrong : `${wrong}, got ${value}`);
+
 // The range of tolerances of a form's kernel, which belong to the order of its series (`numerics/run/motion.py`).
 const TOLERANCES = { 10: [1e-7, 1e-5], 12: [1e-11, 9.99e-8], 16: [1e-14, 9.99e-12] };
+
+const CHECKS = new WeakMap(); // of forms, whose records go to workers and hold no functions
 
 class Model {
   constructor(data) {
@@ -29,8 +36,11 @@ class Model {
       periods: preset.periods,
       tolerance: preset.tolerance,
       shown: 4,
-      beside: "",
+      beside: "", // a law, "kept" or "twin"
       besideValues: {},
+      kept: "", // a case as the address of a page has it
+      view: "motion",
+      fields: {}, // settings of maps and strips that are not as usual
       units: preset.units,
       scales: preset.scales ?? [1, 1, 1],
       limits: { ...this.data.limits },
@@ -82,17 +92,23 @@ class Model {
       return value >= low && value <= high ? "" : `should be from ${low} to ${high} in this page`;
     }
     if (path.startsWith("initial.")) return Math.abs(value) < 1e300 ? "" : "should be smaller";
-    const record = this.record(path, form);
-    if (record.least !== null && (value < record.least || (record.open && value === record.least))) {
-      return `should be ${record.open ? "greater than" : "at least"} ${record.least}`;
-    }
-    const [section, name] = path.split("."), [low, high] = this.part(section, form).ordered;
-    if (name === low && value > values[`${section}.${high}`]) return `should be at most ${high}, ${values[`${section}.${high}`]}`;
-    if (name === high && value < values[`${section}.${low}`]) return `should be at least ${low}, ${values[`${section}.${low}`]}`;
-    if (path === "machine.normal_load" && value === 0 && form.states.length > form.mechanical) {
-      return "should be greater than 0 with this law";
-    }
-    return "";
+    const { least, above, most, below } = this.record(path, form);
+    if (value < least || (above && value === least)) return `should be ${above ? "greater than" : "at least"} ${least}`;
+    if (value > most || (below && value === most)) return `should be ${below ? "less than" : "at most"} ${most}`;
+    const broken = this.broken(form, { ...values, [path]: value });
+    if (!broken) return "";
+    return broken[0] === path ? broken[1] : `${wordy(broken[0].split(".")[1])} ${broken[1]}`;
+  }
+
+  // The first rule between numbers that is broken, as the parts themselves have it: [field, what is wrong]; or null.
+  broken(form, values) {
+    if (!CHECKS.has(form)) CHECKS.set(form, new Function("p", "f", `return ${form.rules}||null`));
+    return CHECKS.get(form)(form.parameters.map((path) => values[path]), (value) => String(Number(value.toPrecision(9))));
+  }
+
+  // Whether a motion has a mirror twin: its mirror image, half a period later.
+  get mirrored() {
+    return new Function("p", `return ${this.form.mirrored}`)(this.request().parameters);
   }
 
   get(path) {
@@ -110,6 +126,15 @@ class Model {
     else if (section === "initial") this.state.initial[name] = value;
     else this.state.values[path] = value;
     return "";
+  }
+
+  // Set as many of [path, number] as can be, whatever their order; the rest.
+  fill(left) {
+    for (let before = -1; before !== left.length;) {
+      before = left.length;
+      left = left.filter(([path, value]) => !this.paths.includes(path) || this.set(path, value) !== "");
+    }
+    return left;
   }
 
   // All paths that have a number.
@@ -131,12 +156,47 @@ class Model {
     };
   }
 
-  // The same with another law beside it: what it shares with the first has the same value.
+  // What stands beside it, of the same length: a case that was kept, or the same with another law, where what it shares
+  // with the first has the same value; null for nothing. Throws an Error where there is no such motion.
   requestBeside() {
-    const parts = { machine: this.form.machine, friction: this.state.beside, drive: this.form.drive };
-    const number = this.formOf(parts);
+    const { beside, periods, tolerance, shown, limits } = this.state;
+    if (beside === "kept") {
+      const model = this.keptCase;
+      Object.assign(model.state, { periods, tolerance, shown, limits });
+      return model.request();
+    }
+    if (beside === "twin") {
+      if (!this.mirrored) throw new Error("there is no mirror twin, as forward and back are not alike here");
+      return this.request();
+    }
+    const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
     if (number < 0) return null;
-    return this.request(number, this.valuesBeside(number));
+    const values = this.valuesBeside(number), broken = this.broken(this.data.forms[number], values);
+    if (broken) throw new Error(`of the law beside, ${broken[0].split(".")[1]} ${broken[1]}`);
+    return this.request(number, values);
+  }
+
+  get keptCase() {
+    if (this._kept?.text !== this.state.kept) {
+      const model = new Model(this.data);
+      readFragment(model, `v=${this.data.layout}&${this.state.kept}`);
+      this._kept = { text: this.state.kept, model };
+    }
+    return this._kept.model;
+  }
+
+  // What the two motions are called.
+  get names() {
+    const { beside } = this.state;
+    if (beside === "twin") return ["this motion", "its mirror twin"];
+    return beside === "kept" ? ["this motion", "the kept one"] : [wordy(this.form.friction), wordy(beside)];
+  }
+
+  // The present case is kept beside, and what was kept is the present one.
+  swap() {
+    const { shown, units, scales, view, fields, kept } = this.state, text = caseOf(this);
+    readFragment(this, `v=${this.data.layout}&${kept}`);
+    Object.assign(this.state, { shown, units, scales, view, fields, beside: "kept", kept: text });
   }
 
   valuesBeside(number) {
@@ -153,6 +213,15 @@ class Model {
       tolerance: this.form.tolerance, events: this.data.limits.events, steps: 2000000,
     };
   }
+}
+
+// The range of a slider: (low, high, by factors), without units; wide enough for the value that stands.
+function rangeOfPath(model, path) {
+  if (path === "run.periods") return [1, 200, false];
+  if (path === "run.tolerance") return [...TOLERANCES[model.form.motion.sizes.order], true];
+  if (path.startsWith("initial.")) return [-3.2, 3.2, false];
+  const { low, high, log } = model.record(path), value = model.state.values[path] ?? low;
+  return log ? [low, high, true] : [Math.min(low, value), Math.max(high, value), false];
 }
 
 // A number as a person reads it: at most so many digits, no noise.

@@ -21,6 +21,9 @@ class Shown {
     return this.columns[name];
   }
 
+  // Whether there is such a column.
+  has(name) { return this.count > 0 && this.names.includes(name); }
+
   // Time in periods of the drive.
   get periods() { return (this.columns.periods ??= this.column("time").map((time) => time / this.period)); }
 
@@ -66,8 +69,6 @@ class Shown {
   }
 }
 
-const wordy = (name) => name.replace(/_/g, " ");
-
 // Every panel: title; wanted(model): whether it is shown; draw(pen, theme, {shown, beside, units}); marks where time is.
 const PANELS = [
   {
@@ -75,7 +76,7 @@ const PANELS = [
     draw(pen, theme, { shown, beside, units, names }) {
       const state = shown.form.cyclic >= 0 ? shown.form.cyclic : 0, name = shown.form.states[state];
       const [xs, raw] = shown.whole(state), factor = units.factor(name), ys = raw.map((y) => y * factor);
-      const other = beside ? beside.whole(state).map((each, i) => (i ? each.map((y) => y * factor) : each)) : null;
+      const other = beside?.has(name) ? beside.whole(beside.form.states.indexOf(name)).map((each, i) => (i ? each.map((y) => y * factor) : each)) : null;
       const map = frame(pen, theme, {
         title: `${wordy(name)} over the whole run`, x: [0, xs[xs.length - 1] || 1],
         y: rangeOf(other ? [...ys, ...other[1]] : ys), xName: "drive periods", yName: units.label(name),
@@ -135,15 +136,15 @@ const PANELS = [
     key: "difference", title: "Difference", wide: true, wanted: (beside) => beside !== null,
     draw(pen, theme, { shown, beside, units, names }) {
       const state = shown.form.cyclic >= 0 ? shown.form.cyclic : 0, name = shown.form.states[state], factor = units.factor(name);
-      const n = shown.form.states.length, m = beside.form.states.length;
-      const marks = Math.min(shown.sections.length / n, beside.sections.length / m), xs = [], ys = [];
+      const n = shown.form.states.length, m = beside.form.states.length, other = beside.form.states.indexOf(name);
+      const marks = other < 0 ? 0 : Math.min(shown.sections.length / n, beside.sections.length / m), xs = [], ys = [];
       for (let k = 0; k < marks; k++) {
         xs.push(k);
-        ys.push((beside.sections[k * m + state] - shown.sections[k * n + state]) * factor);
+        ys.push((beside.sections[k * m + other] - shown.sections[k * n + state]) * factor);
       }
       const map = frame(pen, theme, {
-        title: `${wordy(name)}: ${names[1]} less ${names[0]}, at the period marks`, x: [0, Math.max(1, marks - 1)], y: rangeOf(ys),
-        xName: "drive periods", yName: units.label(name),
+        title: `${wordy(name)}: ${names[1]} less ${names[0]}`, x: [0, Math.max(1, marks - 1)], y: rangeOf(ys),
+        xName: "period marks", yName: units.label(name),
       });
       map.inside(() => trace(pen, map, xs, ys, theme.fourth, 2));
       return { map, mark: null };
@@ -158,7 +159,7 @@ function timeHistory(which, words, sided) {
     draw(pen, theme, { shown, beside, units }) {
       const name = typeof which === "number" ? shown.form.states[which] : which, factor = units.factor(name);
       const scaled = (each) => each.column(name).map((y) => y * factor), ys = scaled(shown), xs = shown.periods;
-      const other = beside && beside.count ? scaled(beside) : null;
+      const other = beside?.has(name) ? scaled(beside) : null;
       const map = frame(pen, theme, {
         title: words || wordy(name), x: [xs[0], xs[xs.length - 1]], y: rangeOf(other ? [...ys, ...other] : ys),
         xName: "drive periods", yName: units.label(name),
@@ -177,7 +178,7 @@ function timeHistory(which, words, sided) {
 function plane(pen, theme, shown, beside, units, one, two, title) {
   const scaled = (each, name) => each.column(name).map((y) => y * units.factor(name));
   const xs = scaled(shown, one), ys = scaled(shown, two);
-  const others = beside && beside.count && beside.names.includes(one) && beside.names.includes(two) ? [scaled(beside, one), scaled(beside, two)] : null;
+  const others = beside?.has(one) && beside.has(two) ? [scaled(beside, one), scaled(beside, two)] : null;
   const map = frame(pen, theme, {
     title, x: rangeOf(others ? [...xs, ...others[0]] : xs), y: rangeOf(others ? [...ys, ...others[1]] : ys),
     xName: units.label(one), yName: units.label(two),

@@ -14,8 +14,8 @@ function readoutsOf(model, shown, details, units, other) {
   if (other && other.drift !== null && shown.drift !== null) {
     const less = 100 * (other.drift / shown.drift - 1);
     found.push({
-      name: `Drift, ${wordy(other.form.friction)}`, value: said(other.drift * units.factor("position"), 8) + unit("position"),
-      words: Math.abs(shown.drift) > 1e-9 ? `${said(Math.abs(less), 3)} % ${less < 0 ? "less" : "more"} than the law it stands beside` : "of the law beside it",
+      name: `Drift, ${model.names[1]}`, value: said(other.drift * units.factor("position"), 8) + unit("position"),
+      words: other.drift * shown.drift < 0 ? `the other way than ${model.names[0]}` : Math.abs(shown.drift) > 1e-9 ? `${said(Math.abs(less), 3)} % ${less < 0 ? "less" : "more"} than ${model.names[0]}` : "of what is beside it",
     });
   }
   if (details) {

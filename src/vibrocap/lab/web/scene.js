@@ -2,7 +2,7 @@
 
 const ARROW = 1.1, LOAD_ARROW = 0.3; // the longest arrows of friction and load, in lengths of the equations
 
-// now: { side, friction, load, perForce, perLoad, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit }
+// now: { sides: of the contacts, friction, load, perForce, perLoad, shapes: coordinates by shape, camera, reach: how far the contact gets from it, origin, unit }
 function drawScene(pen, theme, form, now) {
   const low = -0.42, high = 1.95, scale = pen.height / (high - low), middle = pen.width / 2;
   const along = Math.min(scale, (pen.width / 2 - scale) / now.reach); // a machine that goes far is seen from afar
@@ -16,7 +16,8 @@ function drawScene(pen, theme, form, now) {
     if (whole) pen.text(px(x), py(-0.13), said(x * unit, 4), { fill: theme.soft, size: 11, align: "center", base: "top" });
   }
   flag(pen, px(now.origin), py(0), theme);
-  form.scene.forEach((shape, number) => drawn(pen, theme, shape, now.shapes[number], px, py, scale, now.side));
+  let contacts = 0;
+  form.scene.forEach((shape, number) => drawn(pen, theme, shape, now.shapes[number], px, py, scale, shape.kind === "contact" ? now.sides[contacts++] : 0));
   const contact = form.scene.findIndex((shape) => shape.kind === "contact");
   if (contact < 0) return;
   const x = px(now.shapes[contact][0]), edge = (form.scene[contact].size[0] * scale) / 2;
@@ -39,7 +40,7 @@ function drawn(pen, theme, shape, points, px, py, scale, side) {
   else if (shape.kind === "hinge") pen.disc(x, y, 4, theme.paper, theme.ink);
   else if (shape.kind === "rod") pen.path([x, y, px(points[2]), py(points[3])], theme.ink, 3);
   else if (shape.kind === "spring") pen.path(coil(x, y, px(points[2]), py(points[3])), theme.ink, 1.5);
-  else if (shape.kind === "contact") pen.path([x - w / 2, y, x + w / 2, y], theme.side(side), 7);
+  else if (shape.kind === "contact") pen.path([x - w / 2, y, x + w / 2, y], side === undefined ? theme.soft : theme.side(side), 7);
 }
 
 function coil(x0, y0, x1, y1) {

@@ -1,20 +1,27 @@
 // Sharing: the state in the address, as TOML, as Python, as commands; a TOML file read back, strictly.
 
-// What differs from the preset, as the fragment of an address.
-function fragmentOf(model) {
-  const { state, preset, data } = model, parts = [`v=${data.layout}`, `preset=${preset.key}`], fresh = model.fresh(preset);
-  const put = (key, value) => parts.push(`${key}=${encodeURIComponent(value)}`);
+// A case as what differs from its preset, for an address.
+function caseOf(model) {
+  const { state, preset } = model, parts = [`preset=${preset.key}`], fresh = model.fresh(preset), put = putter(parts);
   const own = model.data.forms[fresh.form], form = model.form;
   for (const section of PARTS) if (form[section] !== own[section]) put(section, form[section]);
   const start = state.form === fresh.form ? fresh.values : model.valuesFor(state.form, fresh.values);
   for (const [path, value] of Object.entries(state.values)) if (value !== start[path]) put(path, value);
   for (const [name, value] of Object.entries(state.initial)) if (value !== (fresh.initial[name] ?? 0)) put(`initial.${name}`, value);
   for (const name of ["periods", "tolerance"]) if (state[name] !== fresh[name]) put(`run.${name}`, state[name]);
-  if (state.shown !== fresh.shown) put("shown", state.shown);
-  if (state.beside) put("beside", state.beside);
+  return parts.join("&");
+}
+
+const putter = (parts) => (key, value) => parts.push(`${key}=${encodeURIComponent(value)}`);
+
+// The whole state as the fragment of an address: what differs from the preset.
+function fragmentOf(model) {
+  const { state } = model, fresh = model.fresh(model.preset), parts = [`v=${model.data.layout}`, caseOf(model)], put = putter(parts);
+  for (const name of ["shown", "beside", "units", "view"]) if (state[name] !== fresh[name]) put(name, state[name]);
+  if (state.beside === "kept") put("kept", state.kept);
   for (const [path, value] of Object.entries(state.besideValues)) put(`beside.${path}`, value);
-  if (state.units !== fresh.units) put("units", state.units);
   if (state.units === "SI" && state.scales.join() !== fresh.scales.join()) put("scales", state.scales.join(","));
+  for (const [key, value] of Object.entries(state.fields)) put(key, value);
   return `#${parts.join("&")}`;
 }
 
@@ -38,24 +45,30 @@ function readFragment(model, fragment) {
   for (const section of PARTS) {
     if (given.has(section) && !model.choose(section, given.get(section))) wrong.push(`${section}: this page does not hold ${given.get(section)} with these parts`);
   }
-  // Levels that are in order only together: what is refused at first is tried again after the others.
-  let left = [...given].filter(([key]) => key.includes(".") && !key.startsWith("beside."));
-  for (let turn = 0; turn < 2; turn++) {
-    left = left.filter(([key, value]) => !model.paths.includes(key) || model.set(key, typed(value)) !== "");
+  const { state } = model, others = new Map([...given].filter(([key]) => !["v", "preset", ...PARTS].includes(key)));
+  const numbers = [...others].filter(([key]) => key.includes(".") && !/^(beside|map|strip)\./.test(key));
+  for (const [key] of model.fill(numbers.map(([key, value]) => [key, typed(value)]))) {
+    const value = given.get(key);
+    wrong.push(model.paths.includes(key) ? `${key}: ${withGiven(model.complaint(key, typed(value)), value)}` : `${key}: there is no such number in this system`);
   }
-  for (const [key, value] of left) {
-    wrong.push(model.paths.includes(key) ? `${key}: ${model.complaint(key, typed(value))}, got ${value}` : `${key}: there is no such number in this system`);
+  for (const [key] of numbers) others.delete(key);
+  const choices = { units: ["SI", "none"], view: ["motion", "map", "strip"] };
+  for (const [key, value] of others) {
+    const number = typed(value), scales = value.split(",").map(typed);
+    if (key === "shown" && number > 0) state.shown = number;
+    else if (key === "beside" && (["kept", "twin"].includes(value) || model.formOf({ ...partsOf(model.form), friction: value }) >= 0)) state.beside = value;
+    else if (key.startsWith("beside.") && Number.isFinite(number)) state.besideValues[key.slice(7)] = number;
+    else if (key === "kept") {
+      const said = readFragment(new Model(data), `v=${data.layout}&${value}`);
+      if (said.length) wrong.push(...said.map((each) => `kept: ${each}`)); else state.kept = value;
+    } else if (choices[key]?.includes(value)) state[key] = value;
+    else if (key === "scales" && scales.length === 3 && scales.every((each) => each > 0)) state.scales = scales;
+    else if (key in usualFields(model)) {
+      const said = fieldWrong(model, key, value);
+      if (said) wrong.push(`${key}: ${said}, got ${value}`); else state.fields[key] = value;
+    } else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
   }
-  const scales = (given.get("scales") ?? "").split(",").map(typed);
-  if (scales.length === 3 && scales.every((each) => each > 0)) model.state.scales = scales;
-  for (const [key, value] of given) {
-    if (["v", "preset", "scales", ...PARTS].includes(key) || (key.includes(".") && !key.startsWith("beside."))) continue;
-    if (key === "shown" && typed(value) > 0) model.state.shown = typed(value);
-    else if (key === "beside" && model.formOf({ ...partsOf(model.form), friction: value }) >= 0) model.state.beside = value;
-    else if (key.startsWith("beside.") && Number.isFinite(typed(value))) model.state.besideValues[key.slice(7)] = typed(value);
-    else if (key === "units" && ["SI", "none"].includes(value)) model.state.units = value;
-    else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
-  }
+  if (state.beside === "kept" && !state.kept) state.beside = "";
   return wrong;
 }
 
@@ -188,27 +201,30 @@ function readToml(model, text) {
   trial.state = { ...trial.fresh(model.preset), form: number, values: {}, initial: {}, periods: data.run.periods, tolerance: data.run.tolerance };
   trial.state.values = trial.valuesFor(number, {});
   for (const name of trial.form.states) trial.state.initial[name] = 0;
-  let left = [];
+  const left = [];
   for (const section of [...trial.form.sections, "initial", "run"]) {
     for (const [key, value] of Object.entries(sections[section] ?? {})) if (key !== data.keys[section]) left.push([`${section}.${key}`, value]);
   }
-  const settled = ([path, value]) => {
-    const limit = { "run.max_events_per_period": "events", "run.max_steps": "steps" }[path];
+  const numbers = [];
+  const odd = left.filter(([path, value]) => {
+    const limit = { "run.max_events_per_period": "events", "run.max_steps": "steps" }[path], { fixed } = trial.form;
     if (limit) {
-      if (Number.isInteger(value) && value >= 1) trial.state.limits[limit] = value;
-      return Number.isInteger(value) && value >= 1;
+      const whole = Number.isInteger(value) && value >= 1;
+      if (whole) trial.state.limits[limit] = value;
+      return !whole;
     }
-    if (path in trial.form.fixed) return value === trial.form.fixed[path];
-    return trial.paths.includes(path) && typeof value === "number" && trial.set(path, value) === "";
-  };
-  for (let turn = 0; turn < 2; turn++) left = left.filter((each) => !settled(each));
-  for (const [path, value] of left) {
+    if (path in fixed) return value !== fixed[path];
+    if (typeof value === "number") numbers.push([path, value]);
+    return typeof value !== "number";
+  });
+  for (const [path, value] of [...odd, ...trial.fill(numbers)]) {
     if (path in trial.form.fixed) wrong.push(`${path}: is ${trial.form.fixed[path]} in this page, got ${value}; write a page of this case`);
     else if (path.startsWith("run.max_")) wrong.push(`${path}: should be a whole number from 1, got ${value}`);
     else if (!trial.paths.includes(path)) wrong.push(`${path}: no such key; a page reads cases without units`);
-    else wrong.push(`${path}: ${typeof value === "number" ? trial.complaint(path, value) : "should be a number"}, got ${value}`);
+    else wrong.push(`${path}: ${withGiven(typeof value === "number" ? trial.complaint(path, value) : "should be a number", value)}`);
   }
   if (wrong.length) return wrong;
-  model.state = { ...trial.state, shown: model.state.shown, units: model.state.units, scales: model.state.scales };
+  const { shown, units, scales, view, beside, kept } = model.state;
+  model.state = { ...trial.state, shown, units, scales, view, ...(beside === "kept" ? { beside, kept } : {}) };
   return [];
 }

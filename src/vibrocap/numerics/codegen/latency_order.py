@@ -5,6 +5,7 @@ one another, and a term that is added too early makes all later ones wait for it
 """
 
 import ast
+import functools
 from collections.abc import Sequence
 
 Term = tuple[int, str]  # sign, and text: a name, a number or a product
@@ -23,7 +24,7 @@ class LatencyOrder:
 
     def of(self, formula: str) -> int:
         """When the value of a formula is known."""
-        return self._known[formula] if formula in self._known else self._of(ast.parse(formula, mode="eval").body)
+        return self._known[formula] if formula in self._known else self._of(_tree(formula))
 
     def _of(self, node: ast.expr) -> int:
         if isinstance(node, ast.Name):
@@ -59,6 +60,12 @@ class LatencyOrder:
             ordered[:2] = ordered[1::-1]  # of two products that are added the left one is free
         first, *others = ordered
         return first[1] + "".join(f" {'+' if sign > 0 else '-'} {text}" for sign, text in others)
+
+
+@functools.lru_cache(maxsize=2**14)
+def _tree(formula: str) -> ast.expr:
+    """A formula, parsed once: each is asked for many times, and kernels of one system share most of theirs."""
+    return ast.parse(formula, mode="eval").body
 
 
 def combined(op: str, operands: Sequence[Sequence[Term]]) -> list[Term]:

@@ -96,7 +96,8 @@ def system_sharpness(equations: Any) -> Sharpness:
     rates = (*equations.rates, *equations.switches)
     # A load that the motion makes is a quotient whose divisor is one of the equations' bounds: before it vanishes the
     # load grows without end, and shortens the steps.
-    return sharpness(equations.graph, rates, equations.contact_velocity, internal, equations.loads)
+    bounded = (*equations.loads, *equations.quotients)
+    return sharpness(equations.graph, rates, equations.contact_velocity, internal, bounded)
 
 
 def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: np.ndarray, load: float) -> np.ndarray:

@@ -1,16 +1,16 @@
 """A compiler for kernels: their text, in a small part of Python (`subset.py`), becomes machine code.
 
-The text is read (`subset.py`), each of its functions written in LLVM's language for the kinds of its arguments
-(`lowering.py`, `kinds.py`; all lanes at once: `lanes.py`), made machine code by LLVM (`machine.py`), kept on disk
-(`cache.py`) and called (`library.py`). `compiled` does all of that. Nothing else of the package knows LLVM. Other
-targets: graphics cards (`card.py`) and browsers (`javascript.py`).
+The text is read (`subset.py`) and its functions typed for the kinds of their arguments (`typed/`, `kinds.py`). From
+that tree LLVM's language is written (`lowering.py`; all lanes at once: `lanes.py`), made machine code by LLVM
+(`machine.py`), kept on disk (`cache.py`) and called (`library.py`); `compiled` does all of that. Nothing else of the
+package knows LLVM. Other targets: graphics cards (`card.py`) and browsers (`webassembly/`).
 """
 
 import functools
 import hashlib
 import pathlib
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from vibrocap.numerics.compiler import cache
 from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
@@ -31,9 +31,8 @@ __all__ = [
     "compiled",
     "host",
     "ir",
-    "javascript_statements",
-    "javascript_text",
     "object_code",
+    "webassembly_module",
 ]
 
 WORKING = threading.Lock()
@@ -43,7 +42,7 @@ WORKING = threading.Lock()
 def own_source() -> str:
     """A hash of the compiler's own text: another compiler makes other code."""
     found = hashlib.sha256()
-    for path in sorted(pathlib.Path(__file__).parent.glob("*.py")):
+    for path in sorted(pathlib.Path(__file__).parent.rglob("*.py")):
         found.update(path.read_bytes())
     return found.hexdigest()
 
@@ -60,25 +59,23 @@ def literal_ir(text: str, entry: str, short: bool = False) -> str:
 
     Every sum and product is rounded, none are fused; the functions of `math` are the kernel's own polynomials.
     """
-    from vibrocap.numerics.compiler.javascript import with_own_functions
     from vibrocap.numerics.compiler.lowering import lowered
+    from vibrocap.numerics.compiler.webassembly import with_own_functions
 
     made = lowered(with_own_functions(text), entry, host().lanes, short, library=LIBRARY)
     return made.replace(" contract ", " ")
 
 
-def javascript_text(text: str, entry: str) -> str:
-    """A kernel of one motion as a JavaScript module that exports the function `entry`, see `javascript.py`."""
-    from vibrocap.numerics.compiler import javascript
+def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]]]]]) -> bytes:
+    """Kernels of one motion as one WebAssembly module, which is the same for the same texts.
 
-    return javascript.javascript_text(text, entry)
+    kernels: text of each, and by the name of an export the function of the text and the kinds of its arguments; an
+    array is an address in the module's `memory`, of which the first 64 KiB are its own, an int is one of 32 bits
+    Raises Refused where a text is no kernel of one motion.
+    """
+    from vibrocap.numerics.compiler import webassembly
 
-
-def javascript_statements(text: str, entries: Mapping[str, tuple[Kind, ...]]) -> tuple[str, ...]:
-    """The statements of such a module with several functions that are called from outside, see `javascript.py`."""
-    from vibrocap.numerics.compiler import javascript
-
-    return javascript.javascript_statements(text, entries)
+    return webassembly.module(kernels)
 
 
 def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:

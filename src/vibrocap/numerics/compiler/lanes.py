@@ -5,15 +5,11 @@ values. Additions and products may be contracted to fused ones, as everywhere in
 what a lane gets does not depend on its neighbours.
 """
 
-import ast
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vibrocap.numerics.compiler.kinds import (
-    ELEMENTS,
-    FLOAT,
     INT,
-    INTS,
     NOTHING,
     Value,
     choices,
@@ -26,74 +22,34 @@ if TYPE_CHECKING:
     from vibrocap.numerics.compiler.code import Code
 
 ALIGNED_STACK = "noinline alignstack(64)"
-ARITHMETIC = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
-LOGICAL = {ast.BitAnd: "and", ast.BitOr: "or", ast.BitXor: "xor"}
+ARITHMETIC = {"Add": "fadd", "Sub": "fsub", "Mult": "fmul", "Div": "fdiv"}
+LOGICAL = {"BitAnd": "and", "BitOr": "or", "BitXor": "xor"}
 FLIPPED = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
 
 
-def _is_numbers(value: Value) -> bool:
-    return value.kind.lanes > 0 and value.kind == numbers(value.kind.lanes)
+def binary(code: "Code", op: str, left: Value, right: Value) -> Value:
+    """left op right, of numbers or choices of all lanes."""
+    if op in LOGICAL:
+        return code.emit(left.kind, f"{LOGICAL[op]} {left.kind.llvm} {left.text}, {right.text}")
+    return code.emit(left.kind, f"{ARITHMETIC[op]} contract {left.kind.llvm} {left.text}, {right.text}")
 
 
-def _is_choices(value: Value) -> bool:
-    return value.kind.lanes > 0 and not _is_numbers(value)
-
-
-def binary(code: "Code", node: ast.AST, op: ast.operator, left: Value, right: Value) -> Value:
-    """left op right, of which at least one is of all lanes."""
-    width = code.module.width
-    if _is_choices(left) and _is_choices(right) and type(op) in LOGICAL:
-        return code.emit(left.kind, f"{LOGICAL[type(op)]} {left.kind.llvm} {left.text}, {right.text}")
-    if type(op) not in ARITHMETIC or _is_choices(left) or _is_choices(right):
-        raise code.refusal(node, "lanes have + - * / of numbers and & | ^ of choices; write where(...) for a choice")
-    kind = numbers(width)
-    left, right = code.as_kind(node, left, kind), code.as_kind(node, right, kind)
-    return code.emit(kind, f"{ARITHMETIC[type(op)]} contract {kind.llvm} {left.text}, {right.text}")
-
-
-def unary(code: "Code", node: ast.AST, op: ast.unaryop, value: Value) -> Value:
-    """op value."""
-    if _is_numbers(value) and isinstance(op, ast.USub):
+def unary(code: "Code", op: str, value: Value) -> Value:
+    """Minus of numbers, not of choices."""
+    if op == "USub":
         return code.emit(value.kind, f"fneg contract {value.kind.llvm} {value.text}")
-    if _is_choices(value) and isinstance(op, ast.Invert):
-        ones = f"<{', '.join(['i1 true'] * value.kind.lanes)}>"
-        return code.emit(value.kind, f"xor {value.kind.llvm} {value.text}, {ones}")
-    raise code.refusal(node, "lanes have - of numbers and ~ of choices")
+    ones = f"<{', '.join(['i1 true'] * value.kind.lanes)}>"
+    return code.emit(value.kind, f"xor {value.kind.llvm} {value.text}, {ones}")
 
 
-def compared(code: "Code", node: ast.AST, name: str, left: Value, right: Value) -> Value:
-    """Where a comparison holds."""
-    kind = numbers(code.module.width)
-    if _is_choices(left) or _is_choices(right):
-        raise code.refusal(node, "choices are not compared; use ^")
-    left, right = code.as_kind(node, left, kind), code.as_kind(node, right, kind)
-    return code.emit(choices(kind.lanes), f"fcmp {FLIPPED[name]} {kind.llvm} {left.text}, {right.text}")
+def compared(code: "Code", name: str, left: Value, right: Value) -> Value:
+    """Where a comparison of numbers holds."""
+    return code.emit(choices(left.kind.lanes), f"fcmp {FLIPPED[name]} {left.kind.llvm} {left.text}, {right.text}")
 
 
-def magnitude(code: "Code", node: ast.AST, value: Value) -> Value:
+def magnitude(code: "Code", value: Value) -> Value:
     """abs(value)."""
-    if not _is_numbers(value):
-        raise code.refusal(node, "choices have no magnitude")
     return _intrinsic(code, "fabs", value)
-
-
-def primitive(code: "Code", node: ast.Call, name: str, arguments: list[Value]) -> Value:
-    """A call of one of the functions of `plain_vectors.py`."""
-    if name not in PRIMITIVES:
-        raise code.refusal(node, f"lanes have no `{name}`")
-    wanted, function = PRIMITIVES[name]
-    if len(arguments) != len(wanted):
-        raise code.refusal(node, f"`{name}` takes {len(wanted)} arguments")
-    kinds = {"numbers": numbers(code.module.width), "choices": choices(code.module.width)}
-    taken = []
-    for argument, kind in zip(arguments, wanted, strict=True):
-        if isinstance(kind, str):
-            taken.append(code.as_kind(node, argument, kinds[kind]))
-        elif kind in ELEMENTS and argument.kind != kind:
-            raise code.refusal(node, f"`{name}` of {argument.kind.name}; it takes an {kind.name}")
-        else:
-            taken.append(argument if kind in ELEMENTS else code.as_kind(node, argument, kind))
-    return function(code, *taken)
 
 
 def _intrinsic(code: "Code", name: str, value: Value) -> Value:
@@ -224,23 +180,21 @@ def _of_each(name: str) -> Callable:
     return lambda code, x: _intrinsic(code, name, x)
 
 
-FLOAT_ARRAY = next(kind for kind, element in ELEMENTS.items() if element == FLOAT)
-# Kinds of the arguments, and what writes the code.
-PRIMITIVES: dict[str, tuple[tuple, Callable[..., Value]]] = {
-    "align_stack": ((), _align_stack),
-    "load": ((FLOAT_ARRAY, INT), _load),
-    "store": ((FLOAT_ARRAY, INT, "numbers"), _store),
-    "whole_equal": ((INTS, INT, INT), _whole_compared("eq")),
-    "whole_above": ((INTS, INT, INT), _whole_compared("sgt")),
-    "whole_reached": ((INTS, INT, INT, INT), _whole_reached),
-    "whole_add": ((INTS, INT, INT, "choices"), _whole_add),
-    "whole_set": ((INTS, INT, INT, "choices"), _whole_set),
-    "where": (("choices", "numbers", "numbers"), _where),
-    "take": ((INTS, INT, INT), _take),
-    "bits": (("choices",), _bits),
-    "floor": (("numbers",), _of_each("floor")),
-    "square_root": (("numbers",), _of_each("sqrt")),
-    "exponent": (("numbers",), _exponent),
-    "mantissa": (("numbers",), _mantissa),
-    "power_of_two": (("numbers",), _power_of_two),
+PRIMITIVES: dict[str, Callable[..., Value]] = {
+    "align_stack": _align_stack,
+    "load": _load,
+    "store": _store,
+    "whole_equal": _whole_compared("eq"),
+    "whole_above": _whole_compared("sgt"),
+    "whole_reached": _whole_reached,
+    "whole_add": _whole_add,
+    "whole_set": _whole_set,
+    "where": _where,
+    "take": _take,
+    "bits": _bits,
+    "floor": _of_each("floor"),
+    "square_root": _of_each("sqrt"),
+    "exponent": _exponent,
+    "mantissa": _mantissa,
+    "power_of_two": _power_of_two,
 }

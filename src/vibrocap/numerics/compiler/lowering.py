@@ -1,61 +1,33 @@
-"""From the language of kernels to LLVM's: one function for every function and combination of kinds it is called with.
+"""From the typed tree to LLVM's language; LLVM puts variables into registers."""
 
-The text is read once from top to bottom. A name that turns out to be of another kind further down, as in a loop, starts
-the function anew with what is known by then, until nothing changes. LLVM puts variables into registers.
-"""
+from collections.abc import Mapping
+from typing import Any
 
-import ast
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-
-from vibrocap.numerics.compiler.calls import Calls
-from vibrocap.numerics.compiler.code import named
-from vibrocap.numerics.compiler.kinds import (
-    BOOL,
-    ELEMENTS,
-    FLOAT,
-    FLOATS,
-    INT,
-    INTS,
-    NOTHING,
-    SCALARS,
-    TABLE,
-    Kind,
-    Value,
-    float_text,
-    joined,
-    literal,
-)
+from vibrocap.numerics.compiler.expressions import Expressions
+from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, Value, float_text
 from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
-from vibrocap.numerics.compiler.subset import Kernel, parsed
-
-NO_LIBRARY: Mapping[str, str] = MappingProxyType({})
+from vibrocap.numerics.compiler.subset import parsed
+from vibrocap.numerics.compiler.typed import nodes
+from vibrocap.numerics.compiler.typed.program import NO_LIBRARY, Program
 
 
 class Module:
-    """A kernel on its way to one LLVM module: the functions made so far and what they need."""
+    """A kernel on its way to one LLVM module: the functions written so far and what they need."""
 
-    def __init__(self, kernel: Kernel, width: int, library: Mapping[str, str]):
-        self.kernel, self.width, self.library = kernel, width, library
+    def __init__(self, width: int):
+        self.width = width
         self.bodies: dict[str, str] = {}
         self.needed: dict[str, None] = {}  # declarations and helpers
-        self._made: dict[tuple, tuple[str, Kind] | None] = {}
-        self._values: dict[str, Value | None] = {}
 
-    def constant(self, name: str) -> Value | None:
-        """A constant of the kernel; a table is written into the module when first asked for."""
-        if name not in self._values:
-            value = literal(self.kernel.constants[name]) if name in self.kernel.constants else None
-            if value is not None and value.kind == TABLE:
-                flat = value.constant.ravel()
-                kind = "double" if flat.dtype.kind == "f" else "i64"
-                texts = (float_text(x) if kind == "double" else str(int(x)) for x in flat.tolist())
-                items = ", ".join(f"{kind} {text}" for text in texts)
-                self.need(f"@{name} = internal unnamed_addr constant [{flat.size} x {kind}] [{items}], align 64")
-                value.text = f"@{name}"
-            self._values[name] = value
-        return self._values[name]
+    def table(self, table: nodes.Table) -> str:
+        """The name of a table, which is written into the module when first asked for."""
+        flat = table.constant.ravel()
+        kind = "double" if flat.dtype.kind == "f" else "i64"
+        texts = (float_text(x) if kind == "double" else str(int(x)) for x in flat.tolist())
+        items = ", ".join(f"{kind} {text}" for text in texts)
+        self.need(f"@{table.name} = internal unnamed_addr constant [{flat.size} x {kind}] [{items}], align 64")
+        return f"@{table.name}"
 
     def need(self, text: str) -> None:
         """Something to stand in the module once."""
@@ -69,22 +41,11 @@ class Module:
             self.need(f"declare {declaration}")
         return f"@{name}"
 
-    def function(self, name: str, kinds: tuple[Kind, ...], asked: "Callable[[str], Exception]") -> tuple[str, Kind]:
-        """(name in the module, kind of the result) of a function of the kernel for arguments of these kinds."""
-        key = (name, kinds)
-        if key in self._made:
-            found = self._made[key]
-            if found is None:
-                raise asked(f"`{name}` calls itself; write a loop")
-            return found
-        self._made[key] = None
-        number = sum(known == name for known, _ in self._made)
-        made = f"@{name}" if number == 1 else f"@{name}.{number}"
-        lowered = Function(self, self.kernel.functions[name], kinds)
-        result = lowered.lowered(made)
-        self.bodies[made] = lowered.text
-        self._made[key] = made, result
-        return made, result
+    def written(self, function: nodes.Function) -> str:
+        """The name of a function, which is written when first called."""
+        if function.name not in self.bodies:
+            self.bodies[function.name] = Function(self, function).written()
+        return f"@{function.name}"
 
     @property
     def text(self) -> str:
@@ -107,14 +68,11 @@ def lowered(
     library: functions of the kernel that stand for those of `math`, and for `pow`
     """
     kernel = parsed(text)
-    if entry not in kernel.functions:
-        raise kernel.refusal(ast.Pass(), "", f"there is no function `{entry}`")
     wide = kernel.constants.get("LANES", width) if kernel.primitives else width
-    module = Module(kernel, wide, library)
-    name, result = module.function(entry, arguments, lambda what: kernel.refusal(ast.Pass(), entry, what))
-    if result not in (NOTHING, INT, BOOL):
-        raise kernel.refusal(kernel.functions[entry], entry, "what is called from outside returns an int or nothing")
-    return (SHORT if short else "") + module.text + entry_text(name, result, arguments)
+    function = Program(kernel, wide, library).entry(entry, arguments)
+    module = Module(wide)
+    name = module.written(function)
+    return (SHORT if short else "") + module.text + entry_text(name, function.result, arguments)
 
 
 def entry_text(name: str, result: Kind, arguments: tuple[Kind, ...]) -> str:
@@ -136,122 +94,58 @@ def _argument(kind: Kind) -> str:
     return "ptr noalias nocapture" if kind in ELEMENTS else kind.llvm
 
 
-class Function(Calls):
-    """One function of a kernel for one combination of kinds of arguments: its statements."""
+class Function(Expressions):
+    """Writes the statements of a function."""
 
-    def lowered(self, name: str) -> Kind:
-        """Write the function; the kind of its result."""
-        arguments = [argument.arg for argument in self.node.args.args]
-        while True:
-            before = dict(self.variables), self.result
-            self._write(name, arguments)
-            if before == (self.variables, self.result):
-                return self.result or NOTHING
+    def written(self) -> str:
+        """All of it."""
+        function = self.function
+        self._block(function.body)
+        head = ", ".join(f"{_argument(kind)} %a.{name}" for name, kind in function.arguments)
+        places = [f"  %v.{variable} = alloca {kind.llvm}" for variable, kind in function.variables.items()]
+        first = f"define internal {function.result.llvm} @{function.name}({head}) {self.attributes} {{\nstart:"
+        return "\n".join([first, *places, *self.lines, "}"])
 
-    def _write(self, name: str, arguments: list[str]) -> None:
-        self.begin()
-        for argument, kind in zip(arguments, self.kinds, strict=True):
-            value = Value(kind, f"%a.{argument}")
-            if argument in self._assigned:
-                if kind in ELEMENTS:
-                    raise self.refusal(self.node, f"the array `{argument}` cannot be given another value")
-                self._assign(self.node, argument, value)
-            else:
-                self.bound[argument] = value
-        self._block(self.node.body)
-        if self.open:
-            if self.result not in (None, NOTHING):
-                raise self.refusal(self.node, "its end can be reached without a return; return a value there too")
-            self.result = NOTHING
-            self._end("ret void")
-        head = ", ".join(f"{_argument(k)} %a.{a}" for a, k in zip(arguments, self.kinds, strict=True))
-        places = [f"  %v.{variable} = alloca {kind.llvm}" for variable, kind in self.variables.items()]
-        result = (self.result or NOTHING).llvm
-        first = f"define internal {result} {name}({head}) {self.attributes} {{\nstart:"
-        self.text = "\n".join([first, *places, *self.lines, "}"])
-
-    # --- statements --------------------------------------------------------------------------------------------------
-
-    def _block(self, statements: list[ast.stmt]) -> None:
+    def _block(self, statements: list[Any] | tuple[Any, ...]) -> None:
         for statement in statements:
-            if not self.open:
-                return  # nothing leads here
-            handler = getattr(self, f"_do_{type(statement).__name__}", None)
-            if handler is None:
-                raise self.refusal(
-                    statement, f"no kernel has {named(statement)}; see compiler/subset.py for what it has"
-                )
-            handler(statement)
+            getattr(self, f"_do_{type(statement).__name__}")(statement)
 
-    def _do_Pass(self, node: ast.Pass) -> None:
-        """Nothing."""
+    def _do_Evaluate(self, node: nodes.Evaluate) -> None:
+        self.value(node.value)
 
-    def _do_Expr(self, node: ast.Expr) -> None:
-        if isinstance(node.value, ast.Constant):
-            return  # a docstring
-        if not isinstance(node.value, ast.Call):
-            raise self.refusal(node, "a statement that is an expression calls a function; leave it out")
-        self._call(node.value)
+    def _do_Bind(self, node: nodes.Bind) -> None:
+        self.known[node.let] = self.value(node.let.value)
 
-    def _do_Assign(self, node: ast.Assign) -> None:
-        if len(node.targets) != 1:
-            raise self.refusal(node, "assign to one target at a time; write a line for each")
-        self._put(node, node.targets[0], self.value(node.value))
+    def _do_Assign(self, node: nodes.Assign) -> None:
+        value = self.as_kind(self.value(node.value), node.kind)
+        self.do(f"store {node.kind.llvm} {value.text}, ptr %v.{node.name}")
 
-    def _put(self, node: ast.AST, target: ast.expr, value: Value) -> None:
-        if isinstance(target, ast.Name):
-            self._assign(node, target.id, value)
-        elif isinstance(target, ast.Tuple):
-            items = self.items(value)
-            if items is None or len(items) != len(target.elts):
-                raise self.refusal(node, f"{len(target.elts)} names cannot take {value.kind.name}")
-            for part, item in zip(target.elts, items, strict=True):
-                self._put(node, part, item)
-        elif isinstance(target, ast.Subscript):
-            array, place = self._entry(target)
-            self._store(node, array, place, value)
-        else:
-            raise self.refusal(node, "assign to a name, an entry of an array or a tuple of these")
+    def _do_Unpack(self, node: nodes.Unpack) -> None:
+        self._hold(node.items, self.value(node.value))
+        self._block(node.statements)
 
-    def _assign(self, node: ast.AST, name: str, value: Value) -> None:
-        if value.kind in (NOTHING, FLOATS, INTS, TABLE):
-            raise self.refusal(node, f"`{name}` cannot stand for {value.kind.name}; use it where it is")
-        if name in self._once:
-            self.bound[name] = value
-            return
-        kind = value.kind
-        if name in self.variables:
-            both = joined(self.variables[name], kind)
-            if both is None:
-                before = self.variables[name].name
-                raise self.refusal(node, f"`{name}` is {before} elsewhere, {kind.name} here; use two names")
-            kind = both
-        self.variables[name] = kind
-        self.do(f"store {kind.llvm} {self.as_kind(node, value, kind).text}, ptr %v.{name}")
+    def _hold(self, held: tuple[nodes.Typed, ...], value: Value) -> None:
+        for each, item in zip(held, self.items(value), strict=True):
+            if isinstance(each, nodes.Held):
+                self.known[each] = item
+            elif isinstance(each, nodes.Tuple) and each.constant is None:
+                self._hold(each.items, item)
 
-    def _do_AugAssign(self, node: ast.AugAssign) -> None:
-        if isinstance(node.target, ast.Subscript):
-            array, place = self._entry(node.target)
-            kind = ELEMENTS[array.kind]
-            before = self.emit(kind, f"load {kind.llvm}, ptr {place}")
-            self._store(node, array, place, self._binary(node, node.op, before, self.value(node.value)))
-            return
-        if not isinstance(node.target, ast.Name):
-            raise self.refusal(node, "augment a name or an entry of an array")
-        before = self._name(node, node.target.id)
-        self._assign(node, node.target.id, self._binary(node, node.op, before, self.value(node.value)))
+    def _do_Store(self, node: nodes.Store) -> None:
+        value = self.value(node.value)
+        self._store(node.array, self.pointer(self.value(node.array), self.value(node.place)), value)
 
-    def _store(self, node: ast.AST, array: Value, place: str, value: Value) -> None:
+    def _do_Augment(self, node: nodes.Augment) -> None:
+        pointer = self.pointer(self.value(node.array), self.value(node.place))
+        self.known[node.held] = self.emit(node.held.kind, f"load {node.held.kind.llvm}, ptr {pointer}")
+        self._store(node.array, pointer, self.value(node.value))
+
+    def _store(self, array: nodes.Argument, pointer: str, value: Value) -> None:
         kind = ELEMENTS[array.kind]
-        if value.kind not in SCALARS or (kind == INT and value.kind == FLOAT):
-            raise self.refusal(node, f"an {array.kind.name} takes no {value.kind.name}; convert it")
-        self.do(f"store {kind.llvm} {self.as_kind(node, value, kind).text}, ptr {place}")
+        self.do(f"store {kind.llvm} {self.as_kind(value, kind).text}, ptr {pointer}")
 
-    def _do_If(self, node: ast.If) -> None:
-        condition = self.condition(node.test)
-        if condition.constant is not None:
-            self._block(node.body if condition.constant else node.orelse)
-            return
+    def _do_If(self, node: nodes.If) -> None:
+        condition = self.value(node.condition)
         yes, no, after = self.label(), self.label(), self.label()
         self._fork(condition, yes, no)
         reached = False
@@ -264,73 +158,55 @@ class Function(Calls):
         if reached:
             self.start(after)
 
-    def _do_While(self, node: ast.While) -> None:
-        if node.orelse:
-            raise self.refusal(node, "a loop has no else; use a bool")
+    def _do_While(self, node: nodes.While) -> None:
         head, body, after = self.label(), self.label(), self.label()
         self._jump(head)
         self.start(head)
-        condition = self.condition(node.test)
-        self.loops.append([head, after, not condition.constant])
-        if condition.constant is None:
-            self._fork(condition, body, after)
+        if node.condition.constant is None:
+            self._fork(self.value(node.condition), body, after)
         else:
-            self._jump(body if condition.constant else after)
-        self.start(body)
-        self._block(node.body)
-        if self.open:
-            self._jump(head)
-        if self.loops.pop()[2]:
+            self._jump(body)
+        self._round(node, body, head, after)
+        if node.left:
             self.start(after)
 
-    def _do_For(self, node: ast.For) -> None:
-        if node.orelse:
-            raise self.refusal(node, "a loop has no else; use a bool")
-        call = node.iter
-        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and isinstance(node.target, ast.Name)):
-            raise self.refusal(node, "loop with one name over range(...)")
-        if call.func.id != "range" or call.keywords or not 1 <= len(call.args) <= 3:
-            raise self.refusal(node, "loop with one name over range(...)")
-        bounds = [self.as_kind(node, self.value(argument), INT) for argument in call.args]
-        first = bounds[0] if len(bounds) > 1 else Value(INT, "0", 0)
-        last = bounds[min(1, len(bounds) - 1)]
-        step = bounds[2].constant if len(bounds) == 3 else 1
-        if not step:
-            raise self.refusal(node, "the step of a range is a constant other than 0; write it as one")
-        if first.constant is not None and last.constant is not None and not range(first.constant, last.constant, step):
-            return
-        head, body, following, after = (self.label() for _ in range(4))
-        before = self.block
-        counter = f"%i{self.count}"
-        self._jump(head)
-        self.start(head)
-        place = len(self.lines)
-        going = self.emit(BOOL, f"icmp {'slt' if step > 0 else 'sgt'} i64 {counter}, {last.text}")
-        self._fork(going, body, after)
+    def _round(self, node: nodes.While | nodes.For, body: str, following: str, after: str) -> None:
+        """The body of a loop; it goes on with the block `following`."""
         self.start(body)
-        self._assign(node, node.target.id, Value(INT, counter))
-        self.loops.append([following, after, True])
+        self.loops.append((following, after))
         self._block(node.body)
         if self.open:
             self._jump(following)
         self.loops.pop()
+
+    def _do_For(self, node: nodes.For) -> None:
+        first, last = self.value(node.first), self.value(node.last)
+        head, body, following, after = (self.label() for _ in range(4))
+        before = self.block
+        counter = f"%i{self.count}"
+        self.known[node.counter] = Value(INT, counter)
+        self._jump(head)
+        self.start(head)
+        place = len(self.lines)
+        going = self.emit(BOOL, f"icmp {'slt' if node.step > 0 else 'sgt'} i64 {counter}, {last.text}")
+        self._fork(going, body, after)
+        self._round(node, body, following, after)
         self.start(following)
-        moved = self.emit(INT, f"add nsw i64 {counter}, {step}")
+        moved = self.emit(INT, f"add nsw i64 {counter}, {node.step}")
         self._jump(head)
         self.lines.insert(place, f"  {counter} = phi i64 [ {first.text}, %{before} ], [ {moved.text}, %{following} ]")
         self.start(after)
 
-    def _do_Break(self, node: ast.Break) -> None:
-        self.loops[-1][2] = True
+    def _do_Break(self, node: nodes.Break) -> None:
         self._jump(self.loops[-1][1])
 
-    def _do_Continue(self, node: ast.Continue) -> None:
+    def _do_Continue(self, node: nodes.Continue) -> None:
         self._jump(self.loops[-1][0])
 
-    def _do_Return(self, node: ast.Return) -> None:
-        value = Value(NOTHING, "") if node.value is None else self.value(node.value)
-        both = value.kind if self.result is None else joined(self.result, value.kind)
-        if both is None or value.kind in (FLOATS, INTS, TABLE):
-            raise self.refusal(node, f"returns {value.kind.name}, elsewhere {(self.result or NOTHING).name}")
-        self.result = both
-        self._end("ret void" if both == NOTHING else f"ret {both.llvm} {self.as_kind(node, value, both).text}")
+    def _do_Return(self, node: nodes.Return) -> None:
+        kind = self.function.result
+        if node.value is None:
+            self._end("ret void")
+        else:
+            value = self.value(node.value)
+            self._end(f"ret {kind.llvm} {self.as_kind(value, kind).text}")

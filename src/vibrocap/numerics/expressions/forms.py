@@ -14,6 +14,8 @@ class Forms:
         self.graph = graph
         self.rates = rates
         self._degrees: dict[int, int] = {}
+        self._multiples: dict[int, tuple[Expression, int]] = {}
+        self._linear: dict[int, tuple[Expression, int]] = {}
 
     def degree(self, index: int) -> int:
         """Degree in time of a node if it is a polynomial for every motion, else FREE. Higher coefficients vanish."""
@@ -40,6 +42,11 @@ class Forms:
 
     def multiple(self, index: int) -> tuple[Expression, int]:
         """(factor, base): the node is factor * base with a constant factor, drawn out of products too."""
+        if index not in self._multiples:
+            self._multiples[index] = self._multiple(index)
+        return self._multiples[index]
+
+    def _multiple(self, index: int) -> tuple[Expression, int]:
         op, *operands = self.graph.nodes[index]
         one = self.graph.constant(1.0)
         if self.degree(index) == 0 or op not in ("neg", "mul", "div"):
@@ -64,6 +71,11 @@ class Forms:
 
     def linear(self, index: int) -> tuple[Expression, int]:
         """(factor, base): but for constants the node is factor * base; its coefficients k >= 1 are factor * base_k."""
+        if index not in self._linear:
+            self._linear[index] = self._linear_form(index)
+        return self._linear[index]
+
+    def _linear_form(self, index: int) -> tuple[Expression, int]:
         op, *operands = self.graph.nodes[index]
         varying = [i for i in operands if self.degree(i) > 0] if op in ("add", "sub", "mul", "neg", "div") else []
         if len(varying) != 1 or (op == "div" and varying[0] == operands[1]):

@@ -35,6 +35,7 @@ class Graph:
     def __init__(self):
         self.nodes: list[tuple] = []
         self._known: dict[tuple, int] = {}
+        self._constant: dict[int, bool] = {}
 
     def node(self, op: str, *operands) -> "Expression":
         """The expression of this node, recorded now if it is new."""
@@ -60,10 +61,12 @@ class Graph:
 
     def is_constant_in_time(self, index: int) -> bool:
         """Whether a node depends on neither time nor state."""
-        op, *operands = self.nodes[index]
-        if op in ("time", "state"):
-            return False
-        return op in ("constant", "side", "parameter") or all(self.is_constant_in_time(i) for i in operands)
+        if index not in self._constant:
+            op, *operands = self.nodes[index]
+            leaf = op in ("constant", "side", "parameter", "time", "state")
+            constant = op not in ("time", "state") if leaf else all(map(self.is_constant_in_time, operands))
+            self._constant[index] = constant
+        return self._constant[index]
 
 
 class Expression(Recordable):

@@ -1,11 +1,11 @@
-"""Kernels for a browser: JavaScript with the bits of plain Python, in statements that several kernels may share."""
+"""Kernels for a browser: one WebAssembly module for all of them, with the bits of plain Python."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.source import generated_source, instants_source
-from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, javascript_statements
+from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind, webassembly_module
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
 from vibrocap.numerics.linker.link import linked_source
@@ -25,24 +25,26 @@ ENSEMBLE_ENTRIES = {"advance_ensemble": (*MEMORY, INT)}
 
 @dataclasses.dataclass(frozen=True)
 class BrowserKernel:
-    """A kernel of a page.
-
-    statements: of its module, the exports last; text: the plain kernel that they were translated from
-    """
+    """A kernel of a page: its text, and the functions of it that a page calls, with the kinds of their arguments."""
 
     layout: Layout
-    statements: tuple[str, ...]
     text: str
+    entries: Mapping[str, tuple[Kind, ...]]
 
     @property
     def result_head(self) -> dict[str, int]:
         """Where the first numbers of a result stand, by name."""
         return {name: i for i, name in enumerate(RESULT_HEAD)}
 
-    @property
-    def module(self) -> str:
-        """The module as one text."""
-        return "\n".join([*self.statements, ""])
+
+def browser_module(pairs: Sequence[Sequence[BrowserKernel]]) -> bytes:
+    """The WebAssembly module of several such pairs, of which the first exports `advance0`, the second `advance1`."""
+    numbered = (
+        (kernel.text, {f"{name}{number}": (name, kinds) for name, kinds in kernel.entries.items()})
+        for number, kernels in enumerate(pairs)
+        for kernel in kernels
+    )
+    return webassembly_module(numbered)
 
 
 def browser_kernels(
@@ -59,9 +61,9 @@ def browser_kernels(
     observed: what can be seen besides the states, at least one; room: where they may begin; see `instants_source`
     """
     layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, loop="browser")
-    ensemble = BrowserKernel(layout, javascript_statements(text, ENSEMBLE_ENTRIES), text)
+    ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
     layout = dataclasses.replace(layout, order=series_order(tolerance))
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
     recipe = shown_motion_recipe(equations.hold is None, bool(equations.guards), equations.corners is not None)
     text = linked_source("\n\n".join(generated), recipe)
-    return BrowserKernel(layout, javascript_statements(text, MOTION_ENTRIES), text), ensemble
+    return BrowserKernel(layout, text, MOTION_ENTRIES), ensemble

@@ -62,7 +62,9 @@ class Recorded:
     @property
     def series(self) -> np.ndarray:
         """[pieces, rows, order + 1] coefficients in powers of the time since the start of the piece."""
-        return self.pieces[:, memory.PIECE_HEAD :].reshape(len(self.pieces), len(self.final), -1)
+        pieces, size = self.pieces.shape
+        rows = len(self.final)
+        return self.pieces[:, memory.PIECE_HEAD :].reshape(pieces, rows, (size - memory.PIECE_HEAD) // rows)
 
     @property
     def event_kinds(self) -> np.ndarray:

@@ -31,7 +31,7 @@ def checked_ranges(name: str, system: System, given: Any) -> dict[str, tuple[flo
 def checked_start_range(name: str, system: System, state: str, pair: Any) -> tuple[float, float]:
     """(low, high) of the starts of a state; ValueError for what is no range, or lies beyond a rigid stop."""
     low, high = checked_pair(name, pair)
-    least, most = system.machine.room().get(state, (-np.inf, np.inf))
+    least, most = system.placed.room().get(state, (-np.inf, np.inf))
     if low < least or high > most:
         raise ValueError(f"{name} should lie between the stops, {least:g} to {most:g}, got {pair!r}")
     return low, high
@@ -84,7 +84,7 @@ def visited_ranges(map_: StroboscopicMap, start: np.ndarray) -> dict[str, tuple[
     free = [i for i in map_.smooth_states if i < mechanical]
     probes = np.tile(start, (PROBES, 1))
     probes[:, free] = PROBED * sizes[free] * (2.0 * evenly_spread(PROBES, len(free)) - 1.0)
-    room = system.machine.room()
+    room = system.placed.room()
     for name, (least, most) in room.items():
         i = system.state_names.index(name)
         probes[:, i] = np.clip(probes[:, i], least, most)

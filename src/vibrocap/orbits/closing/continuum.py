@@ -27,6 +27,6 @@ def in_continuum(map_: StroboscopicMap, found: PeriodicSolution) -> bool:
     push = np.zeros(len(state))
     push[moving] = PUSH * sizes[moving] * along / np.max(np.abs(along))
     starts = state + np.stack([push, -push])
-    images = map_.images(starts, np.tile(row, (2, 1)), found.response_period, tangents=False)
+    images = map_.images(starts, np.tile(row, (2, 1)), found.response_period)
     away = np.max(np.abs((images.state - starts)[:, moving]) / sizes[moving], axis=1)
     return bool(np.any(images.finished & (away <= CLOSED * found.tolerance)))

@@ -148,7 +148,8 @@ def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -
     assert whole.jacobian is not None
     symmetric, twin = None, None
     if system.mirrored:
-        image = map_.mirrored_half(found.state[None], parameters[None], tangents=False).state[0]
+        # With tangents that nobody asks for: the kernel that has them is compiled, one without them may not be.
+        image = map_.mirrored_half(found.state[None], parameters[None]).state[0]
         symmetric = closure.half
         if not symmetric and response_period % 2 == 1:
             away = mapped(map_, found.state, parameters, response_period, True).state[0] - found.state

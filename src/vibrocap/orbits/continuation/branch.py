@@ -266,7 +266,7 @@ def branch(
     Returns a `Branch`; its `ends` say why it was not followed further, with advice. If no orbit closes at the start it
     is empty. Raises ValueError, naming the argument, before any work.
     """
-    _check_options(towards, points, step)
+    check_options(towards, points, step)
     low, high = checked_range(system, over, between)
     mirrored = mirrored_all_over(system, over, (low, high))
     if half and not mirrored:
@@ -338,7 +338,8 @@ def _drifts_back(point: BranchPoint) -> bool:
     return point.closing.drift < 0.0
 
 
-def _check_options(towards: str, points: int, step: float) -> None:
+def check_options(towards: str, points: int, step: float) -> None:
+    """How a branch is to be followed; raises ValueError, naming the argument."""
     if towards not in TOWARDS:
         raise ValueError(f"towards should be one of {', '.join(TOWARDS)}, got {towards!r}")
     check_whole("points", points, 2)

@@ -6,9 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.branch import Branch, branch, leaving, mirrored_all_over, starting_orbit
+from vibrocap.orbits.continuation.branch import (
+    Branch,
+    branch,
+    check_options,
+    leaving,
+    mirrored_all_over,
+    starting_orbit,
+)
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
@@ -104,7 +112,10 @@ def branches(
 
     progress: True for a bar, or a function that is called with the share of the branches known so far
     depth: generations after the first; other arguments as for `branch`
+    Raises ValueError, naming the argument, before any work.
     """
+    check_options("both", points, step)
+    check_whole("depth", depth, 0)
     begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     options = {"points": points, "step": step, "tolerance": tolerance}
     diagram = _Growing(depth, points, step, told(progress))

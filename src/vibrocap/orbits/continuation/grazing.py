@@ -81,18 +81,18 @@ def least_distance(motion: Trajectory) -> float:
     least = np.inf
     for guard in _guards(motion):
         values = _guard_at(motion, guard, index, share * motion.piece_length[index]).reshape(len(pieces), -1)
-        for piece in pieces:
+        for piece in range(len(pieces)):
             place = int(np.argmin(values[piece]))
             ends = values[piece, 0], values[piece, -1]
             if 0 < place < len(FINE) - 1 and values[piece, place] < min(ends):
                 low, high = FINE[place - 1], FINE[place + 1]
 
-                def value(at: float, piece: int = int(piece), guard: int = guard) -> float:
+                def value(at: float, piece: int = piece, guard: int = guard) -> float:
                     local = np.array([at * motion.piece_length[piece]])
                     return float(_guard_at(motion, guard, np.array([piece]), local)[0])
 
                 dip: Any = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-10})
-                least = min(least, float(dip.fun))
+                least = min(least, value(dip.x))
             elif place == 0 and piece > 0 and 0.0 < ends[0] < values[piece, 1]:
                 *_, before, last = values[piece - 1]
                 if last < before and abs(last - ends[0]) < 1e-9:

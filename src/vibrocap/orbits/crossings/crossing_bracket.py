@@ -5,6 +5,7 @@ import enum
 import math
 from collections.abc import Sequence
 
+from vibrocap.motion.start import within_room
 from vibrocap.orbits.crossings.settled_motion import SettledMotion, settled_motion
 from vibrocap.physics.system import System
 
@@ -83,7 +84,7 @@ class Difference:
             state = dict(each.state)
             if system.machine.cyclic is not None:
                 state[system.machine.cyclic] = 0.0
-            motion = settled_motion(system, state, self.periods, tolerance)
+            motion = settled_motion(system, within_room(system, state), self.periods, tolerance)
             if motion is None:
                 return None
             found.append(motion)

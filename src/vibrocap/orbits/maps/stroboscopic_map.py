@@ -106,7 +106,7 @@ class StroboscopicMap:
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
                 free[:, i] = False
-        for switch, names in self.system.machine.locked.items():
+        for switch, names in self.system.placed.locked.items():
             closed = states[:, self.system.state_names.index(switch)] != 0.0
             for name in names:
                 free[closed, self.system.state_names.index(name)] = False

@@ -54,6 +54,10 @@ class Crawler(Machine):
         length, speed = load / stiffness, load / sqrt(mass * stiffness)
         return tuple(speed if name.startswith("velocity") else length for name in self.states)
 
+    def effort_scale(self):
+        """The sum of all loads."""
+        return sum(self._all("normal_load", self.bodies))
+
     def load(self):
         """N of body 1."""
         return self.normal_load

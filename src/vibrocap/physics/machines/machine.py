@@ -3,6 +3,7 @@
 Mechanical states come first in the state vector, the internal states of the friction law after them.
 """
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
@@ -14,6 +15,7 @@ from vibrocap.physics.scene import Shape, block
 
 __all__ = [
     "IMPACT",
+    "Coupling",
     "Imposed",
     "ImposedDisplacement",
     "Machine",
@@ -41,6 +43,24 @@ def rebounds(speed):
     return 0.5 + 0.5 * fast / sqrt(fast * fast)
 
 
+@dataclasses.dataclass(frozen=True)
+class Coupling:
+    """How the contacts of a machine act on one another at one instant, the first contact first.
+
+    Contact accelerations a and normal loads N, linear in all friction forces R, as mechanics makes them:
+
+        a = free - response R,     N = loads - load_response R
+
+    response: rows; symmetric, and positive definite but where distances are imposed. load_response: rows, None where
+    the loads are constants
+    """
+
+    free: tuple
+    response: tuple[tuple, ...]
+    loads: tuple = ()
+    load_response: tuple[tuple, ...] | None = None
+
+
 class Machine(Part):
     """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
 
@@ -52,8 +72,12 @@ class Machine(Part):
     starts with all of them at 0, and with the branch that its other states ask for.
     switch_events: the name of what happens at each guard, "impact" for instance. locked: states that stay as they are
     while a switched state is not 0, by the name of that state. bound_kinds: what is reached at each of `bounds`.
-    contacts: of a machine with several contacts, the states that are the sliding velocities of the others, in order.
-    Each contact is on a body of its own: how fast it is slowed down depends on no friction but its own.
+    contacts: of a machine with several contacts, the sliding velocities of the others, in order: names of states, but
+    where distances are imposed.
+    coupled: "" where each contact is on a body of its own, so that how fast it is slowed down depends on no friction
+    but its own; else `coupling` says what each friction force does to all contacts, and `rates` and `powers` take all
+    of them. "motion": the velocities of the contacts are independent. "distances": those between them are imposed, so
+    that all share one coordinate, the `contact_state`, and `further_velocities` are functions of it and of time.
     place: the state whose rate is the contact velocity plus `ground_speed`; None: `cyclic`.
     effort: what the drive is, a force along the line of sliding or a torque; or a displacement or an angle (a number)
     that it imposes.
@@ -73,6 +97,7 @@ class Machine(Part):
     switch_events: ClassVar[tuple[str, ...]] = ()
     locked: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     contacts: ClassVar[tuple[str, ...]] = ()
+    coupled: ClassVar[Literal["", "motion", "distances"]] = ""
     bound_kinds: ClassVar[tuple[str, ...]] = ()
     channels: ClassVar[tuple[str, ...]]
     effort: ClassVar[Literal["force", "torque", "displacement", "number"]] = "force"
@@ -92,6 +117,10 @@ class Machine(Part):
     def scales(self, time=1.0):
         """Natural size of each state, over which its error is measured, under a drive with the period `time`."""
         return (1.0,) * len(self.states)
+
+    def effort_scale(self):
+        """Natural size of the force or torque of a drive, over which the error of an actuator's is measured."""
+        return 1.0
 
     def driven_by(self, drive) -> "Machine":
         """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""
@@ -172,6 +201,14 @@ class Machine(Part):
     def further_holding_forces(self, t, y, drive) -> tuple:
         """Friction force that would keep each of the further contacts at rest, as `holding_force` the first."""
         return ()
+
+    def further_velocities(self, t, y) -> tuple:
+        """Sliding velocity of each further contact."""
+        return tuple(y[self.states.index(name)] for name in self.contacts)
+
+    def coupling(self, t, y, drive) -> Any:
+        """The `Coupling` of its contacts; only of a machine that is `coupled`."""
+        raise NotImplementedError
 
     def switches(self, t, y, drive, force) -> tuple:
         """Guards of the branches of the equations, each positive while its branch lasts; force: as in `rates`.

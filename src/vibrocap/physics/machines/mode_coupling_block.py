@@ -62,6 +62,10 @@ class ModeCouplingBlock(Machine):
         length, speed = self.normal_load / stiffness, self.normal_load / sqrt(self.mass * stiffness)
         return length, speed, length, speed
 
+    def effort_scale(self):
+        """N."""
+        return self.normal_load
+
     def ground_speed(self):
         """v_b."""
         return self.belt_speed

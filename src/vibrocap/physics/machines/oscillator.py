@@ -74,6 +74,10 @@ class Oscillator(Machine):
         stiffness = self.stiffness + inertia
         return self.normal_load / stiffness, self.normal_load / sqrt(self.mass * stiffness)
 
+    def effort_scale(self):
+        """N."""
+        return self.normal_load
+
     def ground_speed(self):
         """v_b."""
         return self.belt_speed

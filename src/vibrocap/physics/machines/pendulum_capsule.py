@@ -16,6 +16,7 @@ from vibrocap.physics.machines.machine import (
     parameters,
     sin,
 )
+from vibrocap.physics.scene import capsule_with_pendulum
 
 STANDARD_GRAVITY_M_PER_S2 = 9.80665  # by definition (3rd CGPM, 1901)
 
@@ -183,11 +184,4 @@ class PendulumCapsule(Machine):
 
     def scene(self, t, y) -> tuple[Shape, ...]:
         """The capsule, its pivot on top at X, and the bob at (X - sin(theta), cos(theta)) from there."""
-        pivot, bob = (y[2], 0.5), (y[2] - sin(y[0]), 0.5 + cos(y[0]))
-        return (
-            Shape("box", "capsule", ((y[2], 0.25),), (1.3, 0.5)),
-            Shape("contact", "contact", ((y[2], 0.0),), (1.2, 0.0)),
-            Shape("rod", "pendulum", (pivot, bob)),
-            Shape("disc", "bob", (bob,), (0.3, 0.3)),
-            Shape("hinge", "pivot", (pivot,)),
-        )
+        return capsule_with_pendulum(y[2], y[0])

@@ -14,6 +14,7 @@ from vibrocap.physics.machines.machine import (
     parameters,
     sin,
 )
+from vibrocap.physics.scene import capsule_with_pendulum
 
 MOTIONS = ("angle", "displacement")
 
@@ -78,3 +79,7 @@ class PendulumCrawler(ImposedDisplacement):
         capsule = (-self.displacement(t)[1] - force) / (self.mass_ratio + 1.0)
         torque = acceleration - cos(angle) * capsule - sin(angle) + self.stiffness * angle + self.damping * rate
         return {"actuator_torque": torque, "actuator_power": torque * rate}
+
+    def scene(self, t, y):
+        """The capsule and its pendulum, where the drive is known that moves it."""
+        return super().scene(t, y) if self.imposed is None else capsule_with_pendulum(y[0], self._angle(t)[0])

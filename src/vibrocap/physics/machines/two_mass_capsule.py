@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator
 
 from vibrocap.physics.machines.machine import Machine, NonNegative, Positive, Scales, Shape, parameter, parameters
+from vibrocap.physics.scene import capsule_with_mass
 
 ACTUATIONS = ("internal", "external")
 
@@ -134,14 +135,9 @@ class TwoMassCapsule(Machine):
         return drive * path, -self.damping * y[1] * y[1]
 
     def scene(self, t, y) -> tuple[Shape, ...]:
-        """The capsule, and in it the mass on its spring; displacements are drawn as they are, from the middle."""
-        wall, mass = y[2] - 0.9, y[2] + y[0]
-        return (
-            Shape("box", "capsule", ((y[2], 0.4),), (1.8, 0.8)),
-            Shape("contact", "contact", ((y[2], 0.0),), (1.7, 0.0)),
-            Shape("spring", "spring", ((wall, 0.4), (mass - 0.15, 0.4))),
-            Shape("disc", "inner mass", ((mass, 0.4),), (0.3, 0.3)),
-        )
+        """The capsule, and in it the mass on its spring."""
+        spring = Shape("spring", "spring", ((y[2] - 0.9, 0.4), (y[2] + y[0] - 0.15, 0.4)))
+        return *capsule_with_mass(y[2], y[2] + y[0]), spring
 
 
 def stop_shapes(x, gap, back_gap) -> tuple[Shape, ...]:

@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 from vibrocap.physics.machines.machine import ImposedDisplacement, NonNegative, Positive, parameter, parameters
+from vibrocap.physics.scene import capsule_with_mass
 
 
 @parameters
@@ -42,3 +43,7 @@ class TwoMassCrawler(ImposedDisplacement):
         push = (self.mass_ratio * self.imposed.curvature(t) - force) / total
         push = push if self.gravity is None else push + self.gravity[1]
         return {"actuator_force": push, "actuator_power": push * self.imposed.slope(t)}
+
+    def scene(self, t, y):
+        """The body, and in it the mass, where the drive is known that moves it."""
+        return super().scene(t, y) if self.imposed is None else capsule_with_mass(y[0], y[0] + self.imposed.value(t))

@@ -1,16 +1,19 @@
 """What makes results: the code, by a fingerprint of every source that can change a digit, and what it runs with."""
 
-import ast
 import functools
 import hashlib
 import importlib.metadata
 import platform
+import re
 from pathlib import Path
 
 PACKAGE = "vibrocap"
 # From where a run and its measures come: the ensemble, and the parts and the numerics, which are found by looking into
 # folders. What these import counts as well; the other modules plan, store and show.
 RUNS = ("measures/ensemble.py",)
+# Statements that import from the package; to parse 170 files for them would take longer than a small sweep.
+IMPORT = re.compile(rf"^[ \t]*(?:from|import)[ \t]+({PACKAGE}[\w.]*)(?:[ \t]+import[ \t]+(\([^)]*\)|[^\n]*))?", re.M)
+NAME = re.compile(r"(?<!as )\b\w+")
 FOLDERS = ("physics/drives", "physics/friction", "physics/machines", "numerics")
 
 
@@ -33,18 +36,15 @@ def deciding_sources(package: Path) -> set[Path]:
         path = waiting.pop()
         if path not in found and path.is_file():
             found.add(path)
-            waiting += _imported(path, package)
+            waiting += imported_files(path, package)
     return found
 
 
-def _imported(path: Path, package: Path) -> list[Path]:
+def imported_files(path: Path, package: Path) -> list[Path]:
     """The files that a module may import from its package, whether they are there or not."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_bytes())):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    for module, imported in IMPORT.findall(path.read_text(encoding="utf-8")):
+        names |= {module, *(f"{module}.{name}" for name in NAME.findall(imported))}
     steps = [name.split(".")[1:] for name in names if name.startswith(f"{PACKAGE}.")]
     return [package.joinpath(*each[:-1], f"{each[-1]}.py") for each in steps]
 

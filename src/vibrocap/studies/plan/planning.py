@@ -18,7 +18,7 @@ from vibrocap.studies.plan.checks import kind_choices, plan_complaints
 from vibrocap.studies.plan.designs import Design, Drawn, range_from
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import KINDS, kinds_chosen, path_complaints
+from vibrocap.studies.plan.variation import KINDS, kinds_chosen, path_complaints, with_varied_parts
 
 
 def planned_study(
@@ -43,6 +43,7 @@ def planned_study(
         initial_state(system, initial)
     plan, found = _plan(over, cases, design)
     complaints += found
+    system = with_varied_parts(system, over if isinstance(over, Mapping) else plan.paths)
     if not found:
         complaints += plan_complaints(system, plan)
     elif isinstance(over, Mapping):

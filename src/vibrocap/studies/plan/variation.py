@@ -8,23 +8,33 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrocap.arguments import ArgumentError, Complaints, suggestion
-from vibrocap.case.case import CHOICES, KEYS, PARTS, CaseError, case_from_dict
+from vibrocap.case.case import CATALOGUES, KEYS, PARTS, CaseError, case_from_dict
 from vibrocap.case.units import as_given
 from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
+from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.states import state_names
+from vibrocap.physics.states import FURTHER, state_names
 from vibrocap.physics.system import System
 
 # path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)
-KINDS = {f"{part}.{key}": (part, catalogue) for part, (key, catalogue) in CHOICES.items()}
+KINDS = {f"{part}.{key}": (part, CATALOGUES[part]) for part, key in KEYS.items()}
+
+
+def with_varied_parts(system: System, paths: Iterable[str]) -> System:
+    """The system with each part that a path speaks of and that it leaves out: a further contact then has a law of its
+    own, as yet that of the first, and an environment is one of nothing. Its motions are the same."""
+    named = {str(path).partition(".")[0] for path in paths} - {*system.parts}
+    laws = dict.fromkeys(named.intersection(FURTHER[: len(system.machine.contacts)]), system.friction)
+    around: dict[str, Any] = {"environment": Environment()} if "environment" in named else {}
+    return dataclasses.replace(system, **laws, **around)
 
 
 def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
     """The parts of a system by name; those that get another kind have that kind's defaults."""
     parts: dict[str, Any] = dict(system.parts)
     for path, (part, catalogue) in KINDS.items():
-        if path in values and values[path] != parts[part].name:
+        if path in values and part in parts and values[path] != parts[part].name:
             parts[part] = catalogue()[values[path]]()
     return parts
 
@@ -91,7 +101,8 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
     units: of the system; paths that carry a unit need to know them
     """
     choices = list(choices)
-    plain = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *KINDS]
+    kinds = [path for path, (part, _) in KINDS.items() if any(part in parts for parts in choices)]
+    plain = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *kinds]
     in_si = dict.fromkeys(path for parts in choices for path in paths_in_si(parts))
     known = [*plain, *(in_si if units is not None else ())]
     complaints = Complaints()
@@ -104,8 +115,8 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
         elif path in in_si:
             if any(path_in_si(path, parts) is None for parts in choices):
                 complaints.add(path, "not all kinds have it; vary what they have, or do a study for each")
-        elif path.startswith("environment.") and not any("environment" in parts for parts in choices):
-            complaints.add(path, "the system has no environment; give the case a section [environment]")
+        elif path.startswith("actuator.") and not any("actuator" in parts for parts in choices):
+            complaints.add(path, "the system has no actuator; give the case a section [actuator]")
         elif path not in known:
             complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
         elif path not in KINDS and (lacking := [parts for parts in choices if path not in paths(parts)]):

@@ -2,5 +2,5 @@
 
 `store` begins, fills and resumes one; it is given arrays and gives back what is still to be done. What is in a folder
 is looked at before any library opens it: the study (`record`), the form of the Zarr files (`zarr_form`), and every
-chunk when it is read (`checked_store`). `verification` compares all of it with its checksums.
+chunk when it is read (`chunks`, and for Zarr `checked_store`). `verification` compares all of it with its checksums.
 """

@@ -1,15 +1,18 @@
 """The Zarr files of a study's results, as bytes: which file holds what, with everything that xarray needs to read it.
 
 They are made in memory and written by `writing`, since only then every file is whole or not there at all. What is
-written here is all that `zarr_form` lets in again.
+written here is all that `zarr_form` lets in again: so little of Zarr that it is written directly, to the bytes that
+Zarr 3 would write (a test compares them), as a small sweep is done before Zarr is imported.
 """
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from vibrocap.studies.plan.study import Study
+from vibrocap.studies.store.zarr_form import METADATA
 from vibrocap.studies.tile import tile_block
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 
@@ -20,58 +23,89 @@ class ZarrFiles:
     """Encodes the results of a study: `first` once, `chunks` for each tile. The same input gives the same bytes."""
 
     def __init__(self, study: Study, tile: tuple[int, ...]):
-        import zarr
-        from zarr.storage import MemoryStore
-
         self.study, self.tile = study, tile
-        self._files: dict[str, Any] = {}
-        attributes = study_attributes(study)
-        if not study.plan.gridded:
-            attributes["coordinates"] = " ".join(study.plan.paths)
-        group = zarr.create_group(MemoryStore(self._files), attributes=attributes)
-        for path, values in axis_values(study).items():
-            fill = "" if values.dtype == TEXT else np.nan
-            described = coordinate_attributes(path, study.case.system)
-            array = self._array(group, path, values.dtype, fill, values.shape, (path,), described)
-            array[:] = values
-        self._arrays = {
-            each.name: self._array(
-                group, each.name, each.dtype, each.fill, tile, study.plan.dims, each.stored_attributes
-            )
-            for each in variables(study)
-        }
-
-    def _array(self, group, name, dtype, fill, chunk, dims, attributes):
-        from zarr.codecs import ZstdCodec
-
-        return group.create_array(
-            name,
-            shape=tuple(chunk) if name in self.study.plan.dims else self.study.plan.shape,
-            chunks=tuple(chunk),
-            dtype=str if dtype == TEXT else dtype,
-            fill_value=fill,
-            compressors=ZstdCodec(level=COMPRESSION, checksum=True),
-            chunk_key_encoding={"name": "default", "separator": "."},
-            dimension_names=dims,
-            attributes=attributes,
-            config={"write_empty_chunks": True},
-        )
+        self._variables = variables(study)
 
     @property
     def names(self) -> tuple[str, ...]:
         """The arrays that are stored tile by tile."""
-        return tuple(self._arrays)
+        return tuple(each.name for each in self._variables)
 
     def first(self) -> dict[str, bytes]:
         """Every file but those of the tiles, by its place in the group's folder."""
-        return {name: buffer.to_bytes() for name, buffer in self._files.items()}
+        plan = self.study.plan
+        attributes = study_attributes(self.study)
+        if not plan.gridded:
+            attributes["coordinates"] = " ".join(plan.paths)
+        found = {METADATA: _text({"attributes": attributes, "zarr_format": 3, "node_type": "group"})}
+        for path, values in axis_values(self.study).items():
+            described = coordinate_attributes(path, self.study.case.system)
+            fill = "" if values.dtype == TEXT else np.nan
+            shape = values.shape
+            found[f"{path}/{METADATA}"] = _array_text(values.dtype, fill, shape, shape, (path,), described)
+            found[f"{path}/c.0"] = _chunk(values)
+        for each in self._variables:
+            found[f"{each.name}/{METADATA}"] = _array_text(
+                each.dtype, each.fill, plan.shape, self.tile, plan.dims, each.stored_attributes
+            )
+        return found
 
     def chunks(self, index: tuple[int, ...], arrays: Mapping[str, np.ndarray]) -> dict[str, bytes]:
         """The files of one tile, by their place; arrays: as `run_tile` gives them."""
-        block = tile_block(self.study.plan.shape, self.tile, index)
+        lengths = [block.stop - block.start for block in tile_block(self.study.plan.shape, self.tile, index)]
+        there = tuple(slice(0, length) for length in lengths)
         found = {}
-        for name, array in self._arrays.items():
-            array[block] = arrays[name]
-            place = f"{name}/c.{'.'.join(map(str, index))}"
-            found[place] = self._files.pop(place).to_bytes()
+        for each in self._variables:
+            chunk = each.empty(self.tile)  # whole, also where the tile is cut by the edge
+            chunk[there] = arrays[each.name]
+            found[f"{each.name}/c.{'.'.join(map(str, index))}"] = _chunk(chunk)
         return found
+
+
+def _array_text(
+    dtype: Any,
+    fill: Any,
+    shape: tuple[int, ...],
+    chunk: tuple[int, ...],
+    dims: tuple[str, ...],
+    attributes: Mapping[str, Any],
+) -> bytes:
+    """The file that says what an array is."""
+    dtype = np.dtype(dtype)
+    own: dict[str, Any] = {"name": "bytes"}
+    if dtype == TEXT:
+        own = {"name": "vlen-utf8", "configuration": {}}
+    elif dtype.itemsize > 1:
+        own["configuration"] = {"endian": "little"}
+    return _text(
+        {
+            "shape": list(shape),
+            "data_type": "string" if dtype == TEXT else dtype.name,
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk)}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
+            "fill_value": "NaN" if fill != fill else fill,
+            "codecs": [own, {"name": "zstd", "configuration": {"level": COMPRESSION, "checksum": True}}],
+            "attributes": dict(attributes),
+            "dimension_names": list(dims),
+            "zarr_format": 3,
+            "node_type": "array",
+            "storage_transformers": [],
+        }
+    )
+
+
+def _text(entries: Mapping[str, Any]) -> bytes:
+    return json.dumps(entries, indent=2).encode()
+
+
+def _chunk(values: np.ndarray) -> bytes:
+    """The file of the values of a chunk."""
+    from numcodecs.zstd import compress
+
+    if values.dtype == TEXT:
+        from numcodecs.vlen import VLenUTF8
+
+        data = VLenUTF8().encode(values.astype(object))
+    else:
+        data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
+    return bytes(compress(data, COMPRESSION, checksum=True))

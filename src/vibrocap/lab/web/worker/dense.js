@@ -9,7 +9,7 @@ const GAUSS_OF_STIFF = onUnit([[0.3399810435848563, 0.6521451548625461], [0.8611
 
 class Dense {
   constructor(motion) {
-    const { form } = motion, { sizes, at } = form.motion;
+    const { form } = motion, { sizes } = form.motion;
     this.motion = motion;
     this.form = form;
     this.size = sizes.piece;
@@ -17,16 +17,23 @@ class Dense {
     this.states = form.states.length;
     this.coordinates = form.scene.reduce((sum, shape) => sum + 2 * shape.points, 0);
     this.seen = this.states + form.observed.length + this.coordinates;
-    this.real = new Float64Array(sizes.real);
-    this.whole = new Float64Array(sizes.whole);
-    const table = motion.drive ? motion.drive.table : [];
-    this.tape = new Float64Array(sizes.piece + this.seen + table.length);
-    this.tape.set(table, sizes.piece + this.seen);
-    this.whole[at.TABLE_START] = sizes.piece + this.seen;
-    this.whole[at.SEGMENT_COUNT] = form.corners ? form.corners.segments : 0;
-    this.real.set(motion.parameters, at.PARAMETER);
-    this.real.set(motion.scales, at.SCALE);
-    this.real[at.PERIOD] = motion.period;
+  }
+
+  // What is done while the kernel is ready to look at this motion.
+  looking(work) {
+    const { motion, form } = this, { sizes, at } = form.motion, table = motion.drive ? motion.drive.table : [];
+    const start = sizes.piece + this.seen;
+    return form.engine.within(sizes, start + table.length, (real, whole, tape, ...places) => {
+      tape.set(table, start);
+      whole[at.TABLE_START] = BigInt(start);
+      whole[at.SEGMENT_COUNT] = BigInt(form.corners ? form.corners.segments : 0);
+      real.set(motion.parameters, at.PARAMETER);
+      real.set(motion.scales, at.SCALE);
+      real[at.PERIOD] = motion.period;
+      this.tape = tape;
+      this.places = places;
+      return work();
+    });
   }
 
   start(i) {
@@ -51,12 +58,12 @@ class Dense {
 
   take(i) {
     this.tape.set(this.motion.pieces.subarray(i * this.size, (i + 1) * this.size));
-    this.form.kernel.take_piece(this.real, this.whole, this.tape, 0);
+    this.form.call("take_piece", ...this.places, 0);
   }
 
   // States, observables and coordinates of the scene at a share of the way through the piece that was taken.
   look(share) {
-    this.form.kernel.look_at(this.real, this.whole, this.tape, share, this.size);
+    this.form.call("look_at", ...this.places, share, this.size);
     return this.tape.subarray(this.size, this.size + this.seen);
   }
 
@@ -64,6 +71,10 @@ class Dense {
   // jumps at an event jumps in the rows.
   rows(from, to, most) {
     if (!this.count) return { width: this.seen + 2, rows: 0, data: new Float64Array(0) };
+    return this.looking(() => this.rowsSeen(from, to, most));
+  }
+
+  rowsSeen(from, to, most) {
     const first = this.pieceAt(from), last = this.pieceAt(to), pieces = last - first + 1;
     const points = Math.max(2, Math.min(9, Math.floor(most / pieces))), width = this.seen + 2;
     const data = new Float64Array(pieces * points * width);
@@ -98,7 +109,9 @@ class Dense {
   }
 
   // Works by channel over a stretch of time, at the end of each of its pieces: rows (time, works, energy gained).
-  works(from, to) {
+  works(from, to) { return this.looking(() => this.worksSeen(from, to)); }
+
+  worksSeen(from, to) {
     const { form } = this, first = this.pieceAt(from), last = this.pieceAt(to);
     const at = (name) => this.states + form.observed.indexOf(name);
     const powers = form.channels.map((channel) => at(`${channel}_power`));

@@ -5,50 +5,70 @@ const RUNNING = 0, TAPE_FULL = 2, DONE = 1;
 const ROUNDS = 20000; // steps between two looks at the tape
 const EVENT_ROOM = 2000, PIECE_ROOM = 20000;
 
-// Functions by name of a kernel: its statements, joined.
-function linked(pool, numbers, names) {
-  const text = numbers.map((i) => pool[i]).join("\n");
-  return new Function(`"use strict";\n${text}\nreturn { ${names.join(", ")} };`)();
+// The module of all kernels at work, and its memory behind the tables: what asks for room gives it back when it is done.
+class Engine {
+  constructor(module) {
+    this.kernel = new WebAssembly.Instance(module).exports;
+    this.top = 65536;
+  }
+
+  // What is done with (real, whole, tape) of so many numbers; the first two are 0, and so is the tape but for what
+  // earlier runs left where `keep` says it may.
+  within({ real, whole }, tape, work, kept = 0) {
+    const { memory } = this.kernel, start = this.top;
+    this.top += 8 * (real + whole + tape);
+    const missing = this.top + (1 << 20) - memory.buffer.byteLength; // room for small ones within, as a larger memory is another
+    if (missing > 0) memory.grow(Math.ceil(missing / 65536));
+    const arrays = [
+      new Float64Array(memory.buffer, start, real).fill(0), new BigInt64Array(memory.buffer, start + 8 * real, whole).fill(0n),
+      new Float64Array(memory.buffer, start + 8 * (real + whole), tape),
+    ];
+    if (!kept) arrays[2].fill(0);
+    try { return work(...arrays, ...arrays.map((array) => array.byteOffset)); } finally { this.top = start; }
+  }
 }
 
 class Form {
-  constructor(record, pool) {
+  constructor(record, number, engine) {
     Object.assign(this, record);
-    this.pool = pool;
+    this.number = number;
+    this.engine = engine;
   }
 
-  get kernel() {
-    this._kernel ??= linked(this.pool, this.motion_code, ["advance", "begin", "take_piece", "look_at"]);
-    return this._kernel;
+  // A function of one of its kernels.
+  call(name, ...given) { return this.engine.kernel[name + this.number](...given); }
+
+  // Measures by name of a result: each as the package takes it.
+  get reader() {
+    this._reader ??= new Function("r", "T", "h", "m", `return { ${this.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
+    return this._reader;
   }
 
-  get ensembleKernel() {
-    this._ensemble ??= linked(this.pool, this.ensemble_code, ["advance_ensemble"]);
-    return this._ensemble;
-  }
+  get mirrors() { return (this._mirrors ??= new Function("p", `return ${this.mirrored};`)); }
 
   // What a run begins with: natural sizes of the states, period, contact velocity, holding rate; of a drive with
   // corners its segments, of which the first stands behind the parameters.
   beginning(parameters, initial) {
     const { at, sizes } = this.motion, n = this.states.length, { corners } = this, first = 2 * this.room.length;
     const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0;
-    const whole = new Float64Array(first + n + 3 + numbers), tape = whole.subarray(first); // behind the bounds of `room`
-    this._real ??= new Float64Array(sizes.real);
-    this._real.set(initial, at.STATE);
-    this._real.set(parameters, at.PARAMETER);
-    const begin = () => this.kernel.begin(this._real, new Float64Array(sizes.whole), whole, 0);
-    begin();
-    this.room.forEach((name, i) => {
-      const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
-      const wanted = value < whole[2 * i] - near ? `at least ${whole[2 * i]}` : value > whole[2 * i + 1] + near ? `at most ${whole[2 * i + 1]}` : "";
-      if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where a stop stands, got ${value}`);
+    return this.engine.within(sizes, first + n + 3 + numbers, (real, whole, all, ...places) => { // bounds of `room` first
+      const tape = all.subarray(first);
+      real.set(initial, at.STATE);
+      real.set(parameters, at.PARAMETER);
+      const begin = () => this.call("begin", ...places, 0);
+      begin();
+      this.room.forEach((name, i) => {
+        const value = initial[this.states.indexOf(name)], near = 1e-12 * (1 + Math.abs(value));
+        const wanted = value < all[2 * i] - near ? `at least ${all[2 * i]}` : value > all[2 * i + 1] + near ? `at most ${all[2 * i + 1]}` : "";
+        if (wanted) throw new Error(`initial.${name}: should be ${wanted}, where ${name === "actuator_output" ? "the actuator has its limit" : "a stop stands"}, got ${value}`);
+      });
+      const drive = corners && firstSegment(corners, tape.slice(n + 3), tape[n]);
+      if (drive) { real.set(drive.present, at.PARAMETER + corners.place); begin(); }
+      return {
+        scales: tape.slice(0, n), period: tape[n], velocity: tape[n + 1], holdRate: tape[n + 2], drive,
+        parameters: drive ? [...parameters, ...drive.present] : parameters,
+      };
     });
-    const drive = corners && firstSegment(corners, tape.slice(n + 3), tape[n]);
-    if (drive) { this._real.set(drive.present, at.PARAMETER + corners.place); begin(); }
-    return {
-      scales: tape.slice(0, n), period: tape[n], velocity: tape[n + 1], holdRate: tape[n + 2], drive,
-      parameters: drive ? [...parameters, ...drive.present] : parameters,
-    };
   }
 }
 
@@ -67,63 +87,60 @@ function firstSegment({ segments, coefficients }, table, period) {
 // One motion, of which everything is kept: what `recorded_run` does.
 // limits: { events, steps, pieces }; a motion of more pieces than a page can keep ends with the status 7
 function recordedRun(form, parameters, initial, periods, tolerance, limits) {
-  const { at, sizes } = form.motion, rows = sizes.rows, kernel = form.kernel;
-  const real = new Float64Array(sizes.real), whole = new Float64Array(sizes.whole);
-  const begun = form.beginning(parameters, initial), period = begun.period;
-  real.set(initial, at.STATE);
-  real.set(begun.parameters, at.PARAMETER);
-  real.set(begun.scales, at.SCALE);
+  const { at, sizes } = form.motion, { rows } = sizes;
+  const begun = form.beginning(parameters, initial), { period, drive } = begun;
   const wholePeriods = Math.floor(periods + 1e-12);
-  real[at.UNSAFE_SPEED] = real[at.FAR_SPEED] = Infinity;
-  real[at.PERIOD] = period;
-  real[at.HOLD_RATE] = begun.holdRate;
-  real[at.TAIL] = periods - wholePeriods > 1e-12 ? Math.max(0, (periods - wholePeriods) * period) : 0;
-  real[at.TOLERANCE] = tolerance;
-  whole[at.WHOLE_PERIODS] = wholePeriods;
-  whole[at.EVENT_LIMIT] = limits.events;
-  whole[at.STEP_LIMIT] = limits.steps;
-  if (begun.velocity !== 0) real[at.SIDE] = begun.velocity > 0 ? 1 : -1;
-  else if (form.sticks) whole[at.ARRIVING] = 1;
-  else { real[at.SIDE] = 1; whole[at.ZEROS] = 1; }
   const pieceRoom = Math.floor(Math.min(PIECE_ROOM, 250 * periods + 200));
   const eventStart = (wholePeriods + 1) * rows, pieceStart = eventStart + EVENT_ROOM * sizes.event;
-  const tableStart = pieceStart + pieceRoom * sizes.piece, { drive } = begun;
-  const tape = new Float64Array(tableStart + (drive ? drive.table.length : 0));
-  tape.set(initial, 0);
-  whole[at.TABLE] = tableStart;
-  if (drive) {
-    tape.set(drive.table, tableStart);
-    whole[at.SEGMENT] = drive.number;
-    whole[at.SEGMENT_COUNT] = form.corners.segments;
-    real[at.UNTIL] = drive.until;
-  }
-  whole[at.RECORDED_EVENT_START] = eventStart;
-  whole[at.RECORDED_EVENT_LIMIT] = EVENT_ROOM;
-  whole[at.PIECE_START] = pieceStart;
-  whole[at.PIECE_LIMIT] = pieceRoom;
-  const pieces = [], events = [];
-  let status = RUNNING, kept = 0;
-  while (status === RUNNING) {
-    kernel.advance(real, whole, tape, ROUNDS);
-    status = whole[at.STATUS];
-    if (status !== RUNNING) {
-      pieces.push(tape.slice(pieceStart, pieceStart + whole[at.PIECES] * sizes.piece));
-      events.push(tape.slice(eventStart, eventStart + whole[at.RECORDED_EVENTS] * sizes.event));
-      kept += whole[at.PIECES];
-      whole[at.PIECES] = whole[at.RECORDED_EVENTS] = 0;
+  const tableStart = pieceStart + pieceRoom * sizes.piece;
+  return form.engine.within(sizes, tableStart + (drive ? drive.table.length : 0), (real, whole, tape, ...places) => {
+    const put = (values) => Object.entries(values).forEach(([name, value]) => { whole[at[name]] = BigInt(value); });
+    const got = (name) => Number(whole[at[name]]);
+    real.set(initial, at.STATE);
+    real.set(begun.parameters, at.PARAMETER);
+    real.set(begun.scales, at.SCALE);
+    real[at.UNSAFE_SPEED] = real[at.FAR_SPEED] = Infinity;
+    real[at.PERIOD] = period;
+    real[at.HOLD_RATE] = begun.holdRate;
+    real[at.TAIL] = periods - wholePeriods > 1e-12 ? Math.max(0, (periods - wholePeriods) * period) : 0;
+    real[at.TOLERANCE] = tolerance;
+    put({
+      WHOLE_PERIODS: wholePeriods, EVENT_LIMIT: limits.events, STEP_LIMIT: limits.steps, TABLE: tableStart,
+      RECORDED_EVENT_START: eventStart, RECORDED_EVENT_LIMIT: EVENT_ROOM, PIECE_START: pieceStart, PIECE_LIMIT: pieceRoom,
+    });
+    if (begun.velocity !== 0) real[at.SIDE] = begun.velocity > 0 ? 1 : -1;
+    else if (form.sticks) put({ ARRIVING: 1 });
+    else { real[at.SIDE] = 1; put({ ZEROS: 1 }); }
+    tape.set(initial, 0);
+    if (drive) {
+      tape.set(drive.table, tableStart);
+      put({ SEGMENT: drive.number, SEGMENT_COUNT: form.corners.segments });
+      real[at.UNTIL] = drive.until;
     }
-    if (status === TAPE_FULL) whole[at.STATUS] = status = kept < limits.pieces ? RUNNING : 7;
-  }
-  const completed = whole[at.PERIOD_COUNT];
-  return {
-    status, period, rows,
-    pieces: joined(pieces), events: joined(events),
-    sections: tape.slice(0, (completed + 1) * rows),
-    final: real.slice(at.STATE, at.STATE + rows),
-    residual: real[at.CONTACT_RESIDUAL],
-    steps: [whole[at.TAYLOR_STEPS], whole[at.IMPLICIT_STEPS]],
-    scales: begun.scales, parameters: Float64Array.from(begun.parameters), drive, form,
-  };
+    const pieces = [], events = [];
+    let status = RUNNING, kept = 0;
+    while (status === RUNNING) {
+      form.call("advance", ...places, ROUNDS);
+      status = got("STATUS");
+      if (status !== RUNNING) {
+        const pieceEnd = pieceStart + got("PIECES") * sizes.piece;
+        pieces.push(tape.slice(pieceStart, pieceEnd));
+        events.push(tape.slice(eventStart, eventStart + got("RECORDED_EVENTS") * sizes.event));
+        kept += got("PIECES");
+        put({ PIECES: 0, RECORDED_EVENTS: 0 });
+      }
+      if (status === TAPE_FULL) put({ STATUS: status = kept < limits.pieces ? RUNNING : 7 });
+    }
+    return {
+      status, period, rows,
+      pieces: joined(pieces), events: joined(events),
+      sections: tape.slice(0, (got("PERIOD_COUNT") + 1) * rows),
+      final: real.slice(at.STATE, at.STATE + rows),
+      residual: real[at.CONTACT_RESIDUAL],
+      steps: [got("TAYLOR_STEPS"), got("IMPLICIT_STEPS")],
+      scales: begun.scales, parameters: Float64Array.from(begun.parameters), drive, form,
+    };
+  }, true);
 }
 
 function joined(parts) {
@@ -139,39 +156,30 @@ function joined(parts) {
 // each: called with the number of every run, its result (a view that changes; null for a start that is none), what it
 // began with, and the kernel's memory
 function ensembleRun(form, runs, budget, each) {
-  const { at, sizes } = form.ensemble, n = form.states.length;
-  const real = new Float64Array(sizes.real), whole = new Float64Array(sizes.whole);
-  const tableStart = sizes.run + sizes.result, { corners } = form;
-  const tape = new Float64Array(tableStart + (corners ? corners.segments * (corners.coefficients + 1) : 0));
-  const entry = form.ensembleKernel.advance_ensemble;
-  runs.forEach((run, number) => {
-    let begun;
-    try { begun = form.beginning(run.parameters, run.initial); } catch { each(number, null); return; }
-    tape.set(run.initial, 0);
-    tape.set(begun.parameters, n);
-    tape.set(begun.scales, n + begun.parameters.length);
-    if (begun.drive) tape.set(begun.drive.table, tableStart);
-    whole[at.TABLE_START] = tableStart;
-    whole[at.TABLE_STRIDE] = 0;
-    whole[at.SEGMENT_COUNT] = corners ? corners.segments : 0;
-    tape[sizes.run - 3] = 0; // time: it begins with the drive
-    tape[sizes.run - 2] = begun.period;
-    tape[sizes.run - 1] = Math.sign(begun.velocity);
-    whole[at.STATUS] = DONE;
-    whole[at.RUN] = -1;
-    whole[at.EVENT_LIMIT] = budget.events;
-    whole[at.STEP_LIMIT] = budget.steps;
-    whole[at.WINDOW] = budget.window;
-    whole[at.PERIOD_BUDGET] = budget.periods;
-    whole[at.ASKED] = budget.asked ?? form.ensemble.asked;
-    whole[at.RESULT_START] = sizes.run;
-    whole[at.NEXT_RUN] = 0;
-    whole[at.LAST_RUN] = 1;
-    whole[at.MORE] = 0;
-    real[at.TOLERANCE] = budget.tolerance;
-    real[at.THRESHOLD] = budget.threshold;
-    while (entry(real, whole, tape, 500)) { /* goes on */ }
-    each(number, tape.subarray(sizes.run), begun, real);
+  const { at, sizes } = form.ensemble, n = form.states.length, { corners } = form, tableStart = sizes.run + sizes.result;
+  const numbers = corners ? corners.segments * (corners.coefficients + 1) : 0;
+  form.engine.within(sizes, tableStart + numbers, (real, whole, tape, ...places) => {
+    runs.forEach((run, number) => {
+      let begun;
+      try { begun = form.beginning(run.parameters, run.initial); } catch { each(number, null); return; }
+      tape.set(run.initial, 0);
+      tape.set(begun.parameters, n);
+      tape.set(begun.scales, n + begun.parameters.length);
+      if (begun.drive) tape.set(begun.drive.table, tableStart);
+      tape[sizes.run - 3] = 0; // time: it begins with the drive
+      tape[sizes.run - 2] = begun.period;
+      tape[sizes.run - 1] = Math.sign(begun.velocity);
+      const wholes = {
+        TABLE_START: tableStart, TABLE_STRIDE: 0, SEGMENT_COUNT: corners ? corners.segments : 0, STATUS: DONE, RUN: -1,
+        EVENT_LIMIT: budget.events, STEP_LIMIT: budget.steps, WINDOW: budget.window, PERIOD_BUDGET: budget.periods,
+        ASKED: budget.asked ?? form.ensemble.asked, RESULT_START: sizes.run, NEXT_RUN: 0, LAST_RUN: 1, MORE: 0,
+      };
+      Object.entries(wholes).forEach(([name, value]) => { whole[at[name]] = BigInt(value); });
+      real[at.TOLERANCE] = budget.tolerance;
+      real[at.THRESHOLD] = budget.threshold;
+      while (form.call("advance_ensemble", ...places, 500)) { /* goes on */ }
+      each(number, tape.subarray(sizes.run), begun, real);
+    });
   });
 }
 
@@ -187,12 +195,8 @@ function measured(form, result, begun, threshold) {
     windowPeriods: periods,
     word: form.kind === "smooth" ? "" : wordOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
     mirrored: result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
-    values: {},
+    values: form.reader(result, begun.period, threshold, form.mirrors(begun.parameters)),
   };
-  for (const { name, take, over } of form.measures) {
-    const sum = take.reduce((total, [place, sign]) => total + sign * result[place], 0);
-    found.values[name] = over === "time" ? sum / time : over === "periods" ? sum / periods : sum;
-  }
   return found;
 }
 

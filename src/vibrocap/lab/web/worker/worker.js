@@ -3,16 +3,17 @@
 const show = { forms: [], motions: {}, limits: {} };
 const MOST_ROWS = 2400, MOST_OVERVIEW = 2000;
 
-async function inflated(base64) {
+// The module of the page's kernels, from what the page holds of it.
+async function unpacked(base64) {
   const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return (await new Response(stream).text()).split("\0");
+  return WebAssembly.compile(await new Response(stream).arrayBuffer());
 }
 
 const answers = {
   async open({ forms, code, limits }) {
-    const pool = await inflated(code);
-    show.forms = forms.map((record) => new Form(record, pool));
+    const engine = new Engine(await unpacked(code));
+    show.forms = forms.map((record, i) => new Form(record, i, engine));
     show.limits = limits;
     return {};
   },

@@ -1,0 +1,88 @@
+"""Rules between the numbers of a system, for a page: taken from the checks of its parts by running them.
+
+A check runs on numbers that write down what becomes of them. Wherever it asks whether one is less than another, both
+answers are followed, so that in the end every way through the check is known, with the questions that lead there and
+what is said at its end. No rule is written twice, and a part of one's own brings its own.
+"""
+
+import dataclasses
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from vibrocap.arguments import Complaint
+from vibrocap.lab.written import HELD, Ways, Written, chosen, condition
+from vibrocap.physics.parameters import complaint_of, parameter_table
+from vibrocap.physics.system import System
+
+MOST_CASES = 16  # of a property; drives of many pieces ask more than a page should hold
+
+
+def written_system(system: System, paths: tuple[str, ...], ways: Ways) -> System:
+    """A system whose parameters at the paths are written down, p[0], p[1], ... in the order of the paths; unchecked."""
+    made: Any = object.__new__(System)
+    for field in dataclasses.fields(system):
+        object.__setattr__(made, field.name, getattr(system, field.name))
+    for name, record in system.parts.items():
+        part: Any = object.__new__(type(record))
+        for key, value in vars(record).items():
+            path = f"{name}.{key}"
+            numbered = Written(value, f"p[{paths.index(path)}]", ways) if path in paths else value
+            object.__setattr__(part, key, numbered)
+        object.__setattr__(made, name, part)
+    return made
+
+
+def rules(system: System, paths: tuple[str, ...]) -> str:
+    """What a form refuses, as an expression in JavaScript of the parameters p: [field, text] of the first complaint.
+
+    paths: of the parameters, in the order of p. In the text numbers stand as f(expression). Bounds of one parameter
+    alone are in the records of parts (`controls.py`) where they are plain, here where a check of its own makes them.
+    """
+    ways = Ways()
+    made = written_system(system, paths, ways)
+    found: dict[str, list[str]] = {}  # conditions by what is said
+    for field, check in _checks(made):
+        for asked, value in ways.through(check):
+            if isinstance(value, ValueError) and asked:
+                found.setdefault(_said(value, field), []).append(condition(asked))
+    return "||".join(f"({'||'.join(dict.fromkeys(each))})&&{said}" for said, each in found.items()) or "null"
+
+
+def mirrored(system: System, paths: tuple[str, ...]) -> str:
+    """`System.mirrored` as an expression in JavaScript of the parameters p; "false" where it takes too many words."""
+    ways = Ways()
+    made = written_system(system, paths, ways)
+    ends = ways.through(lambda: made.mirrored, MOST_CASES)
+    found = [(asked, "true" if value is True else "false") for asked, value in ends]
+    return "false" if len(found) == MOST_CASES else chosen(found)
+
+
+def _checks(system: System) -> Iterator[tuple[str, Callable[[], Any]]]:
+    """(field, check) of all that the parts and the system check when they are made; field: of a part's, or ""."""
+    for name, record in system.parts.items():
+        cls: Any = type(record)
+        for info in parameter_table(cls):
+            value = getattr(record, info.name)
+            for each in cls.__pydantic_fields__[info.name].metadata:
+                if isinstance(value, Written) and callable(check := getattr(each, "func", None)):
+                    yield f"{name}.{info.name}", lambda check=check, value=value: check(value)
+        for each in cls.__pydantic_decorators__.model_validators.values():
+            if each.info.mode == "after":
+                yield f"{name}.", lambda check=each.func, record=record: check(record)
+    yield "", system.__post_init__
+
+
+def _said(error: ValueError, field: str) -> str:
+    """[field, text] in JavaScript. field: as `_checks` gives it."""
+    known = tuple(getattr(error, "complaints", ()))
+    found: Complaint = known[0] if known else complaint_of(str(error))
+    if field and not known:
+        found = Complaint(field, str(error)) if not field.endswith(".") else found.about(field + found.field)
+    parts = found.text.split(HELD)
+    text = "".join(f"${{f({each})}}" if i % 2 else _plain(each) for i, each in enumerate(parts))
+    return f"[{json.dumps(found.field)},`{text}`]"
+
+
+def _plain(text: str) -> str:
+    return text.replace("\\", "\\\\").replace("`", "\\`").replace("${", "\\${")

@@ -1,0 +1,95 @@
+"""What can be done with the numbers and choices of all lanes, and which kind it gives."""
+
+import ast
+from typing import TYPE_CHECKING
+
+from vibrocap.numerics.compiler.kinds import ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, choices, numbers
+from vibrocap.numerics.compiler.typed.nodes import Binary, Compared, Magnitude, Primitive, Typed, Unary
+
+if TYPE_CHECKING:
+    from vibrocap.numerics.compiler.typed.values import Values
+
+ARITHMETIC, LOGICAL = (ast.Add, ast.Sub, ast.Mult, ast.Div), (ast.BitAnd, ast.BitOr, ast.BitXor)
+# Kinds of the arguments of the functions of `plain_vectors.py`, and of what they give.
+PRIMITIVES: dict[str, tuple[tuple, Kind | str]] = {
+    "align_stack": ((), NOTHING),
+    "load": ((FLOATS, INT), "numbers"),
+    "store": ((FLOATS, INT, "numbers"), NOTHING),
+    "whole_equal": ((INTS, INT, INT), "choices"),
+    "whole_above": ((INTS, INT, INT), "choices"),
+    "whole_reached": ((INTS, INT, INT, INT), "choices"),
+    "whole_add": ((INTS, INT, INT, "choices"), NOTHING),
+    "whole_set": ((INTS, INT, INT, "choices"), NOTHING),
+    "where": (("choices", "numbers", "numbers"), "numbers"),
+    "take": ((INTS, INT, INT), INT),
+    "bits": (("choices",), INT),
+    "floor": (("numbers",), "numbers"),
+    "square_root": (("numbers",), "numbers"),
+    "exponent": (("numbers",), "numbers"),
+    "mantissa": (("numbers",), "numbers"),
+    "power_of_two": (("numbers",), "numbers"),
+}
+
+
+def is_numbers(value: Typed) -> bool:
+    """Whether it is a float per lane."""
+    return value.kind.lanes > 0 and value.kind is numbers(value.kind.lanes)
+
+
+def is_choices(value: Typed) -> bool:
+    """Whether it is a yes or no per lane."""
+    return value.kind.lanes > 0 and not is_numbers(value)
+
+
+def binary(within: "Values", node: ast.AST, op: ast.operator, left: Typed, right: Typed) -> Typed:
+    """left op right, of which at least one is of all lanes."""
+    name = type(op).__name__
+    if is_choices(left) and is_choices(right) and type(op) in LOGICAL:
+        return Binary(left.kind, name, left.kind, left, right)
+    if type(op) not in ARITHMETIC or is_choices(left) or is_choices(right):
+        raise within.refusal(node, "lanes have + - * / of numbers and & | ^ of choices; write where(...) for a choice")
+    kind = numbers(within.program.width)
+    return Binary(kind, name, kind, within.fitting(node, left, kind), within.fitting(node, right, kind))
+
+
+def unary(within: "Values", node: ast.AST, op: ast.unaryop, value: Typed) -> Typed:
+    """op value."""
+    if (is_numbers(value) and isinstance(op, ast.USub)) or (is_choices(value) and isinstance(op, ast.Invert)):
+        return Unary(value.kind, type(op).__name__, value)
+    raise within.refusal(node, "lanes have - of numbers and ~ of choices")
+
+
+def compared(within: "Values", node: ast.AST, op: ast.cmpop, left: Typed, right: Typed) -> Typed:
+    """Where a comparison holds."""
+    if is_choices(left) or is_choices(right):
+        raise within.refusal(node, "choices are not compared; use ^")
+    kind = numbers(within.program.width)
+    left, right = within.fitting(node, left, kind), within.fitting(node, right, kind)
+    return Compared(choices(kind.lanes), type(op).__name__, kind, left, right)
+
+
+def magnitude(within: "Values", node: ast.AST, value: Typed) -> Typed:
+    """abs(value)."""
+    if not is_numbers(value):
+        raise within.refusal(node, "choices have no magnitude")
+    return Magnitude(value.kind, value)
+
+
+def primitive(within: "Values", node: ast.Call, name: str, arguments: list[Typed]) -> Typed:
+    """A call of one of the functions of `plain_vectors.py`."""
+    if not within.program.width:
+        raise within.refusal(node, f"`{name}` is of lanes; this target runs one motion alone")
+    if name not in PRIMITIVES:
+        raise within.refusal(node, f"lanes have no `{name}`")
+    wanted, result = PRIMITIVES[name]
+    if len(arguments) != len(wanted):
+        raise within.refusal(node, f"`{name}` takes {len(wanted)} arguments")
+    kinds = {"numbers": numbers(within.program.width), "choices": choices(within.program.width)}
+    taken: list[Kind] = []
+    for argument, kind in zip(arguments, wanted, strict=True):
+        if kind in ELEMENTS and argument.kind != kind:
+            raise within.refusal(node, f"`{name}` of {argument.kind.name}; it takes an {kind.name}")
+        taken.append(kinds[kind] if isinstance(kind, str) else kind)
+        within.fitting(node, argument, taken[-1])
+    made = kinds[result] if isinstance(result, str) else result
+    return Primitive(made, name, tuple(arguments), tuple(taken))

@@ -1,0 +1,331 @@
+"""The functions of a kernel as typed trees: one for every function and combination of kinds it is called with.
+
+The text is read once from top to bottom. A name that turns out to be of another kind further down, as in a loop, starts
+the function anew with what is known by then, until nothing changes.
+"""
+
+import ast
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from vibrocap.numerics.compiler.kinds import (
+    BOOL,
+    ELEMENTS,
+    FLOATS,
+    INT,
+    INTS,
+    NOTHING,
+    SCALARS,
+    TABLE,
+    Kind,
+    joined,
+)
+from vibrocap.numerics.compiler.subset import Kernel, names_assigned
+from vibrocap.numerics.compiler.typed.expressions import Expressions
+from vibrocap.numerics.compiler.typed.nodes import (
+    Argument,
+    Assign,
+    Augment,
+    Bind,
+    Break,
+    Continue,
+    Counter,
+    Evaluate,
+    For,
+    Function,
+    Held,
+    If,
+    Let,
+    Number,
+    Return,
+    Store,
+    Table,
+    Tuple,
+    Typed,
+    Unpack,
+    While,
+    known,
+    named,
+)
+from vibrocap.numerics.compiler.typed.values import known_item
+
+NO_LIBRARY: Mapping[str, str] = MappingProxyType({})
+
+
+class Program:
+    """A kernel and the functions of it that are typed so far.
+
+    width: lanes side by side, 0 where a target has none
+    library: functions of the kernel that stand for those of `math`, and for `pow`
+    without_lane: whether loops of one round are none, and functions are typed anew for ints that are 0 where they are
+    called: for targets that do not optimise, so that the number of the lane goes, of which there is one
+    """
+
+    def __init__(self, kernel: Kernel, width: int, library: Mapping[str, str] = NO_LIBRARY, without_lane: bool = False):
+        self.kernel, self.width, self.library, self.without_lane = kernel, width, library, without_lane
+        self._functions: dict[tuple, Function | None] = {}
+        self._values: dict[str, Typed | None] = {}
+
+    def entry(self, name: str, kinds: tuple[Kind, ...]) -> Function:
+        """A function that is called from outside."""
+        kernel = self.kernel
+        if name not in kernel.functions:
+            raise kernel.refusal(ast.Pass(), "", f"there is no function `{name}`")
+        found = self.function(name, kinds, lambda what: kernel.refusal(ast.Pass(), name, what))
+        if found.result not in (NOTHING, INT, BOOL):
+            raise kernel.refusal(kernel.functions[name], name, "what is called from outside returns an int or nothing")
+        return found
+
+    def constant(self, name: str) -> Typed | None:
+        """A constant of the kernel."""
+        if name not in self._values:
+            value = known(self.kernel.constants[name]) if name in self.kernel.constants else None
+            if isinstance(value, Table):
+                value.name = name
+            self._values[name] = value
+        return self._values[name]
+
+    def known_arguments(self, name: str, arguments: list[Typed]) -> tuple[int | None, ...]:
+        """The ints for which a function is typed: those that are 0 and that it gives no other value."""
+        zeros = [isinstance(each, Number) and each.kind is INT and each.constant == 0 for each in arguments]
+        if not self.without_lane or not any(zeros):
+            return ()
+        node = self.kernel.functions[name]
+        assigned = names_assigned(node)[0]
+        pairs = zip(zeros, node.args.args, strict=True)
+        return tuple(0 if zero and argument.arg not in assigned else None for zero, argument in pairs)
+
+    def function(
+        self,
+        name: str,
+        kinds: tuple[Kind, ...],
+        asked: Callable[[str], Exception],
+        constants: tuple[int | None, ...] = (),
+    ) -> Function:
+        """A function of the kernel for arguments of these kinds; asked: what to raise where it is asked for.
+
+        constants: arguments that are known, and so no arguments of this one
+        """
+        key = (name, kinds, constants)
+        if key in self._functions:
+            found = self._functions[key]
+            if found is None:
+                raise asked(f"`{name}` calls itself; write a loop")
+            return found
+        self._functions[key] = None
+        number = sum(before == name for before, *_ in self._functions)
+        statements = Statements(self, self.kernel.functions[name], kinds, constants or (None,) * len(kinds))
+        found = statements.typed(name if number == 1 else f"{name}.{number}")
+        self._functions[key] = found
+        return found
+
+
+class Statements(Expressions):
+    """The statements of one function; each `_do` says whether what follows can be reached, unless it always can."""
+
+    def typed(self, name: str) -> Function:
+        """The function, typed anew until the kinds of its names stay the same."""
+        arguments = [argument.arg for argument in self.node.args.args]
+        while True:
+            before = dict(self.variables), self.result
+            body = self._typed(arguments)
+            if before == (self.variables, self.result):
+                break
+        assigned = tuple(argument for argument in arguments if argument in self._assigned)
+        given = zip(arguments, self.kinds, self.constants, strict=True)
+        pairs = tuple((argument, kind) for argument, kind, constant in given if constant is None)
+        return Function(name, pairs, assigned, self.variables, self.result or NOTHING, body)
+
+    def _typed(self, arguments: list[str]) -> list[Any]:
+        self.bound, self.loops = {}, []
+        body: list[Any] = []
+        for argument, kind, constant in zip(arguments, self.kinds, self.constants, strict=True):
+            value = Argument(kind, argument)
+            if constant is not None:
+                self.bound[argument] = Number(INT, constant=constant)
+            elif argument not in self._assigned:
+                self.bound[argument] = value
+            elif kind in ELEMENTS:
+                raise self.refusal(self.node, f"the array `{argument}` cannot be given another value")
+            else:
+                body += self._assign(self.node, argument, value)
+        if self._block(self.node.body, body):
+            if self.result not in (None, NOTHING):
+                raise self.refusal(self.node, "its end can be reached without a return; return a value there too")
+            self.result = NOTHING
+            body.append(Return(None))
+        return body
+
+    def _block(self, statements: list[ast.stmt], into: list[Any]) -> bool:
+        """Type statements; whether what follows them can be reached."""
+        for statement in statements:
+            handler = getattr(self, f"_do_{type(statement).__name__}", None)
+            if handler is None:
+                raise self.refusal(
+                    statement, f"no kernel has {named(statement)}; see compiler/subset.py for what it has"
+                )
+            if handler(statement, into) is False:
+                return False
+        return True
+
+    def _inner(self, statements: list[ast.stmt]) -> tuple[list[Any], bool]:
+        body: list[Any] = []
+        reached = self._block(statements, body)
+        return body, reached
+
+    def _do_Pass(self, node: ast.Pass, into: list[Any]) -> None:
+        """Nothing."""
+
+    def _do_Expr(self, node: ast.Expr, into: list[Any]) -> None:
+        if isinstance(node.value, ast.Constant):
+            return  # a docstring
+        if not isinstance(node.value, ast.Call):
+            raise self.refusal(node, "a statement that is an expression calls a function; leave it out")
+        into.append(Evaluate(self.call(node.value)))
+
+    def _do_Assign(self, node: ast.Assign, into: list[Any]) -> None:
+        if len(node.targets) != 1:
+            raise self.refusal(node, "assign to one target at a time; write a line for each")
+        into += self._put(node, node.targets[0], self.value(node.value))
+
+    def _put(self, node: ast.AST, target: ast.expr, value: Typed) -> list[Any]:
+        """Statements that give a target a value."""
+        if isinstance(target, ast.Name):
+            return self._assign(node, target.id, value)
+        if isinstance(target, ast.Subscript):
+            array, place = self.entry(target)
+            return [Store(array, place, self._stored(node, array, value))]
+        if not isinstance(target, ast.Tuple):
+            raise self.refusal(node, "assign to a name, an entry of an array or a tuple of these")
+        if len(value.kind.items) != len(target.elts):
+            raise self.refusal(node, f"{len(target.elts)} names cannot take {value.kind.name}")
+        held = tuple(self._held(value, i) for i in range(len(target.elts)))
+        puts = [self._put(node, part, item) for part, item in zip(target.elts, held, strict=True)]
+        return [Unpack(value, held, tuple(statement for put in puts for statement in put))]
+
+    def _held(self, value: Typed, place: int) -> Typed:
+        """An item of a tuple that is being unpacked."""
+        item = known_item(value, place)
+        if item is not None:
+            return item
+        if isinstance(value, Tuple) and isinstance(value.items[place], Tuple):
+            inner = value.items[place]
+            return Tuple(inner.kind, tuple(self._held(inner, i) for i in range(len(inner.kind.items))))
+        return Held(value.kind.items[place])
+
+    def _assign(self, node: ast.AST, name: str, value: Typed) -> list[Any]:
+        if value.kind in (NOTHING, FLOATS, INTS, TABLE):
+            raise self.refusal(node, f"`{name}` cannot stand for {value.kind.name}; use it where it is")
+        if name in self._once:
+            if isinstance(value, (Number, Argument, Held, Counter, Let)) or value.constant is not None:
+                self.bound[name] = value
+                return []
+            self.bound[name] = let = Let(value.kind, value)
+            return [Bind(let)]
+        kind = value.kind
+        if name in self.variables:
+            both = joined(self.variables[name], kind)
+            if both is None:
+                before = self.variables[name].name
+                raise self.refusal(node, f"`{name}` is {before} elsewhere, {kind.name} here; use two names")
+            kind = both
+        self.variables[name] = kind
+        return [Assign(name, kind, self.fitting(node, value, kind))]
+
+    def _do_AugAssign(self, node: ast.AugAssign, into: list[Any]) -> None:
+        if isinstance(node.target, ast.Subscript):
+            array, place = self.entry(node.target)
+            held = Held(ELEMENTS[array.kind])
+            value = self.binary(node, node.op, held, self.value(node.value))
+            into.append(Augment(array, place, held, self._stored(node, array, value)))
+            return
+        if not isinstance(node.target, ast.Name):
+            raise self.refusal(node, "augment a name or an entry of an array")
+        before = self.name(node, node.target.id)
+        into += self._assign(node, node.target.id, self.binary(node, node.op, before, self.value(node.value)))
+
+    def _stored(self, node: ast.AST, array: Argument, value: Typed) -> Typed:
+        kind = ELEMENTS[array.kind]
+        if value.kind not in SCALARS or (kind is INT and value.kind not in (INT, BOOL)):
+            raise self.refusal(node, f"an {array.kind.name} takes no {value.kind.name}; convert it")
+        return value
+
+    def _do_If(self, node: ast.If, into: list[Any]) -> bool:
+        condition = self.condition(node.test)
+        if condition.constant is not None:
+            return self._block(node.body if condition.constant else node.orelse, into)
+        body, reached = self._inner(node.body)
+        orelse, also = self._inner(node.orelse)
+        into.append(If(condition, body, orelse))
+        return reached or also
+
+    def _do_While(self, node: ast.While, into: list[Any]) -> bool:
+        if node.orelse:
+            raise self.refusal(node, "a loop has no else; use a bool")
+        condition = self.condition(node.test)
+        if condition.constant is False:
+            return True
+        loop = While(condition, [], condition.constant is None)
+        into.append(loop)
+        self.loops.append(loop)
+        self._block(node.body, loop.body)
+        self.loops.pop()
+        return loop.left
+
+    def _do_For(self, node: ast.For, into: list[Any]) -> bool | None:
+        if node.orelse:
+            raise self.refusal(node, "a loop has no else; use a bool")
+        call = node.iter
+        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and isinstance(node.target, ast.Name)):
+            raise self.refusal(node, "loop with one name over range(...)")
+        if call.func.id != "range" or call.keywords or not 1 <= len(call.args) <= 3:
+            raise self.refusal(node, "loop with one name over range(...)")
+        bounds = [self.converted(node, self.value(argument), INT) for argument in call.args]
+        first = bounds[0] if len(bounds) > 1 else Number(INT, constant=0)
+        last = bounds[min(1, len(bounds) - 1)]
+        step = bounds[2].constant if len(bounds) == 3 else 1
+        if not step:
+            raise self.refusal(node, "the step of a range is a constant other than 0; write it as one")
+        if first.constant is not None and last.constant is not None and not range(first.constant, last.constant, step):
+            return None
+        if self.program.without_lane and first.constant is not None and last.constant is not None:
+            rounds = range(first.constant, last.constant, step)
+            if len(rounds) == 1 and not _leaves(node.body):
+                into += self._assign(node, node.target.id, Number(INT, constant=rounds[0]))
+                return self._block(node.body, into)
+        counter = Counter(INT)
+        loop = For(counter, first, last, step, self._assign(node, node.target.id, counter))
+        into.append(loop)
+        self.loops.append(loop)
+        self._block(node.body, loop.body)
+        self.loops.pop()
+        return None
+
+    def _do_Break(self, node: ast.Break, into: list[Any]) -> bool:
+        self.loops[-1].left = True
+        into.append(Break())
+        return False
+
+    def _do_Continue(self, node: ast.Continue, into: list[Any]) -> bool:
+        into.append(Continue())
+        return False
+
+    def _do_Return(self, node: ast.Return, into: list[Any]) -> bool:
+        value = None if node.value is None else self.value(node.value)
+        kind = NOTHING if value is None else value.kind
+        both = kind if self.result is None else joined(self.result, kind)
+        if both is None or kind in (FLOATS, INTS, TABLE):
+            raise self.refusal(node, f"returns {kind.name}, elsewhere {(self.result or NOTHING).name}")
+        self.result = both
+        into.append(Return(value))
+        return False
+
+
+def _leaves(body: list[ast.stmt]) -> bool:
+    """Whether a break or continue of this loop is in its body."""
+    return any(
+        isinstance(node, (ast.Break, ast.Continue))
+        or (isinstance(node, ast.If) and (_leaves(node.body) or _leaves(node.orelse)))
+        for node in body
+    )

@@ -1,0 +1,182 @@
+"""An actuator between the drive and the machine: a lag of first order, with limits."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from vibrocap.physics.parameters import Positive, parameter, parameters
+from vibrocap.physics.part import Part
+from vibrocap.physics.states import CLIPPED, OUTPUT, SATURATED
+
+
+@parameters
+class Actuator(Part):
+    """What makes the force or torque u that the machine feels of the command c(tau) that the drive is.
+
+        T u' = c - u,     |u| <= u_max,     |c| <= c_max
+
+    a first-order lag with a limited output, as it stands in front of most models of motors, valves and amplifiers
+    (Astrom and Murray, Feedback Systems, 2008, sections 8.3 and 10.4). The limit of u is one of the lag itself: u
+    stays at u_max as long as the command is beyond it and leaves it at the instant at which the command comes back,
+    without winding up. The limit of c cuts the command off before the lag. Both are reached and left at located
+    events, so that no step crosses a corner of u. A motion starts with u = 0 unless its start says otherwise.
+    """
+
+    time_constant: Positive = parameter(0.1, "T_a", "time constant of the lag", "duration")
+    limit: Positive | None = parameter(None, "u_max", "largest force or torque; none where there is no limit", "effort")
+    command_limit: Positive | None = parameter(
+        None, "c_max", "where the command is cut off before the lag; none where it is not", "effort"
+    )
+
+    name: ClassVar[str] = "actuator"
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """u, then which of the limits hold."""
+        return OUTPUT, *self.switched
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """Of each limit that there is a state: 1 or -1 while it holds, 0 while it does not."""
+        limits = ((SATURATED, self.limit), (CLIPPED, self.command_limit))
+        return tuple(name for name, limit in limits if limit is not None)
+
+
+class ActuatedMachine:
+    """A machine behind an actuator, as a machine whose drive is the command. What is not said here is its own."""
+
+    def __init__(self, machine: Any, actuator: Any):
+        self.machine, self.actuator_part = machine, actuator
+        own = actuator.states
+        self.states = (*machine.states, *own)
+        self.symmetry = (*machine.symmetry, *((-1,) * len(own)))
+        self.switched = (*machine.switched, *actuator.switched)
+        events = {SATURATED: ("saturated", "unsaturated", "saturated"), CLIPPED: ("clipped", "unclipped", "clipped")}
+        self.switch_events = (*machine.switch_events, *(kind for name in actuator.switched for kind in events[name]))
+        self.locked = {**machine.locked, **({SATURATED: (OUTPUT,)} if SATURATED in own else {})}
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.machine, name)
+
+    def _own(self, y) -> tuple:
+        return tuple(y[: len(self.machine.states)])
+
+    def _of_actuator(self, y) -> dict[str, Any]:
+        return dict(zip(self.actuator_part.states, y[len(self.machine.states) :], strict=True))
+
+    def output(self, y):
+        """u, what the machine feels."""
+        return y[len(self.machine.states)]
+
+    def scales(self, time=1.0) -> tuple:
+        """Natural size of each state; that of u is the machine's."""
+        return (*self.machine.scales(time), self.machine.effort_scale(), *((1.0,) * len(self.actuator_part.switched)))
+
+    def room(self) -> Mapping[str, tuple[Any, Any]]:
+        """Between its limits u may begin."""
+        limit = self.actuator_part.limit
+        return {**self.machine.room(), **({} if limit is None else {OUTPUT: (-limit, limit)})}
+
+    def commanded(self, y, command):
+        """The command behind its limit."""
+        clipped, limit = self._of_actuator(y).get(CLIPPED), self.actuator_part.command_limit
+        return command if clipped is None else (1.0 - clipped * clipped) * command + clipped * limit
+
+    def contact_velocity(self, t, y):
+        """Sliding velocity of the contact."""
+        return self.machine.contact_velocity(t, self._own(y))
+
+    def holding_force(self, t, y, drive):
+        """Friction force that would keep the contact at rest."""
+        return self.machine.holding_force(t, self._own(y), self.output(y))
+
+    def rates(self, t, y, drive, force) -> tuple:
+        """y' of the machine under u, and u' = (c - u)/T, or 0 at the limit."""
+        rate = (self.commanded(y, drive) - self.output(y)) / self.actuator_part.time_constant
+        saturated = self._of_actuator(y).get(SATURATED)
+        rate = rate if saturated is None else (1.0 - saturated * saturated) * rate
+        own = self.machine.rates(t, self._own(y), self.output(y), force)
+        return *own, rate, *((0.0,) * len(self.actuator_part.switched))
+
+    def _guards(self, y, drive) -> tuple:
+        """Guards of the limits: one is reached in front, left, reached behind."""
+        found, own = [], self._of_actuator(y)
+        command = self.commanded(y, drive)
+        limits = self.actuator_part.limit, self.actuator_part.command_limit
+        for name, limit, value, asked in zip(
+            (SATURATED, CLIPPED), limits, (self.output(y), drive), (command, drive), strict=True
+        ):
+            if limit is not None:
+                at, free = own[name] * own[name], 1.0 - own[name] * own[name]
+                found.append(at + free * (limit - value) / limit)
+                found.append(free + (own[name] * asked - at * limit) / limit)
+                found.append(at + free * (limit + value) / limit)
+        return tuple(found)
+
+    def switches(self, t, y, drive, force) -> tuple:
+        """Guards of the machine, then those of the limits."""
+        return *self.machine.switches(t, self._own(y), self.output(y), force), *self._guards(y, drive)
+
+    def after_switch(self, which, t, y, drive, force) -> tuple:
+        """All states after guard number `which`."""
+        mechanical, output = self._own(y), self.output(y)
+        guards = len(self.machine.switches(t, mechanical, output, force))
+        if which < guards:
+            return *self.machine.after_switch(which, t, mechanical, output, force), *y[len(mechanical) :]
+        number, side = divmod(which - guards, 3)
+        own, name = self._of_actuator(y), self.actuator_part.switched[number]
+        own[name] = (1.0, 0.0, -1.0)[side]
+        if name == SATURATED and side != 1:
+            own[OUTPUT] = self.actuator_part.limit * own[name]
+        return *mechanical, *own.values()
+
+    def actuator(self, t, y, force) -> Mapping[str, Any]:
+        """Of an imposed motion, which has no actuator."""
+        return {}
+
+    def bounds(self, t, y) -> tuple:
+        """Of the machine."""
+        return self.machine.bounds(t, self._own(y))
+
+    def energy(self, t, y):
+        """Of the machine: the lag stores none."""
+        return self.machine.energy(t, self._own(y))
+
+    def momentum(self, t, y):
+        """Of the machine."""
+        return self.machine.momentum(t, self._own(y))
+
+    def outer_force(self, t, y, drive, *at_first):
+        """Of the machine, under u."""
+        return self.machine.outer_force(t, self._own(y), self.output(y), *at_first)
+
+    def powers(self, t, y, drive, force) -> tuple:
+        """Of the machine: the work of the drive is that of u."""
+        return self.machine.powers(t, self._own(y), self.output(y), force)
+
+    def reaction(self, t, y, drive) -> Any:
+        """Of the machine, under u."""
+        return self.machine.reaction(t, self._own(y), self.output(y))
+
+    def vertical_momentum(self, t, y) -> Any:
+        """Of the machine."""
+        return self.machine.vertical_momentum(t, self._own(y))
+
+    def further(self, t, y, drive, *at_first) -> tuple:
+        """Further contacts of the machine."""
+        return self.machine.further(t, self._own(y), self.output(y), *at_first)
+
+    def seen(self, side, internal, outside) -> "ActuatedMachine":
+        """As of `CoupledContacts`."""
+        return ActuatedMachine(self.machine.seen(side, internal, outside), self.actuator_part)
+
+    def further_bounds(self, t, y, drive, force) -> tuple:
+        """As of `CoupledContacts`."""
+        return self.machine.further_bounds(t, self._own(y), self.output(y), force)
+
+    def quotients(self, t, y, drive) -> list:
+        """As of `CoupledContacts`."""
+        return self.machine.quotients(t, self._own(y), self.output(y))
+
+    def scene(self, t, y) -> tuple:
+        """Of the machine."""
+        return self.machine.scene(t, self._own(y))

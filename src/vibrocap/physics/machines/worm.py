@@ -1,0 +1,214 @@
+"""Worms of two to ten bodies in a row, whose distances the drive imposes, each with a contact of its own."""
+
+import functools
+import itertools
+import math
+from typing import Any, ClassVar
+
+from vibrocap.physics.machines.machine import (
+    Coupling,
+    Imposed,
+    Number,
+    Positive,
+    Shape,
+    SIScales,
+    parameter,
+    parameters,
+)
+
+APART = 5.0  # of the middles of neighbouring bodies in pictures, where the drive is at 0
+NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
+
+
+class Worm(Imposed):
+    """Bodies 1, 2, ... in a row on the ground, each with a contact of its own; the drive z(t) imposes their distances.
+
+    Body 1 is the rearmost. Gap i is a_i z(t) wider than at z = 0, whatever force that takes. One coordinate is left
+    free, p, the velocity of the common centre of mass, which goes on where z' jumps; friction R_i acts on body i:
+
+        x_i' = p + u_i z',    u_i = a_1 + ... + a_(i-1) - (mean over the masses),    M p' = -(R_1 + ... + R_n)
+
+    This is the model of worm-like locomotion without legs (Chernousko 2002; Zimmermann, Zeidis and Bolotnik 2009). It
+    travels where front and rear differ, by masses, loads, laws or a gait, or where friction differs between forward and
+    back. Body i at rest holds R_i = M u_i z'' less the friction of all others.
+
+    Two bodies rest together only while their distance does not change. How they share the force that is then held is
+    open, though the motion is not (hyperstatic, see `coupled_contacts.py`): shown are equal shares of their limits.
+
+    The energy is that of the common centre, M p^2/2, and the work of the drive what reaches it, the sum of u_i z' R_i.
+    What a gap takes is `actuator_force` (of gap i: `actuator_force_i`), the push between the bodies behind and ahead,
+    and the power of all `actuator_power`; where z' jumps the force has an impulse besides.
+
+    Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
+    """
+
+    bodies: ClassVar[int]
+    cyclic: ClassVar = "position"
+    contact_state: ClassVar = "centre_velocity"
+    channels: ClassVar = ("drive", "damper")
+    effort: ClassVar = "displacement"
+    coupled: ClassVar = "distances"
+    si_scales: ClassVar = SIScales
+    si_load: ClassVar = "1 where the coefficients of the law are forces in N"
+    state_units: ClassVar = {"centre_velocity": "m/s"}
+    states: ClassVar = ("position", "centre_velocity")
+    symmetry: ClassVar = (-1, -1)
+    normal_load: Any
+
+    def _all(self, name: str, count: int) -> tuple:
+        """A parameter of the first so many bodies or gaps."""
+        return tuple(getattr(self, _numbered(name, i)) for i in range(1, count + 1))
+
+    def _mass(self):
+        """M."""
+        return sum(self._all("mass", self.bodies))
+
+    def _shares(self) -> tuple:
+        """u_1, u_2, ..."""
+        ahead, moved, mean = [0.0], 0.0, 0.0
+        for share in self._all("actuation", self.bodies - 1):
+            ahead.append(ahead[-1] + share)
+        for mass, place in zip(self._all("mass", self.bodies), ahead, strict=True):
+            moved = moved + mass * place
+        mean = moved / self._mass()
+        return tuple(place - mean for place in ahead)
+
+    def scales(self, time=1.0):
+        """Distance and speed that all loads give to all bodies in the time of a radian of the drive."""
+        mass, load = self._mass(), sum(self._all("normal_load", self.bodies))
+        short = time / (2.0 * math.pi)
+        return load / mass * short * short, load / mass * short
+
+    def load(self):
+        """N of body 1."""
+        return self.normal_load
+
+    def further_loads(self) -> tuple:
+        """N_2, N_3, ..."""
+        return self._all("normal_load", self.bodies)[1:]
+
+    def masses(self):
+        """M; what moves between the bodies is imposed."""
+        return {"centre_velocity": self._mass()}
+
+    def contact_velocity(self, t, y):
+        """x_1'."""
+        return y[1] + self._shares()[0] * self.imposed.slope(t)
+
+    def further_velocities(self, t, y) -> tuple:
+        """x_2', x_3', ..."""
+        return tuple(y[1] + share * self.imposed.slope(t) for share in self._shares()[1:])
+
+    def coupling(self, t, y, drive) -> Coupling:
+        """a_i = u_i z'' - (R_1 + R_2 + ...)/M."""
+        curvature, inverse = self.imposed.curvature(t), 1.0 / self._mass()
+        return Coupling(tuple(share * curvature for share in self._shares()), ((inverse,) * self.bodies,) * self.bodies)
+
+    def holding_force(self, t, y, drive):
+        """R_1 that keeps x_1'' = 0 where the others do not rub."""
+        return self._shares()[0] * self.imposed.curvature(t) * self._mass()
+
+    def rates(self, t, y, drive, force, *others):
+        """y' = (x_1', p')."""
+        return self.contact_velocity(t, y), -_sum(force, others) / self._mass()
+
+    def energy(self, t, y):
+        """H = M p^2/2, of the common centre."""
+        return 0.5 * self._mass() * y[1] * y[1]
+
+    def momentum(self, t, y):
+        """M p; its rate is minus the sum of the friction forces."""
+        return self._mass() * y[1]
+
+    def powers(self, t, y, drive, force, *others):
+        """What of the power of the drive moves the common centre, z' times the sum of u_i R_i; no damper."""
+        found = 0.0
+        for share, friction in zip(self._shares(), (force, *others), strict=False):
+            found = found + share * friction
+        return found * self.imposed.slope(t), 0.0
+
+    def actuator(self, t, y, force, *others):
+        """The push in each gap, m_1 x_1'' + R_1 and so on from behind, taken with the other sign; power of all."""
+        curvature, slope, found, power = self.imposed.curvature(t), self.imposed.slope(t), {}, 0.0
+        behind = 0.0 if self.gravity is None else self._mass() * self.gravity[1]  # all weight is given with body 1
+        frictions = (force, *others, *((0.0,) * (self.bodies - 1 - len(others))))
+        centre = -_sum(force, others) / self._mass()
+        bodies = zip(self._all("mass", self.bodies - 1), self._shares(), frictions, strict=False)
+        for i, (mass, share, friction) in enumerate(bodies, start=1):
+            behind = behind - (mass * (centre + share * curvature) + friction)
+            if self.gravity is not None:
+                behind = behind - mass * self.gravity[1]
+            found[_numbered("actuator_force", i)] = behind
+            power = power + getattr(self, _numbered("actuation", i)) * behind * slope
+        return {**found, "actuator_power": power}
+
+    def scene(self, t, y):
+        """Blocks in a row, with rods as long as the drive makes them."""
+        places, found = [y[0]], []
+        for share in self._all("actuation", self.bodies - 1):
+            places.append(places[-1] + APART + share * self.imposed.value(t))
+        for i, x in enumerate(places, start=1):
+            found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
+            found += [Shape("contact", f"contact {i}", ((x, 0.0),), (0.9, 0.0))]
+        for i, (behind, ahead) in enumerate(itertools.pairwise(places), start=1):
+            found.append(Shape("rod", f"rod {i}", ((behind + 0.5, 0.25), (ahead - 0.5, 0.25))))
+        return tuple(found)
+
+
+def _sum(force, others):
+    """Of all friction forces."""
+    for other in others:
+        force = force + other
+    return force
+
+
+def _numbered(name: str, number: int) -> str:
+    return name if number == 1 else f"{name}_{number}"
+
+
+@functools.cache
+def worm(bodies: int) -> Any:
+    """The class of a worm of two to ten bodies, "two-body-worm" and so on."""
+    if bodies not in NUMBERS:
+        raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
+    fields: dict[str, Any] = {}
+    kinds: dict[str, Any] = {}
+
+    def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, role: str):
+        fields[_numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
+        kinds[_numbered(name, number)] = kind
+
+    for i in range(1, bodies + 1):
+        field("mass", i, Positive, 1.0, "m", f"mass of body {i}", "mass")
+    for i in range(1, bodies):
+        field("actuation", i, Number, 1.0, "a", f"share of the drive by which gap {i} widens", "share")
+    for i in range(1, bodies + 1):
+        field("normal_load", i, Positive, 1.0, "N", f"load on the contact of body {i}", "load")
+    word = NUMBERS[bodies]
+    space = {
+        **fields,
+        "__annotations__": kinds,
+        "__module__": __name__,
+        "__qualname__": f"{word.title()}BodyWorm",
+        "__doc__": f"{word.title()} bodies in a row at imposed distances, all of them rubbing.\n\n    {Worm.__doc__}",
+        "__reduce__": lambda self: (_made, (bodies, {name: getattr(self, name) for name in fields})),
+        "name": f"{word}-body-worm",
+        "bodies": bodies,
+        "contacts": tuple(f"velocity_{i}" for i in range(2, bodies + 1)),
+    }
+    return parameters(type(f"{word.title()}BodyWorm", (Worm,), space))
+
+
+def worm_of(name: str) -> Any:
+    """The class of a worm by its name; KeyError for what is none."""
+    bodies = {f"{word}-body-worm": number for number, word in NUMBERS.items()}
+    return worm(bodies[name])
+
+
+def _made(bodies: int, values: dict[str, Any]) -> Any:
+    """A worm again, where it was pickled: the classes of more than three bodies can be found in no module."""
+    return worm(bodies)(**values)
+
+
+TwoBodyWorm = worm(2)
+ThreeBodyWorm = worm(3)

@@ -1,0 +1,95 @@
+"""Panels of a motion on several contacts: velocities, friction and modes of every body, side by side in one picture."""
+
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from vibrocap.motion.trajectory import Trajectory
+from vibrocap.plotting.style import BLUE, GREEN, LABELS, ORANGE, PURPLE, SKY, VERMILION
+from vibrocap.plotting.trace import Trace
+from vibrocap.plotting.units import with_unit
+
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+MODES = {1: ("forward", BLUE), 0: ("stuck", "#B8B8B8"), -1: ("back", VERMILION)}  # side: what it is called
+HEIGHT = 0.7  # of a strip, of the distance to the next
+
+
+def contacts_of(motion: Trajectory) -> range:
+    """Numbers of the contacts, from 1."""
+    return range(1, 2 + len(motion.system.machine.contacts))
+
+
+def numbered(name: str, contact: int) -> str:
+    """The quantity of a contact: "friction_2" of the second, "friction" of the first."""
+    return name if contact == 1 else f"{name}_{contact}"
+
+
+def colour_of(contact: int, count: int) -> Any:
+    """Colours that all readers can tell apart, of more contacts than there are such those of a scale."""
+    if count <= len(COLOURS):
+        return COLOURS[contact - 1]
+    return matplotlib.colormaps["viridis"]((contact - 1) / (count - 1))
+
+
+def draw_all(motion: Trajectory, names: list[str], label: str, start: float, ax: Axes) -> None:
+    """Quantities of one kind over time in drive periods, one line each, named by their numbers."""
+    trace, period = Trace(motion, start, motion.end), motion.period
+    for number, name in enumerate(names, start=1):
+        ax.plot(trace.time / period, trace[name], color=colour_of(number, len(names)), linewidth=1.3, label=f"{number}")
+    ax.axhline(0.0, color="#808080", linewidth=0.6, zorder=1)
+    ax.set(xlim=(start / period, motion.end / period), ylabel=with_unit(label, names[0], motion.system))
+    ax.set_xlabel(LABELS["periods"])
+    if len(names) > 1:
+        numbers_above(ax)
+
+
+def draw_modes(motion: Trajectory, start: float, ax: Axes) -> None:
+    """Which way every contact slides, or that it sticks, over time in drive periods: a strip for each."""
+    period, contacts = motion.period, contacts_of(motion)
+    for contact in contacts:
+        if contact > 1 and f"side_{contact}" not in motion.state_names:
+            continue  # a smooth law, of which nobody notes the side
+        for phase in motion.phases_of(contact):
+            low, high = max(phase.start, start) / period, min(phase.end, motion.end) / period
+            if high > low:
+                place = contact - 0.5 * HEIGHT, HEIGHT
+                ax.broken_barh([(low, high - low)], place, facecolors=MODES[phase.side][1], linewidth=0)
+    ax.set(xlim=(start / period, motion.end / period), ylim=(contacts[-1] + 0.6, 0.4))
+    ax.set(yticks=list(contacts), ylabel="contact", xlabel=LABELS["periods"])
+    ax.grid(visible=False, axis="y")
+    handles = [Patch(color=colour, label=word) for word, colour in MODES.values()]
+    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderaxespad=0.0, fontsize=8)
+
+
+def draw_all_loops(motion: Trajectory, ax: Axes) -> None:
+    """Friction over sliding velocity in the last period, of every contact; nothing is drawn across a jump."""
+    trace = Trace(motion, max(motion.start_time, motion.end - motion.period), motion.end)
+    contacts = contacts_of(motion)
+    cut = np.flatnonzero(trace.index[1:] != trace.index[:-1]) + 1
+    for contact in contacts:
+        velocity, friction = (trace[numbered(name, contact)] for name in ("contact_velocity", "friction"))
+        line = (np.insert(values, cut, np.nan) for values in (velocity, friction))
+        ax.plot(*line, color=colour_of(contact, len(contacts)), linewidth=1.4, label=f"{contact}")
+    system = motion.system
+    ax.set_xlabel(with_unit("sliding velocity $v_i$", "contact_velocity", system) + ", last period")
+    ax.set_ylabel(with_unit("friction force $R_i$", "friction", system))
+    ax.locator_params(axis="x", nbins=7)
+    numbers_above(ax)
+
+
+def numbers_above(ax: Axes) -> None:
+    """A legend of numbers in the line of the title."""
+    many = len(ax.get_legend_handles_labels()[0]) > 6
+    ax.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 0.99),
+        ncols=10,
+        borderaxespad=0.0,
+        columnspacing=0.6 if many else 0.8,
+        handlelength=0.5 if many else 1.0,
+        handletextpad=0.3,
+        fontsize=7.5 if many else 8,
+    )

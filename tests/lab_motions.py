@@ -1,0 +1,55 @@
+"""A short motion of every law on every machine, and how the plain kernel ends it: what a page has to compute.
+
+`python tests/lab_motions.py` runs them all in plain Python, two minutes, and stores the ends in lab_motions.json; to be
+done when the kernel rounds otherwise than before. What is not stored, such as a new machine, is run when it is asked.
+"""
+
+import hashlib
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import vibrocap as vc
+from vibrocap.arguments import ArgumentError
+from vibrocap.lab.presets import end_of
+from vibrocap.physics.catalogue import laws, machines
+
+STORE = Path(__file__).with_name("lab_motions.json")
+
+
+def motions(kind: str) -> dict[str, vc.Case]:
+    """A case of each law on a machine: two periods and a half, from a push where there is room for one."""
+    machine = machines()[kind]()
+    first = machine.states[0]
+    push = {} if first in machine.room() or first == machine.cyclic else {first: 0.3}
+    found = {}
+    for name, law in laws().items():
+        try:
+            system = vc.System(machine, law(), vc.Harmonic(amplitude=1.8))
+        except ArgumentError:  # a machine that does not take the law
+            continue
+        found[name] = vc.Case(system, push, periods=2.5)
+    return found
+
+
+def ending(state: list[float], pieces: int, events: int, status: int) -> str:
+    """An end in a few signs, which differ where a bit of the state does."""
+    bits = struct.pack(f"<{len(state)}d", *(value + 0.0 for value in state))
+    return f"{pieces} pieces, {events} events, status {status}, {hashlib.sha256(bits).hexdigest()[:16]}"
+
+
+def plain(case: vc.Case) -> str:
+    """The end by the plain kernel."""
+    return ending(**end_of(case))
+
+
+def stored() -> dict[str, dict[str, str]]:
+    """Ends by machine and law."""
+    found: dict[str, Any] = json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
+    return found
+
+
+if __name__ == "__main__":
+    ends = {kind: {name: plain(case) for name, case in motions(kind).items()} for kind in machines()}
+    STORE.write_text(json.dumps(ends, indent=1) + "\n", encoding="utf-8")

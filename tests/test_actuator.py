@@ -1,0 +1,321 @@
+"""An actuator before the drive: closed forms, an independent solver, orbits with its limits, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from independent import moment, until_switch
+from vibrocap.cli.main import main
+from vibrocap.physics.actuator import ActuatedMachine
+
+ROUNDING = 1e-12
+LAG = 0.7
+LIMITS = {"time_constant": LAG, "limit": 0.8, "command_limit": 1.5}
+NONE_FELT = {"time_constant": LAG, "limit": 9.0, "command_limit": 9.0}  # with the kernels of those that are
+TWO_TONES = vc.Biharmonic(1.8, 1.3, 0.5, 0.7)
+START = {"angle": 0.3}
+
+
+def capsule(drive=None, law=None, **actuator):
+    law = law or vc.Exponential(coulomb_coefficient=0.1, static_coefficient=0.2)
+    return vc.System(vc.PendulumCapsule(), law, drive or vc.Harmonic(1.8, 1.3), actuator=vc.Actuator(**actuator))
+
+
+def relaxed(value, command, time):
+    """u after so long a time towards a command that stays."""
+    return command + (value - command) * math.exp(-time / LAG)
+
+
+# --- closed forms -----------------------------------------------------------------------------------------------------
+
+
+def test_response_to_a_harmonic_command_is_that_of_the_first_order():
+    motion = vc.simulate(capsule(vc.Biharmonic(1.8, 1.3), **NONE_FELT), periods=3, initial=START, tolerance=1e-13)
+    turn, t = 1.3 * LAG, motion.time
+    lagging = np.cos(1.3 * t) + turn * np.sin(1.3 * t)
+    expected = 1.8 * (lagging - np.exp(-t / LAG)) / (1.0 + turn**2)
+    assert motion["actuator_output"] == pytest.approx(expected, abs=ROUNDING)
+    assert np.array_equal(motion["drive"], motion["actuator_output"])
+    assert motion["command"] == pytest.approx(1.8 * np.cos(1.3 * t), abs=ROUNDING)
+
+
+def test_response_to_a_square_command_is_that_of_the_first_order():
+    duty, amplitude = 0.35, 1.8
+    system = capsule(vc.Square(amplitude, 1.3, duty=duty), **NONE_FELT)
+    motion = vc.simulate(system, periods=3, initial=START | {"actuator_output": 0.4}, tolerance=1e-13)
+    assert [system.mirrored, capsule(vc.Square(), **LIMITS).mirrored] == [False, True]
+    period, value = system.drive.period, 0.4
+    for number in range(3):
+        for share, length, command in ((0.0, duty, amplitude), (duty, 1.0 - duty, -amplitude)):
+            for part in (0.25, 1.0 - 1e-9, 1.0):
+                time = (number + share + part * length) * period
+                expected = relaxed(value, command, part * length * period)
+                assert motion.at([min(time, motion.end)], "drive")[0] == pytest.approx(expected, abs=ROUNDING)
+            value = relaxed(value, command, length * period)
+
+
+def test_a_square_command_beyond_both_limits_saturates_when_the_logarithm_says():
+    """From -L towards C > L: u = L after T ln((C + L)/(C - L)), and it leaves where the command turns."""
+    motion = vc.simulate(capsule(vc.Square(1.8, 1.3), **LIMITS), periods=3, initial=START, tolerance=1e-13)
+    limit, command = LIMITS["limit"], LIMITS["command_limit"]
+    half = 0.5 * motion.system.drive.period
+    expected = [LAG * math.log(command / (command - limit))]
+    expected += [k * half + LAG * math.log((command + limit) / (command - limit)) for k in range(1, 6)]
+    found = [event.time for event in motion.events if event.kind == "saturated"]
+    assert found == pytest.approx(expected, abs=ROUNDING)
+    left = [event.time for event in motion.events if event.kind == "unsaturated"]
+    assert left == pytest.approx([k * half for k in range(1, len(left) + 1)], abs=ROUNDING)
+    assert np.max(np.abs(motion["drive"])) == limit
+    assert motion.certificate.ok
+
+
+# --- another solver ---------------------------------------------------------------------------------------------------
+
+
+def independent_motion(system, periods):
+    """(state, events of the limits) by DOP853: contact, output and command each in a mode of its own."""
+    machine, law, drive, lag = system.machine, system.friction, system.drive, system.actuator
+    p = {name: getattr(machine, name) for name in ("mass_ratio", "stiffness", "damping", "normal_load")}
+    p |= {"amplitude": 0.0, "frequency": 1.0}
+    level = machine.normal_load * law.static_coefficient
+
+    def command(t):
+        return drive.amplitude * math.cos(drive.frequency * t) + drive.second_amplitude * math.cos(
+            2.0 * drive.frequency * t + drive.second_phase
+        )
+
+    def asked(t, clipped):
+        return clipped * lag.command_limit if clipped else command(t)
+
+    def hold(t, y):
+        return math.cos(y[0]) * (moment(t, y, p) + y[4]) - math.sin(y[0]) * y[1] ** 2
+
+    def rates(t, y, modes):
+        side, saturated, clipped = modes
+        rate = 0.0 if saturated else (asked(t, clipped) - y[4]) / lag.time_constant
+        turning, total, cosine = moment(t, y, p) + y[4], p["mass_ratio"] + 1.0, math.cos(y[0])
+        if not side:
+            return [y[1], turning, 0.0, 0.0, rate]
+        drop = law.static_coefficient - law.coulomb_coefficient
+        force = side * p["normal_load"] * (law.coulomb_coefficient + drop * math.exp(-law.decay_rate * side * y[3]))
+        speeding = (cosine * turning - math.sin(y[0]) * y[1] ** 2 - force) / (total - cosine**2)
+        return [y[1], turning + cosine * speeding, y[3], speeding, rate]
+
+    def guards(t, y, modes):
+        side, saturated, clipped = modes
+        return (
+            side * y[3] if side else level - abs(hold(t, y)),
+            saturated * asked(t, clipped) - lag.limit if saturated else lag.limit - abs(y[4]),
+            clipped * command(t) - lag.command_limit if clipped else lag.command_limit - abs(command(t)),
+        )
+
+    t, y = 0.0, np.array([START["angle"], 0.0, 0.0, 0.0, 0.0])
+    side = 0 if abs(hold(t, y)) < level else int(np.sign(hold(t, y)))
+    modes, end, events = [side, 0, int(np.sign(command(0.0))) * (abs(command(0.0)) > lag.command_limit)], 0.0, []
+    end = periods * drive.period
+    while t < end:
+
+        def flow(time, state, modes=tuple(modes)):
+            return rates(time, state, modes)
+
+        def watched(time, state, modes=tuple(modes)):
+            return min(guards(time, state, modes))
+
+        t, y, switched = until_switch(flow, watched, t, y, end, drive.period / 60, 1e-13, 1e-14)
+        if not switched:
+            break
+        which = int(np.argmin(guards(t, y, modes)))
+        if which == 0 and modes[0]:
+            y[3] = 0.0
+            modes[0] = 0 if abs(hold(t, y)) < level else int(np.sign(hold(t, y)))
+        elif which == 0:
+            modes[0] = int(np.sign(hold(t, y)))
+        elif which == 1:
+            events.append((t, "unsaturated" if modes[1] else "saturated"))
+            modes[1] = 0 if modes[1] else int(np.sign(y[4]))
+            y[4] = modes[1] * lag.limit if modes[1] else y[4]
+        else:
+            events.append((t, "unclipped" if modes[2] else "clipped"))
+            modes[2] = 0 if modes[2] else int(np.sign(command(t)))
+    return y, events
+
+
+def test_motion_behind_both_limits_is_that_of_an_independent_solver():
+    system = capsule(TWO_TONES, **LIMITS)
+    motion = vc.simulate(system, periods=3, initial=START, tolerance=1e-12)
+    state, events = independent_motion(system, 3)
+    own = [(e.time, e.kind) for e in motion.events if e.kind.endswith(("saturated", "clipped"))]
+    assert [kind for _, kind in own] == [kind for _, kind in events]
+    assert len(own) >= 18
+    assert [time for time, _ in own] == pytest.approx([time for time, _ in events], abs=1e-9)
+    found = [motion.state[name] for name in ("angle", "angle_rate", "position", "velocity", "actuator_output")]
+    assert found == pytest.approx(state, abs=1e-9)
+    assert motion.certificate.ok
+    balance = vc.energy_balance(motion)
+    power = motion["actuator_output"] * motion["angle_rate"]
+    assert balance.drive == pytest.approx(np.trapezoid(power, motion.time), abs=1e-4)
+
+
+# --- what is made of motions ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_lag_has_a_multiplier_of_its_own_in_an_orbit():
+    found = vc.orbit(capsule(time_constant=LAG), initial=START)
+    period = 2.0 * math.pi / 1.3
+    assert found.symmetric
+    assert min(abs(np.asarray(found.multipliers) - math.exp(-period / LAG))) < 1e-9
+
+
+def after_a_period(system, state):
+    motion = vc.simulate(system, periods=1, initial=state, tolerance=1e-13)
+    return np.array([*motion.state.values()])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [0.8, 1.03])
+def test_tangents_of_an_orbit_know_the_limits(limit):
+    """Multipliers against differences of motions, at a phase at which the output is within its limits, or at one."""
+    system = capsule(TWO_TONES, time_constant=LAG, limit=limit, command_limit=1.5)
+    found = vc.orbit(system, initial=START)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    start = dict(found.state)
+    names = ["angle", "angle_rate", "velocity", "actuator_output"]
+    if abs(start["velocity"]) < 1e-9:
+        names.remove("velocity")
+    if start["saturated"]:
+        names.remove("actuator_output")
+    places = [system.state_names.index(name) for name in names]
+    step, columns = 1e-5, []
+    for name in names:
+        pair = [after_a_period(system, start | {name: start[name] + sign * step})[places] for sign in (1.0, -1.0)]
+        columns.append((pair[0] - pair[1]) / (2.0 * step))
+    expected = np.linalg.eigvals(np.array(columns).T)
+    for multiplier in expected:
+        assert min(abs(np.append(np.asarray(found.multipliers), 0.0) - multiplier)) < 1e-6
+
+
+@pytest.mark.slow
+def test_a_lane_of_an_ensemble_is_the_motion_alone():
+    system = capsule(vc.Square(1.8, 1.3, duty=0.4), **LIMITS)
+    over = {
+        "actuator.time_constant": np.array([0.05, 0.7, 0.7, 0.3]),
+        "actuator.limit": np.array([0.8, 0.9, 2.5, 1.49]),
+    }
+    found = vc.ensemble(system, over, initial=START, periods=6, window=2, tolerance=1e-10)
+    for run in range(4):
+        one = system.with_parameters({path: float(column[run]) for path, column in over.items()})
+        motion = vc.simulate(one, periods=6, initial=START, tolerance=1e-10)
+        assert found["mean_velocity"][run] == pytest.approx(vc.mean_velocity(motion, periods=2).value, abs=1e-8)
+
+
+def test_every_machine_that_a_force_drives_takes_an_actuator():
+    from vibrocap.physics.catalogue import machines
+    from vibrocap.physics.machines.machine import Imposed
+
+    for make in machines().values():
+        if issubclass(make, Imposed):
+            with pytest.raises(ValueError, match=rf"actuator should be left out: .* a motion on the {make.name}"):
+                vc.System(make(), vc.Coulomb(), vc.Triangle(), actuator=vc.Actuator())
+            continue
+        machine = make()
+        system = vc.System(machine, vc.Coulomb(), vc.Harmonic(1.3), actuator=vc.Actuator(**LIMITS))
+        placed, t = system.placed, 0.4
+        assert isinstance(placed, ActuatedMachine)
+        assert len(placed.states) == len(placed.symmetry) == len(placed.scales(2.0)) == len(system.state_names)
+        y = tuple(0.1 * (i + 1) if name not in placed.switched else 0.0 for i, name in enumerate(system.state_names))
+        y = (*y[: placed.states.index("actuator_output")], 0.6, 0.0, 0.0)
+        plain = vc.System(machine, vc.Coulomb(), vc.Constant(0.6))
+        flow, expected = system.flow(t, y, 1), plain.flow(t, y[:-3], 1)
+        rate = (1.3 * math.cos(t) - 0.6) / LAG
+        assert flow.rates == (*expected.rates, rate, 0.0, 0.0)
+        assert (flow.powers, flow.holding_force) == (expected.powers, expected.holding_force)
+
+
+DYNAMIC = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=4.0)
+MACHINES = (DYNAMIC, vc.TwoBodyCrawler(mass=1.3), vc.RigidStopCapsule())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.name)
+@pytest.mark.parametrize("law", [vc.Coulomb(0.1, 0.15), vc.LuGre()], ids=lambda law: law.name)
+def test_motions_of_machines_behind_an_actuator_are_certified(machine, law):
+    system = vc.System(machine, law, vc.Square(1.1, 1.3, duty=0.4), actuator=vc.Actuator(0.2, 0.7, 1.0))
+    motion = vc.simulate(system, periods=20)
+    assert motion.status.ok, motion.status
+    assert motion.certificate.ok, motion.certificate.failures
+    assert "saturated" in motion.event_kinds
+
+
+@pytest.mark.slow
+def test_branches_basins_and_crossings_go_along_the_lag():
+    system = capsule(TWO_TONES, **LIMITS)
+    found = vc.branch(system, over="actuator.limit", between=(0.75, 0.85), initial=START)
+    assert (found.parameter.min(), found.parameter.max()) == (0.75, 0.85)
+    at = int(np.argmin(abs(found.parameter - 0.8)))
+    one = vc.orbit(system.with_parameters({"actuator.limit": float(found.parameter[at])}), initial=START)
+    assert found.mean_velocity[at] == pytest.approx(one.mean_velocity, abs=1e-9)
+    middle = 0.5 * (found.mean_velocity.min() + found.mean_velocity.max())
+    found = vc.crossing(
+        system, "mean_velocity", over="actuator.limit", between=(0.75, 0.85), value=middle, points=3, initial=START
+    )
+    assert len(found.found) == 1
+    vc.basins(system, {"angle": (-1.0, 1.0), "actuator_output": (-0.8, 0.8)}, 5)
+    with pytest.raises(ValueError, match=r"should lie between the stops, -0\.8 to 0\.8"):
+        vc.basins(system, {"angle": (-1.0, 1.0), "actuator_output": (-0.9, 0.8)}, 5)
+
+
+# --- cases, units and refusals ----------------------------------------------------------------------------------------
+
+CASE = """
+[machine]
+kind = "pendulum-capsule"
+[friction]
+law = "exponential"
+[drive]
+waveform = "square"
+[actuator]
+time_constant = 0.4
+limit = 1.2
+[initial]
+actuator_output = {output}
+"""
+
+
+def test_a_case_with_an_actuator_in_si_and_without_units(tmp_path, capsys):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.format(output=0.3))
+    case = vc.read_case(path)
+    assert case.system.actuator == vc.Actuator(0.4, 1.2)
+    assert vc.read_case(case.save(tmp_path / "again.toml")) == case
+    in_si = tmp_path / "si.toml"
+    scales = "pendulum_mass_kg=0.2,pendulum_length_m=0.25"
+    assert main(["convert", str(path), "--scales", scales, "--out", str(in_si)]) == 0
+    text = in_si.read_text()
+    assert all(key in text for key in ("[actuator]\ntime_constant_s = ", "limit_N_m = ", "actuator_output_N_m = "))
+    again = vc.read_case(in_si)
+    assert again.system.actuator.time_constant == pytest.approx(0.4, rel=1e-12)
+    assert again.system.si.unit("actuator_output") == again.system.si.unit("command") == "N m"
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (
+            ("{output}", "1.3"),
+            "initial.actuator_output: should be at most 1.2, where the actuator has its limit, got 1.3",
+        ),
+        (("= 0.4", "= 0"), "actuator.time_constant: should be greater than 0, got 0"),
+        (("limit = 1.2", "limit = -1"), "actuator.limit: should be greater than 0, got -1"),
+        (("limit = 1.2", "limits = 1"), "actuator.limits: no such key; did you mean 'limit'?"),
+        (("[actuator]", "[drive.actuator]"), "drive.actuator: no such key"),
+    ],
+)
+def test_what_an_actuator_cannot_be_is_refused_by_name(change, complaint, tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace(*change).replace("{output}", "0"))
+    with pytest.raises(vc.CaseError) as caught:
+        vc.read_case(path)
+    assert complaint in str(caught.value)

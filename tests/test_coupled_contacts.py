@@ -1,0 +1,292 @@
+"""Contacts that act on one another: an independent solver, closed forms, and all ways in which they can go on."""
+
+import itertools
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from coupled_motions import LinkageMotion, WormMotion
+from vibrocap.physics.catalogue import machines
+
+COULOMB, UNEVEN = vc.Coulomb(0.1, 0.1), vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=2.0)
+LINKAGE_DRIVE = vc.Biharmonic(amplitude=0.5, frequency=1.3, second_amplitude=0.15, second_phase=0.5)
+LINKAGE = vc.System(vc.LinkageCrawler(mass_ratio_2=1.7, stiffness=4.0), COULOMB, LINKAGE_DRIVE)
+
+
+def worm(drive, friction=UNEVEN, **given):
+    """Two unequal bodies."""
+    return vc.System(vc.TwoBodyWorm(mass_2=1.5, normal_load_2=1.2), friction, drive, **given)
+
+
+def sides_after(motion, time):
+    """Modes of all contacts in the piece that holds after a time."""
+    piece = int(np.searchsorted(motion.piece_start, time, side="right")) - 1
+    names = [name for name in motion.state_names if name.startswith("side_")]
+    further = [motion.coefficients[piece, motion.state_names.index(name), 0] for name in names]
+    return tuple(int(side) for side in (motion.piece_side[piece], *further))
+
+
+def agree(motion, theirs, names):
+    """States at the end to 1e-9, and after every event the same modes at the same instants."""
+    y, history = theirs
+    for name, value in zip(names, y, strict=True):
+        assert motion.state[name] == pytest.approx(value, abs=1e-9)
+    ours = sorted({event.time for event in motion.events if event.kind != "graze"})
+    assert ours == pytest.approx([time for time, _ in history[1:]], abs=1e-9)
+    assert [sides_after(motion, time) for time in ours] == [modes for _, modes in history[1:]]
+    assert motion.certificate.ok
+    assert motion.certificate.energy_residual < 100 * motion.tolerance
+    assert motion.certificate.momentum_residual < 100 * motion.tolerance
+    return {modes for _, modes in history}
+
+
+@pytest.mark.slow  # the independent solver
+def test_a_worm_against_an_independent_solver():
+    amplitude, frequency = 0.5, 0.9
+    motion = vc.simulate(worm(vc.Harmonic(amplitude=amplitude, frequency=frequency)), periods=3, tolerance=1e-13)
+
+    def drive(t):
+        s, c = math.sin(frequency * t), math.cos(frequency * t)
+        return -amplitude * frequency * s, -amplitude * frequency * frequency * c
+
+    theirs = WormMotion((1.0, 1.5), (1.0,), (0.1, 0.12), (0.2, 0.24), drive).motion((0.0, 0.0), motion.end)
+    assert {(1, -1), (-1, 1), (1, 1), (1, 0)} <= agree(motion, theirs, ("position", "centre_velocity"))
+
+
+@pytest.mark.slow  # the independent solver
+def test_a_worm_of_three_whose_distances_jump_and_dwell_against_an_independent_solver():
+    """Slopes that jump at corners, and bodies that rest together while nothing moves between them."""
+    trapezoid = vc.Trapezoid(amplitude=0.4, rise=0.2, hold=0.3, fall=0.2)
+    machine = vc.ThreeBodyWorm(mass_2=1.5, normal_load_2=1.2, normal_load_3=0.8, actuation_2=-0.6)
+    motion = vc.simulate(vc.System(machine, UNEVEN, trapezoid), periods=2, tolerance=1e-13)
+    corners = [trapezoid.period * (k + share) for k in range(2) for share in (0.0, 0.2, 0.5, 0.7)]
+    levels = 0.1 * np.array([1.0, 1.2, 0.8])
+
+    def drive(t):
+        return trapezoid.slope(t), trapezoid.curvature(t)
+
+    # the sides at the corners, where the slope is that of the next segment
+    theirs = WormMotion((1.0, 1.5, 1.0), (1.0, -0.6), levels, 2.0 * levels, drive, tuple(corners))
+    y, history = theirs.motion((0.0, 0.0), motion.end)
+    for name, value in zip(("position", "centre_velocity"), y, strict=True):
+        assert motion.state[name] == pytest.approx(value, abs=1e-9)
+    for (time, modes), (following, _) in itertools.pairwise([*history, (motion.end, ())]):
+        if following - time > 1e-6:
+            assert sides_after(motion, 0.5 * (time + following)) == modes
+    assert (0, 0, 0) in {modes for _, modes in history}
+    assert motion.certificate.ok
+    assert "contacts rest together" in motion.certificate.warnings[0]
+
+
+def test_a_linkage_against_an_independent_solver():
+    """Newton's law for three masses and two rods, of whose forces the loads are made."""
+    motion = vc.simulate(LINKAGE, periods=2, tolerance=1e-13)
+    theirs = LinkageMotion((1.0, 1.7), 4.0, 0.5, 1.2, (0.1, 0.1), LINKAGE_DRIVE.value).motion([0.0] * 4, motion.end)
+    modes = agree(motion, theirs, ("displacement", "velocity_2", "position", "velocity"))
+    assert {(0, 0), (-1, 0), (1, 0), (-1, 1), (-1, -1), (1, 1), (1, -1)} <= modes | {(1, 1)}
+
+
+@pytest.mark.parametrize("system", [LINKAGE, worm(vc.Harmonic(amplitude=0.5, frequency=0.9))], ids=["linkage", "worm"])
+def test_at_every_event_one_set_of_modes_can_go_on_and_it_is_the_one_that_is_taken(system):
+    """Shortly after: a contact that has begun to slide moves then."""
+    motion = vc.simulate(system, periods=6)
+    times = [event.time for event in motion.events]
+    assert len(times) > 20
+    for time, following in itertools.pairwise([*times, motion.end]):
+        if following - time < 1e-3:
+            continue
+        after = time + 1e-4
+        state = {name: float(motion.at(np.array([after]), name)[0]) for name in motion.state_names}
+        found = vc.contact_modes(system, state, after, still=1e-11)
+        assert [each.sides for each in found] == [sides_after(motion, after)]
+
+
+# --- closed forms -----------------------------------------------------------------------------------------------------
+
+
+def test_a_slow_anisotropic_worm_gains_its_whole_stroke():
+    """As long as M |u| z'' and friction forward are less than the body behind can hold, bodies go forward only."""
+    slow = vc.Harmonic(amplitude=0.5, frequency=0.15)
+    assert 2.5 * 0.6 * 0.5 * 0.15**2 + 0.12 < 0.2
+    motion = vc.simulate(worm(slow), periods=4, tolerance=1e-13)
+    assert motion.state["position"] == pytest.approx(4 * 2 * 0.5, abs=1e-12)
+    assert vc.stick_fraction(motion, contact=1) == pytest.approx(0.5, abs=1e-12)
+    assert vc.stick_fraction(motion, contact=2) == pytest.approx(0.5, abs=1e-12)
+    assert motion.certificate.ok
+    # friction that is the same in both directions lets the heavier body stay where it is
+    even = vc.simulate(worm(slow, COULOMB), periods=4, tolerance=1e-13)
+    assert even.state["position"] == pytest.approx(0.0, abs=1e-12)
+    assert vc.stick_fraction(even, contact=2, periods=1) == pytest.approx(1.0, abs=1e-12)
+    assert even.certificate.ok
+
+
+def test_static_friction_above_the_sliding_one_decides_who_rests():
+    """The rod's force grows until one of the bodies gives way: that of the lesser static level, whatever it is then."""
+    front = vc.Coulomb(0.05, 0.14)
+    system = worm(vc.Harmonic(amplitude=0.5, frequency=0.15), vc.Coulomb(0.09, 0.15), friction_2=front)
+    motion = vc.simulate(system, periods=3)
+    assert 0.15 < 1.2 * 0.14  # of both bodies at rest the first gives way
+    assert 0.09 > 1.2 * 0.05  # though it is the second that slides more easily
+    assert vc.stick_fraction(motion, contact=2, periods=1) == pytest.approx(1.0, abs=1e-12)
+    assert motion.certificate.ok
+
+
+def test_a_worm_whose_second_body_does_not_rub_is_the_two_mass_crawler():
+    """With the inner mass as body 2: the same body, the same drive."""
+    drive = vc.ThreePhase(stroke=1.0)
+    both = vc.System(
+        vc.TwoBodyWorm(mass=2.0, normal_load=3.0), vc.Coulomb(0.2, 0.2), drive, friction_2=vc.Coulomb(0, 0)
+    )
+    alone = vc.System(vc.TwoMassCrawler(mass_ratio=2.0, normal_load=3.0), vc.Coulomb(0.2, 0.2), drive)
+    ours, theirs = vc.simulate(both, periods=3), vc.simulate(alone, periods=3)
+    for name in ("position", "centre_velocity"):
+        assert ours.state[name] == pytest.approx(theirs.state[name], abs=1e-12)
+    assert theirs.state["position"] > 0.1
+    times = np.linspace(0.1, 0.9, 7) * ours.end
+    for name in ("actuator_force", "actuator_power"):
+        assert ours.at(times, name) == pytest.approx(theirs.at(times, name), abs=1e-12)
+
+
+def test_bodies_at_a_distance_that_stays_are_one_block():
+    """Stopped by both contacts after v^2/(2 mu (N_1 + N_2)/M); while they rest they share what is held."""
+    machine = vc.TwoBodyWorm(mass_2=1.5, normal_load_2=1.2, actuation=0.0)
+    system = vc.System(machine, COULOMB, vc.Harmonic(), environment=vc.Environment(force=0.1))
+    motion = vc.simulate(system, periods=3, initial={"centre_velocity": 0.6})
+    assert motion.state["position"] == pytest.approx(0.6**2 / (2 * (0.1 * 2.2 - 0.1) / 2.5), abs=1e-12)
+    assert {"stick", "stick_2"} <= set(motion.event_kinds)
+    assert motion["friction"][-1] == pytest.approx(0.1 / 2.2, abs=1e-15)
+    assert motion["friction_2"][-1] == pytest.approx(0.1 * 1.2 / 2.2, abs=1e-15)
+    assert "is open" in motion.certificate.warnings[0]
+    (found,) = vc.contact_modes(system, motion.state)
+    assert found.sides == (0, 0)
+    assert not found.determined
+
+
+# --- one way to go on, or several -------------------------------------------------------------------------------------
+
+
+def least_determinant(system, state):
+    """Of all modes of contacts at rest, as the run watches it."""
+    flow = system.flow(0.0, (*state.values(), 0.0), 0.0)
+    ambiguous = 4  # see vibrocap.physics.system.BOUNDS
+    return min(float(b) for b, kind in zip(flow.bounds, flow.bound_kinds, strict=True) if kind == ambiguous)
+
+
+def ways(machine, friction, state, level, push=0.0):
+    """How many sets of modes can go on from a state, under a force between the bodies and one from outside."""
+    around = vc.Environment(force=push)
+    system = vc.System(machine, vc.Coulomb(friction, friction), vc.Constant(level), environment=around)
+    return len(vc.contact_modes(system, state))
+
+
+def test_there_is_one_way_to_go_on_for_every_force_exactly_where_all_determinants_are_positive():
+    """Linkages at random, at rest, under many forces: never two sets inside. Outside there are three somewhere.
+
+    Far outside, that is: where several sets begin to hold the loads of some are not yet positive.
+    """
+    draw, inside = np.random.default_rng(4), 0
+    while inside < 12:
+        friction, stance, ratios = draw.uniform(0.1, 1.2), draw.uniform(0.4, 1.8), draw.uniform(0.3, 2.0, 2)
+        machine = vc.LinkageCrawler(mass_ratio=ratios[0], mass_ratio_2=ratios[1], stance=stance)
+        state = dict.fromkeys(machine.states, 0.0)
+        if least_determinant(vc.System(machine, vc.Coulomb(friction, friction), vc.Constant(0.0)), state) > 0.0:
+            inside += 1
+            forces = draw.uniform(-4.0, 4.0, (30, 2)).tolist()
+            assert all(ways(machine, friction, state, *force) <= 1 for force in forces)  # none: lift-off
+    machine = vc.LinkageCrawler(mass_ratio=0.2, mass_ratio_2=0.2, stance=0.6)
+    for friction in (0.5, 0.8, 1.5):
+        state = dict.fromkeys(machine.states, 0.0)
+        assert least_determinant(vc.System(machine, vc.Coulomb(friction, friction), vc.Constant(0.0)), state) < 0.0
+        assert max(ways(machine, friction, state, level) for level in np.linspace(-3.0, 3.0, 121).tolist()) == 3
+
+
+def test_a_run_ends_where_the_way_to_go_on_is_no_longer_certain():
+    """Steep rods on rough ground: both feet come to rest where, under other forces, three sets of modes could go on."""
+    machine = vc.LinkageCrawler(mass_ratio=0.6, mass_ratio_2=0.6, stance=0.8, stiffness=1.0)
+    system = vc.System(machine, vc.Coulomb(0.8, 0.8), vc.Harmonic(amplitude=1.2, frequency=0.5))
+    motion = vc.simulate(system, periods=5, initial={"displacement": 0.2}, start=2.0)
+    assert motion.status is vc.Status.AMBIGUOUS_CONTACTS
+    assert "ways to go on" in motion.status.text
+    event = motion.events[-1]
+    assert event.kind == "ambiguous_contacts"
+    assert event.time == motion.end
+    forces = [vc.System(machine, system.friction, vc.Constant(float(f))) for f in np.linspace(-8, 8, 400)]
+    assert max(len(vc.contact_modes(each, motion.state, still=1e-9)) for each in forces) == 3
+    # on smoother ground the same motion goes on
+    smooth = vc.System(machine, vc.Coulomb(0.3, 0.3), system.drive)
+    assert vc.simulate(smooth, periods=2, initial={"displacement": 0.2}, start=2.0).status is not motion.status
+
+
+# --- everything else works on them ------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("system", [LINKAGE, worm(vc.Harmonic(amplitude=0.5, frequency=0.9))], ids=["linkage", "worm"])
+def test_orbit_and_multipliers(system):
+    """Against central differences of motions."""
+    found = vc.orbit(system, initial=vc.simulate(system, periods=20).state)
+    names = [name for name in system.state_names if name not in (*system.switched, system.machine.cyclic)]
+    start = np.array([found.state[name] for name in names])
+
+    def image(x):
+        initial = found.state | dict(zip(names, x, strict=True))
+        end = vc.simulate(system, periods=1, initial=initial, tolerance=1e-13).state
+        return np.array([end[name] for name in names])
+
+    assert image(start) == pytest.approx(start, abs=1e-11)
+    slopes = np.column_stack([(image(start + d) - image(start - d)) / 2e-6 for d in 1e-6 * np.eye(len(start))])
+    expected = sorted(np.abs(np.linalg.eigvals(slopes)))
+    assert sorted(np.abs(found.multipliers)) == pytest.approx(expected, abs=1e-7)
+    assert abs(found.drift) > 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("system", [LINKAGE, worm(vc.Triangle(amplitude=0.5, rise=0.3))], ids=["linkage", "worm"])
+def test_measures_of_an_ensemble_are_those_of_single_motions(system):
+    measures = ["drift", "stick_fraction", "stick_fraction_2", "contact_sliding_2_work", "drive_work", "mean_friction"]
+    amplitudes, options = np.linspace(0.4, 0.55, 3), {"periods": 4, "tolerance": 1e-11}
+    found = vc.ensemble(system, {"drive.amplitude": amplitudes}, measures=measures, window=4, **options)
+    for i, amplitude in enumerate(amplitudes):
+        motion = vc.simulate(system.with_parameters({"drive.amplitude": float(amplitude)}), **options)
+        alone = vc.measured(motion, measures, window=4)
+        for name in measures:
+            assert found[name][i] == pytest.approx(alone[name], rel=1e-8, abs=1e-9)
+
+
+LAWS = [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip(), vc.SmoothedTanh(), vc.Coulomb(0.1, 0.15)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+@pytest.mark.parametrize("base", [LINKAGE, worm(vc.Biharmonic(amplitude=0.4))], ids=["linkage", "worm"])
+def test_balances_close_with_every_kind_of_law_and_in_an_environment(base, law):
+    around = vc.Environment(inclination=0.03, linear_drag=0.05, quadratic_drag=0.1, gravity=1.0)
+    motion = vc.simulate(vc.System(base.machine, law, base.drive, friction_2=COULOMB, environment=around), periods=3)
+    assert motion.status in (vc.Status.FINISHED, vc.Status.LIFT_OFF, vc.Status.STOP_REACHED)
+    assert motion.end > 0.3 * motion.period
+    assert motion.certificate.ok
+    assert motion.certificate.energy_residual < 100 * motion.tolerance
+    assert motion.certificate.momentum_residual < 100 * motion.tolerance
+
+
+def test_worms_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
+    machine = vc.worm(5)
+    assert machines()["five-body-worm"] is machine
+    assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)
+    with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 10, got 11"):
+        vc.worm(11)
+    with pytest.raises(ValueError, match=r"normal_load_2: should be greater than 0, got 0"):
+        vc.TwoBodyWorm(normal_load_2=0.0)
+    with pytest.raises(ValueError, match=r"the waveform square jumps, while the two-body-worm takes it for a displace"):
+        worm(vc.Square())
+    with pytest.raises(ValueError, match=r"stance: should be less than 1\.9"):
+        vc.LinkageCrawler(stance=2.0)
+    with pytest.raises(ValueError, match=r"initial.displacement should be at most 0\.75"):
+        vc.simulate(LINKAGE, periods=1, initial={"displacement": 0.9})
+    with pytest.raises(ValueError, match=r"time should be a finite number, got 'now'"):
+        vc.contact_modes(LINKAGE, time="now")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"initial.displacment: no such state; did you mean 'displacement'"):
+        vc.contact_modes(LINKAGE, {"displacment": 0.1})
