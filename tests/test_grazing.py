@@ -111,8 +111,8 @@ def test_borders_of_a_map_are_the_curves_of_grazing_and_of_zero_progression():
     assert len(study_figure(study_view(found, "mean_velocity"), ["travel", "impacts"]).axes[0].collections) >= 4
 
 
-def exact(orbit, path, dip=None):
-    """What `ExactCapsule` finds from an orbit: (state and parameter, error)."""
+def exact_capsule(orbit):
+    """(`ExactCapsule` of an orbit, times of its events)."""
     system, motion = orbit.system, orbit.motion()
     values = {}
     for part in (system.machine, system.friction, system.drive):
@@ -121,8 +121,14 @@ def exact(orbit, path, dip=None):
     events = [each for each in motion.events if each.kind != "reversal" or each.time not in struck]
     side, touch = int(np.sign(orbit.state["velocity"])), int(orbit.state["touching"])
     capsule = ExactCapsule(values, [each.kind for each in events], side, touch, orbit.response_period)
+    return capsule, [each.time for each in events]
+
+
+def exact(orbit, path, dip=None):
+    """What `ExactCapsule` finds from an orbit: (state and parameter, error)."""
+    capsule, times = exact_capsule(orbit)
     start = [orbit.state[name] for name in ("displacement", "displacement_rate", "velocity")]
-    return capsule.solved(start, path, [each.time for each in events], dip)
+    return capsule.solved(start, path, times, dip)
 
 
 def dip_of(motion):
@@ -153,3 +159,22 @@ def assert_exact(orbit, over, digits):
 )
 def test_digits_are_those_of_exact_solutions(system, over, digits):
     assert_exact(vc.orbit(system), over, digits)
+
+
+@pytest.mark.slow
+def test_both_directions_at_one_set_of_parameters():
+    """Each of the two attractors closes under exact solutions too; that back has some three fifths of the plane."""
+    system = elastic(0.79, gap=0.5)
+    found = vc.basins(system, {"displacement": (-3.0, 3.0), "displacement_rate": (-3.0, 3.0)}, 40)
+    back, forward = sorted(found.attractors, key=lambda each: each.motion.drift)
+    assert len(found.attractors) == 2
+    assert back.motion.drift == pytest.approx(-0.571574672951, abs=1e-10)
+    assert forward.motion.drift == pytest.approx(0.782493207665, abs=1e-10)
+    assert back.share + forward.share == 1.0
+    assert back.share == pytest.approx(0.62, abs=0.02)  # on 100 x 100 starts 0.6221; a border is known to a cell
+    for attractor in (back, forward):
+        orbit = attractor.motion.orbit
+        assert orbit.stable
+        start = np.array([orbit.state[name] for name in ("displacement", "displacement_rate", "velocity")])
+        capsule, times = exact_capsule(orbit)
+        assert np.abs(capsule.image(start, capsule.values, times)[0] - start).max() < 1e-11

@@ -15,9 +15,18 @@ from vibrocap.cli.terminal import INCOMPLETE, WRONG_INPUT
 from vibrocap.motion.equations import equations
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.physics.catalogue import laws
+from vibrocap.studies.plan.planning import planned_study
 
 SECOND_HARMONIC = 0.4
 START = {"angle": 0.2}
+SETTINGS = {
+    "periods": 2,
+    "tolerance": 1e-7,
+    "max_events_per_period": 100,
+    "max_steps": 1000,
+    "window": 1,
+    "settle": None,
+}
 
 
 def capsule(load="dynamic", law=None, amplitude=1.2, **parameters):
@@ -289,3 +298,45 @@ def test_a_load_that_is_negative_at_the_start_ends_the_command_before_any_work(t
     path = vc.save_case(capsule(), tmp_path / "case.toml", initial={"angle_rate": 2.0})
     assert main(["simulate", str(path)]) == WRONG_INPUT
     assert "initial: the normal load is negative at the start, -0.5" in capsys.readouterr().err
+
+
+def test_every_study_of_a_constant_load_watches_the_true_one():
+    """At the starts of steps; but not where the least value is measured, or where the load is the true one."""
+    over = {"machine.mass_ratio": [0.2, 2.5]}
+    options = {"periods": 3, "window": 3, "tolerance": 1e-7, "initial": START}
+    system = capsule("weight", vc.Exponential(), amplitude=1.8)
+    found = vc.sweep(system, over, **options)["least_reaction_seen"]
+    assert found.attrs["between_steps"] == pytest.approx(0.1 * 3.5)
+    for mass_ratio, seen in zip(over["machine.mass_ratio"], found.values, strict=True):
+        one = system.with_parameters({"machine.mass_ratio": mass_ratio})
+        motion = vc.simulate(one, periods=3, initial=START, tolerance=1e-7)
+        least = motion.certificate.least_reaction
+        assert -1e-5 < seen - least < 0.35
+        assert (least < 0.0) == (mass_ratio < 1.0)
+        starts = motion.piece_observables(("reaction",), np.arange(len(motion.piece_start)), 0.0 * motion.piece_start)
+        assert vc.measured(motion, "least_reaction_seen", window=3)["least_reaction_seen"] == pytest.approx(
+            starts.min()
+        )
+    for load, measures in (("weight", ["least_reaction"]), ("dynamic", ["drift"])):
+        plan = planned_study(
+            capsule(load), over, measures=measures, cases=None, design=None, initial=None, settings=SETTINGS
+        )
+        assert plan.measures == tuple(measures)
+
+
+@pytest.mark.slow
+def test_maps_leave_no_lift_off_out():
+    """Every run whose least reaction is negative is hatched, also where only the starts of steps were asked."""
+    from vibrocap.plotting.cells import hidden_lift_off
+    from vibrocap.plotting.study_view import study_view
+
+    for law in (vc.Exponential(), vc.LuGre()):
+        system = vc.System(vc.PendulumCapsule(normal_load="weight"), law, vc.Harmonic(amplitude=1.8))
+        over = {"machine.mass_ratio": "0.2:3:30", "drive.amplitude": "0.5:3:30"}
+        options = {"settle": 1e-6, "periods": 100, "tolerance": 1e-7, "initial": START}
+        exact = vc.sweep(system, over, measures=["mean_velocity", "least_reaction"], **options)
+        plain = vc.sweep(system, over, measures=["mean_velocity"], **options)
+        known, marked = (hidden_lift_off(study_view(each, "mean_velocity").panels[0]) for each in (exact, plain))
+        assert 100 < known.sum() < 800
+        assert np.all(marked[known])
+        assert marked.sum() < 1.2 * known.sum()  # and not many others

@@ -366,7 +366,7 @@ def test_one_writer_at_a_time(tmp_path):
     lock = opened_for_writing(tmp_path / "a", study, (1, 1, 1), resume=True).lock
     with pytest.raises(CaseError, match="another process is writing there"):
         stored(tmp_path / "a", resume=True)
-    assert len(open_study(tmp_path / "a")) == 7  # reading is free
+    assert len(open_study(tmp_path / "a")) == 8  # reading is free
     lock.release()
     stored(tmp_path / "a", resume=True)
 
@@ -466,7 +466,7 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_a_mark_comes_last(tmp_
     folders = {str(Path(done[i][1]).parent) for i in renamed if "/c." in done[i][1] and i > begun}
     assert folders <= set(done[last_chunk + 1 : mark])
     assert names[-1].startswith("done/")
-    assert len(folders) == 7
+    assert len(folders) == 8
     first = names[: names.index("study.json")]
     assert first
     assert all(name.startswith("results.zarr/") for name in first)

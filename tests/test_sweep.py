@@ -32,7 +32,7 @@ def test_the_dataset_is_labelled(cheap):
         settle=1e-6,
         window=7,
     )
-    assert list(found) == [*ALWAYS, "mean_velocity", "word"]
+    assert list(found) == [*ALWAYS, "mean_velocity", "word", "least_reaction_seen"]
     assert dict(found.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
     assert found["machine.mass_ratio"].attrs["symbol"] == "lambda"
     assert found["machine.mass_ratio"].attrs["units"] == "1"
@@ -167,7 +167,7 @@ def test_a_run_that_is_refused_on_the_way_stops_the_study(cheap, monkeypatch):
 
 def test_more_runs_than_stated(cheap):
     over = {"machine.mass_ratio": "1:3:100000", "machine.stiffness": "1:3:100000"}
-    with pytest.raises(CaseError, match=r"10,000,000,000 runs, 200 GB of results, roughly \d+ days on 4 threads"):
+    with pytest.raises(CaseError, match=r"10,000,000,000 runs, 280 GB of results, roughly \d+ days on 4 threads"):
         sweep(SYSTEM, over=over, threads=4)
     over = {"machine.mass_ratio": "1:3:11"}
     with pytest.raises(CaseError, match="11 runs"):

@@ -184,6 +184,7 @@ FRICTION = (
 )
 
 
+LOAD_WATCH = "least_reaction_seen"  # taken of every study of a machine whose constant load may hide a lift-off
 STOPS = (
     Measure(
         "impacts",
@@ -237,6 +238,13 @@ REACTION = (
         "least_reaction",
         "least normal reaction of the ground in the window; below 0 the machine would have lifted off",
         lambda now: now.reaction,
+        si_unit="N",
+    ),
+    Measure(
+        LOAD_WATCH,
+        "least normal reaction of the ground at the starts of steps in the window, of a load that is held constant "
+        "(NaN: it is not)",
+        Standard(lambda runs: runs.results.least_load),
         si_unit="N",
     ),
     Measure.largest(

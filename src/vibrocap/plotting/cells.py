@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.trajectory import Status
 from vibrocap.plotting.study_view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
 
@@ -122,11 +123,15 @@ def share(count: int, total: int) -> str:
 def hidden_lift_off(panel: Panel) -> np.ndarray:
     """Runs that finished although the true load was negative, which a constant load does not notice.
 
-    Marked by hatching, where the study holds the measure `least_reaction`.
+    Marked by hatching. Of a study without the measure `least_reaction` the load is known at the starts of steps only:
+    runs in which it comes near zero there are marked, too (`between_steps` of the variable), so that none is left out.
     """
-    if "least_reaction" not in panel.dataset:
-        return np.zeros(panel.status.shape, dtype=bool)
-    return (panel.other("least_reaction") < 0.0) & (panel.status == FINISHED)
+    least = np.full(panel.status.shape, np.inf)
+    if "least_reaction" in panel.dataset:
+        least = panel.other("least_reaction")
+    elif LOAD_WATCH in panel.dataset:
+        least = panel.other(LOAD_WATCH) - float(panel.dataset[LOAD_WATCH].attrs["between_steps"])
+    return (least < 0.0) & (panel.status == FINISHED)
 
 
 def hidden_label(view: View) -> str:

@@ -74,7 +74,7 @@ HATCH_WIDTH, HALO = 0.45, 1.3  # of lines over colours: black with a white rim s
 BORDER = 0.7
 BORDERS = (BLACK, GREEN, VIOLET, VERMILION)  # of lines where something changes
 WAYS = ("mean_velocity", "drift", "displacement")  # measures whose sign is the way of travel
-BORDER_WORDS = {"travel": "travel turns round", "impacts": "grazing of a stop"}
+BORDER_WORDS = {"travel": "travel begins, ends or turns round", "impacts": "grazing of a stop"}
 COLUMN, PAGE = 3.54, 7.2  # inches: 90 mm and 183 mm
 PRINT: dict[Any, Any] = {
     **STYLE,

@@ -30,6 +30,7 @@ from vibrocap.measures.settling import THRESHOLD, TOLERANCES
 from vibrocap.progress import shows_progress, told
 from vibrocap.studies.plan.axes import Axis, Grid, axis_of
 from vibrocap.studies.plan.checks import plan_complaints
+from vibrocap.studies.plan.planning import with_load_watch
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import with_varied_parts
 from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
@@ -287,6 +288,7 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
         measure.name for measure in resolved([*measures, *(name for name in needed if name not in ALWAYS)])[0]
     )
     grid = Grid(tuple(Axis(path, tuple(values.tolist())) for path, values in axes.items()))
+    names = with_load_watch(system, grid, names)
     study = Study(case, grid, names, used["window"], used["settle"])
 
     def evaluate(x: np.ndarray, y: np.ndarray) -> dict[str, np.ndarray]:

@@ -10,7 +10,7 @@ from typing import Any
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
-from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.kernel.memory_layout import HEAVY, Layout
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
@@ -107,6 +107,11 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.holding(k)
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
+        if k == 0 and "UNLOADED" in layout.places:
+            unloaded = f"{HEAVY!r} - {writer.coefficient(equations.observables['reaction'].index, 0)}"
+            writer.lines.append(f"unloaded = {unloaded}")
+            most = writer.entry("UNLOADED")
+            put("UNLOADED", f"where(unloaded > {most}, unloaded, {most})" if abreast else f"max({most}, unloaded)")
         if k == 1 and equations.hold is None:
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
         for i, guard in enumerate(equations.guards):

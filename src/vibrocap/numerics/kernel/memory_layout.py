@@ -107,12 +107,12 @@ EVENT_HEAD = 3  # an event on the tape: period, time, kind, then states and inte
 
 
 def gathered_entries(
-    states: int, integrals: int, own_extremes: int, machine_switches: int = 0
+    states: int, integrals: int, own_extremes: int, machine_switches: int = 0, watched: bool = False
 ) -> tuple[tuple[str, int], ...]:
     """Names and sizes of what is gathered over the window of a run; the names are constants of the linked kernel.
 
     integrals: all that are summed, own ones included; own_extremes: functions of which the largest value is kept
-    machine_switches: guards of the machine
+    machine_switches: guards of the machine; watched: whether the true load is looked at, of one that is held constant
     """
     return (
         ("INTEGRAL", integrals),
@@ -130,7 +130,11 @@ def gathered_entries(
         ("LETTERS", WORD_PLACES),
         ("ASYMMETRY", 1),
         *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
+        *((("UNLOADED", 1),) if watched else ()),  # largest of HEAVY less the true load, at the starts of steps
     )
+
+
+HEAVY = 1e6  # above any load: what is gathered begins at zero
 
 
 @dataclasses.dataclass(frozen=True)

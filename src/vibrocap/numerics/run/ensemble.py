@@ -70,7 +70,8 @@ def ensemble_source(
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     own_switches = len(equations.switches) - equations.law_switches
-    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches)
+    watched = "reaction" in equations.observables and not equations.loads and states == equations.base
+    entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched)
     parameters, switches = len(equations.parameter_paths), len(equations.guards)
     corners = equations.corners
     coefficients = 0 if corners is None else corners.coefficients

@@ -10,7 +10,7 @@ from vibrocap.numerics.codegen.source import Integrands
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
-from vibrocap.numerics.kernel.memory_layout import Layout
+from vibrocap.numerics.kernel.memory_layout import HEAVY, Layout
 from vibrocap.numerics.linker.link import plain_kernel
 from vibrocap.numerics.run.ensemble import drive_tables, ensemble_source
 from vibrocap.numerics.run.results import RunResults
@@ -85,6 +85,11 @@ def replayed(
     if "OCCURRED" in place:
         begun = motion.start_time + whole[place["WINDOW_START"]] * motion.period
         fill("OCCURRED", [np.sum(times > begun) for times in switch_times])
+    if "UNLOADED" in place:
+        begun = motion.start_time + whole[place["WINDOW_START"]] * motion.period
+        index = np.flatnonzero(motion.piece_start >= begun - 2.0 * EPSILON * motion.period)
+        loads = motion.piece_observables(("reaction",), index, 0.0 * index)
+        fill("UNLOADED", HEAVY - np.min(loads))
     kernel["end_run"](real, whole, tape, 0)
     return RunResults(layout, tape[None, : layout.result_size])
 

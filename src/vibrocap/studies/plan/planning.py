@@ -7,8 +7,10 @@ from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole,
 from vibrocap.case.case import PARTS, RUN_DEFAULTS, Case, CaseError
 from vibrocap.measures.during_run import measure_table, resolved
 from vibrocap.measures.measure import Measure
+from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.measures.windows import usual_window
 from vibrocap.motion.simulate import check_run, initial_state
+from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Grid, axis_of
 from vibrocap.studies.plan.cases import CaseList, Column, case_list
@@ -56,7 +58,21 @@ def planned_study(
     window = usual_window(run["periods"]) if window is None else int(window)
     if isinstance(plan, CaseList):
         plan = CaseList(tuple(_without_unsaid_words(system, plan, column) for column in plan.columns))
+    measures = with_load_watch(system, plan, measures)
     return Study(Case(system, start, **run), plan, measures, window, None if settle is None else float(settle))
+
+
+def with_load_watch(system: System, plan: Runs, measures: Sequence[str | Measure]) -> tuple[str | Measure, ...]:
+    """Measures and, of a machine whose constant load may hide a lift-off, the least true load, which costs little.
+
+    A load that follows the motion hides none: there a run ends.
+    """
+    machine = system.machine
+    names = {each if isinstance(each, str) else each.name for each in measures}
+    follows = machine.follows_load and "machine.normal_load" not in plan.paths
+    if type(machine).reaction is Machine.reaction or follows or names & {LOAD_WATCH, "least_reaction"}:
+        return tuple(measures)
+    return (*measures, LOAD_WATCH)
 
 
 def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
