@@ -27,7 +27,7 @@ def with_varied_parts(system: System, paths: Iterable[str]) -> System:
     named = {str(path).partition(".")[0] for path in paths} - {*system.parts}
     laws = dict.fromkeys(named.intersection(FURTHER[: len(system.machine.contacts)]), system.friction)
     around: dict[str, Any] = {"environment": Environment()} if "environment" in named else {}
-    return dataclasses.replace(system, **laws, **around)
+    return dataclasses.replace(system, **laws, **around) if laws or around else system
 
 
 def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
