@@ -26,8 +26,8 @@ class PlainKernel:
     layout: Layout
     equations: Equations
     text: str
-    real: np.ndarray
-    whole: np.ndarray
+    floats: np.ndarray
+    ints: np.ndarray
 
     def __getitem__(self, name: str) -> Any:
         return self.names[name]
@@ -40,16 +40,16 @@ class PlainKernel:
         """Taylor coefficients of one row of a lane."""
         lanes, length = self.layout.lanes, self.layout.order + 1
         start = self.names["SERIES"] + row * length * lanes + lane
-        return self.real[start : start + length * lanes : lanes]
+        return self.floats[start : start + length * lanes : lanes]
 
     def fill(self, entry: str, values: Any, lane: int = 0) -> None:
         """Put numbers into an entry of a lane."""
         start, lanes = self.names[entry] + lane, self.layout.lanes
         for i, value in enumerate(np.atleast_1d(values)):
-            (self.whole if entry in WHOLE else self.real)[start + i * lanes] = value
+            (self.ints if entry in INT_ENTRIES else self.floats)[start + i * lanes] = value
 
 
-WHOLE = frozenset(motion.memory.WHOLE)
+INT_ENTRIES = frozenset(motion.memory.INT_ENTRIES)
 
 
 def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel:
@@ -70,7 +70,7 @@ def set_lane(kernel: PlainKernel, system: vc.System, lane: int) -> None:
     parameters = parameter_values(system)
     kernel.fill("PARAMETER", parameters, lane)
     kernel.fill("SCALE", evaluate(kernel.equations.scales, 0.0, [], 1.0, parameters), lane)
-    kernel["forget"](kernel.real, lane)
+    kernel["forget"](kernel.floats, lane)
     kernel.fill("PERIOD", system.drive.period, lane)
 
 

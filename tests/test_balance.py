@@ -57,15 +57,15 @@ def series(system, start, side, balanced):
     with pytest.MonkeyPatch.context() as patch:
         if not balanced:
 
-            def explicit(graph, rates, abreast, balance, polynomials):
-                return JetWriter(graph, rates, abreast, polynomials=polynomials)
+            def explicit(graph, rates, simd, balance, polynomials):
+                return JetWriter(graph, rates, simd, polynomials=polynomials)
 
             patch.setattr(source, "JetWriter", explicit)
         kernel = kernel_of(system, 12)
     kernel.fill("SIDE", side)
     kernel.fill("TIME", 0.3)
     kernel.fill("STATE", start)
-    kernel["jet"](kernel.real)
+    kernel["jet"](kernel.floats)
     return np.array([kernel.series(i) for i in range(len(start))])
 
 

@@ -106,8 +106,8 @@ BODIES = {
     "for ever": "k = i\n    while True:\n        k += 3\n        if k > 20:\n            return k",
     "swap": "a, b = x, y\n    a, b = b, a\n    c, (d, e) = i, (a, b)\n    return c + d if e > 0.0 else d",
     "parts": "return part(x, i)[0] - part(i, j)[1] * 2",
-    "array": "real[3] = x\n    real[4] = i\n    real[3] *= 2\n    whole[1] = j\n    whole[1] -= i\n"
-    "    return real[3] if whole[1] > 0 else real[4]",
+    "array": "floats[3] = x\n    floats[4] = i\n    floats[3] *= 2\n    ints[1] = j\n    ints[1] -= i\n"
+    "    return floats[3] if ints[1] > 0 else floats[4]",
     "half round": "k, a = 0, 0\n    for n in range(3):\n        if n == 1 and i > 0:\n            continue\n"
     "        a += n\n        for m in range(n):\n            if m == j:\n                break\n"
     "            k += 10 * m + 1\n    return a - k",
@@ -122,11 +122,12 @@ def body_text(body):
 def part(x, i):
     return x - i, 2 * i
 
-def advance(real, whole, tape, rounds):
+def advance(floats, ints, trace, rounds):
     for k in range(rounds):
-        tape[k] = body(real, whole, tape[rounds + 2 * k], tape[rounds + 2 * k + 1], whole[2 + 2 * k], whole[3 + 2 * k])
+        at = rounds + 2 * k
+        trace[k] = body(floats, ints, trace[at], trace[at + 1], ints[2 + 2 * k], ints[3 + 2 * k])
 """
-    return f"{HEAD}\ndef body(real, whole, x, y, i, j):\n    {setting}{body}\n{loop}"
+    return f"{HEAD}\ndef body(floats, ints, x, y, i, j):\n    {setting}{body}\n{loop}"
 
 
 def operands(name):
@@ -147,16 +148,16 @@ def test_every_operator_gives_the_bits_of_plain_python(name):
     floats, ints = operands(name)
     results = []
     for entry in (plain_kernel(text)["advance"], exactly(text, "advance"), compiled(text, "advance")):
-        tape = np.concatenate((np.zeros(len(floats)), floats.ravel()))
-        whole = np.concatenate(([0, 0], ints.ravel()))
+        trace = np.concatenate((np.zeros(len(floats)), floats.ravel()))
+        numbers = np.concatenate(([0, 0], ints.ravel()))
         if entry.__class__.__name__ == "function":  # Python's own numbers raise where those of a kernel do not
             with np.errstate(all="ignore"):
-                entry(Python(8), Python(whole.tolist()), Python(tape), len(floats))
+                entry(Python(8), Python(numbers.tolist()), Python(trace), len(floats))
             continue_with = Python.last
             results.append(np.array(continue_with[: len(floats)], dtype=float))
         else:
-            entry(np.zeros(8), whole, tape, len(floats))
-            results.append(tape[: len(floats)].copy())
+            entry(np.zeros(8), numbers, trace, len(floats))
+            results.append(trace[: len(floats)].copy())
     plain, exact, fused = (bits(found) for found in results)
     assert np.array_equal(plain, exact)
     if "*" not in BODIES[name]:
@@ -184,29 +185,29 @@ def bits(numbers):
 
 def test_a_division_by_zero_is_no_error():
     text = """
-def advance(real, whole, tape, rounds):
-    tape[0] = real[0] / real[1]
-    tape[1] = -real[0] / real[1]
-    tape[2] = real[1] / real[1]
-    tape[3] = real[0] % real[1]
-    tape[4] = real[0] // real[1]
-    whole[0] = whole[1] // whole[2]
-    whole[3] = whole[1] % whole[2]
+def advance(floats, ints, trace, rounds):
+    trace[0] = floats[0] / floats[1]
+    trace[1] = -floats[0] / floats[1]
+    trace[2] = floats[1] / floats[1]
+    trace[3] = floats[0] % floats[1]
+    trace[4] = floats[0] // floats[1]
+    ints[0] = ints[1] // ints[2]
+    ints[3] = ints[1] % ints[2]
 """
-    real, whole, tape = np.array([2.0, 0.0]), np.array([9, 5, 0, 9]), np.zeros(5)
-    compiled(text, "advance")(real, whole, tape, 0)
-    assert np.array_equal(tape, [math.inf, -math.inf, math.nan, math.nan, math.inf], equal_nan=True)
-    assert whole.tolist() == [0, 5, 0, 0]
+    floats, ints, trace = np.array([2.0, 0.0]), np.array([9, 5, 0, 9]), np.zeros(5)
+    compiled(text, "advance")(floats, ints, trace, 0)
+    assert np.array_equal(trace, [math.inf, -math.inf, math.nan, math.nan, math.inf], equal_nan=True)
+    assert ints.tolist() == [0, 5, 0, 0]
 
 
 def test_sums_of_products_are_fused():
-    text = "def advance(real, whole, tape, rounds):\n    tape[0] = real[0] * real[0] - real[1]\n"
+    text = "def advance(floats, ints, trace, rounds):\n    trace[0] = floats[0] * floats[0] - floats[1]\n"
     x = 1.0 + 2.0**-30
-    real, found = np.array([x, x * x]), []
+    floats, found = np.array([x, x * x]), []
     for entry in (compiled(text, "advance"), exactly(text, "advance")):
-        tape = np.zeros(1)
-        entry(real, np.zeros(1, dtype=np.int64), tape, 0)
-        found.append(tape[0])
+        trace = np.zeros(1)
+        entry(floats, np.zeros(1, dtype=np.int64), trace, 0)
+        found.append(trace[0])
     assert found == [2.0**-60, 0.0] or "+fma" not in host().features
 
 
@@ -225,31 +226,31 @@ LANES = {width}
 def several(x, y):
     return x * y, where(x < y, x, 2), ~(x <= y) | (y == 1.0)
 
-def advance(real, whole, tape, rounds):
+def advance(floats, ints, trace, rounds):
     align_stack()
-    x, y = load(real, 0), load(real, LANES)
+    x, y = load(floats, 0), load(floats, LANES)
     product, least, chosen = several(x, y)
     place = 0
-    store(tape, place, x + y)
-    store(tape, LANES, x - y)
-    store(tape, 2 * LANES, product)
-    store(tape, 3 * LANES, x / (y * y + 1))
-    store(tape, 4 * LANES, least)
-    store(tape, 5 * LANES, where(chosen & (x > 0.0), -x, abs(y)))
-    store(tape, 6 * LANES, where((x >= y) ^ chosen, 1, real[0]))
-    store(tape, 7 * LANES, floor(x) + square_root(abs(y)))
-    store(tape, 8 * LANES, 3.5)
-    store(tape, 9 * LANES, exponent(abs(x) + 1.0) * mantissa(abs(y) + 1.0) + power_of_two(floor(x)))
-    odd = whole_equal(whole, 0, 3)
-    whole_set(whole, 0, 50 + rounds, odd)
-    whole_add(whole, LANES, 7, whole_above(whole, LANES, 0) & ~odd)
-    reached = whole_reached(whole, 0, LANES, 2 * LANES)
+    store(trace, place, x + y)
+    store(trace, LANES, x - y)
+    store(trace, 2 * LANES, product)
+    store(trace, 3 * LANES, x / (y * y + 1))
+    store(trace, 4 * LANES, least)
+    store(trace, 5 * LANES, where(chosen & (x > 0.0), -x, abs(y)))
+    store(trace, 6 * LANES, where((x >= y) ^ chosen, 1, floats[0]))
+    store(trace, 7 * LANES, floor(x) + square_root(abs(y)))
+    store(trace, 8 * LANES, 3.5)
+    store(trace, 9 * LANES, exponent(abs(x) + 1.0) * mantissa(abs(y) + 1.0) + power_of_two(floor(x)))
+    odd = whole_equal(ints, 0, 3)
+    whole_set(ints, 0, 50 + rounds, odd)
+    whole_add(ints, LANES, 7, whole_above(ints, LANES, 0) & ~odd)
+    reached = whole_reached(ints, 0, LANES, 2 * LANES)
     total = x
     for k in range(rounds):
         total = total + where(reached, y, 0.0)
         if bits(total > 5.0) != 0:
             total = total - 1.0
-    store(tape, 10 * LANES, total)
+    store(trace, 10 * LANES, total)
     return bits(reached) + 1000 * bits(odd)
 """
 
@@ -259,22 +260,22 @@ def test_lanes_give_the_bits_of_numpy(seed):
     width = host().lanes
     text = ABREAST.replace("{width}", str(width))
     draw = np.random.default_rng(seed)
-    real = draw.normal(0.0, 3.0, 2 * width)
-    real[draw.integers(0, 2 * width, 3)] = [0.0, -0.0, 1.0]
-    whole = draw.integers(-2, 5, 3 * width)
+    floats = draw.normal(0.0, 3.0, 2 * width)
+    floats[draw.integers(0, 2 * width, 3)] = [0.0, -0.0, 1.0]
+    ints = draw.integers(-2, 5, 3 * width)
     found = []
     for entry in (plain_kernel(text)["advance"], exactly(text, "advance")):
-        tape, ints = np.zeros(11 * width), whole.copy()
-        found.append((entry(real.copy(), ints, tape, 4), ints, tape))
-    (plain, plain_ints, plain_tape), (exact, exact_ints, exact_tape) = found
+        trace, own = np.zeros(11 * width), ints.copy()
+        found.append((entry(floats.copy(), own, trace, 4), own, trace))
+    (plain, plain_ints, plain_trace), (exact, exact_ints, exact_trace) = found
     assert plain == exact
     assert np.array_equal(plain_ints, exact_ints)
-    assert np.array_equal(bits(plain_tape), bits(exact_tape))
+    assert np.array_equal(bits(plain_trace), bits(exact_trace))
 
 
 def test_vectors_on_the_stack_are_aligned_where_they_are():
     text = ABREAST.replace("{width}", str(host().lanes)).replace("def advance", "def inner")
-    text += "\ndef advance(real, whole, tape, rounds):\n    return inner(real, whole, tape, rounds)\n"
+    text += "\ndef advance(floats, ints, trace, rounds):\n    return inner(floats, ints, trace, rounds)\n"
     (head,) = [line for line in ir(text, "advance").splitlines() if line.startswith("define internal i64 @inner(")]
     assert "noinline alignstack(64)" in head
     assert len(object_code(ir(text, "advance"), host())) > 500
@@ -349,7 +350,7 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lanes", [1, None], ids=["one by one", "abreast"])
+@pytest.mark.parametrize("lanes", [1, None], ids=["one by one", "simd"])
 @pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
 def test_an_ensemble_without_fused_operations_is_that_of_plain_python(law, lanes, monkeypatch):
     system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
@@ -382,34 +383,34 @@ REFUSED = {
     "    x = [1.0]": "`List`",
     "    x = 'text'": "a constant in a kernel",
     "    try:\n        pass\n    finally:\n        pass": "`Try`",
-    "    with real:\n        pass": "`With`",
+    "    with floats:\n        pass": "`With`",
     "    import math": "`Import`",
     "    assert rounds": "`Assert`",
     "    x = lambda: 1": "`Lambda`",
     "    def inner():\n        pass": "`FunctionDef`",
-    "    advance(real, whole, tape, 1)": "calls itself",
-    "    helper(real, x=1)": "positional",
-    "    helper(real)": "`helper` takes 2 arguments, not 1",
-    "    helper(real, real)": "different ones",
-    "    missing(real)": "no kernel can call `missing`",
+    "    advance(floats, ints, trace, 1)": "calls itself",
+    "    helper(floats, x=1)": "positional",
+    "    helper(floats)": "`helper` takes 2 arguments, not 1",
+    "    helper(floats, floats)": "different ones",
+    "    missing(floats)": "no kernel can call `missing`",
     "    x = math.gamma(1.0)": "of math it knows",
     "    x = nothing": "is not known",
-    "    tape[0] = x\n    x = 1.0\n    x = 2.0": "read where",
-    "    x = real": "cannot stand for",
-    "    real = 1.0": "cannot be given another value",
-    "    x = real[0.5]": "a place in an array is an int",
-    "    x = real[0:2]": "`Slice`|one place at a time",
-    "    whole[0] = 1.5": "takes no float",
-    "    x = (1.0, 2.0)[rounds]\n    x = (real[0], 2.0)[rounds]": "constant within it",
+    "    trace[0] = x\n    x = 1.0\n    x = 2.0": "read where",
+    "    x = floats": "cannot stand for",
+    "    floats = 1.0": "cannot be given another value",
+    "    x = floats[0.5]": "a place in an array is an int",
+    "    x = floats[0:2]": "`Slice`|one place at a time",
+    "    ints[0] = 1.5": "takes no float",
+    "    x = (1.0, 2.0)[rounds]\n    x = (floats[0], 2.0)[rounds]": "constant within it",
     "    a, b = 1.0, 2.0, 3.0": "2 names cannot take",
     "    x = 1.0\n    x = (1.0, 2.0)": "use two names",
     "    x = (rounds > 0) + 1.0": "yes and no are no numbers",
     "    x = 1.5 & 2": "of floats",
-    "    x = real[0] if (1.0, 2.0) else 1.0": "neither yes nor no",
+    "    x = floats[0] if (1.0, 2.0) else 1.0": "neither yes nor no",
     "    x = rounds and 2": "join yes and no",
-    "    x = min(real[0])": "with 1 arguments",
-    "    x = sum(real)": "no kernel can call `sum`",
-    "    x = real[0] is None": "a constant|no kernel has",
+    "    x = min(floats[0])": "with 1 arguments",
+    "    x = sum(floats)": "no kernel can call `sum`",
+    "    x = floats[0] is None": "a constant|no kernel has",
     "    x = TABLE[0]": "dimensions",
     "    if rounds > 1:\n        return 2": "end can be reached",
     "    return 1.5": "returns an int or nothing",
@@ -433,8 +434,8 @@ def helper(a, b):
 def no_result(k):
     pass
 
-def advance(real, whole, tape, rounds):
-    tape[0] = 1.0
+def advance(floats, ints, trace, rounds):
+    trace[0] = 1.0
 """
 
 
@@ -444,24 +445,24 @@ def test_what_is_outside_the_language_is_refused_with_its_place(lines):
         ir(AROUND + lines + "\n", "advance")
     message = str(refused.value)
     assert message.startswith("numerics/some_file.py, function `advance`, line ")
-    of_the_function = "    real = 1.0", "    return 1.5", "    if rounds > 1:\n        return 2"
+    of_the_function = "    floats = 1.0", "    return 1.5", "    if rounds > 1:\n        return 2"
     assert ("line 1 of it" in message) == (lines in of_the_function)
 
 
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("def advance(real, whole, tape, rounds=1):\n    pass\n", "no defaults"),
+        ("def advance(floats, ints, trace, rounds=1):\n    pass\n", "no defaults"),
         ("def advance(*arrays):\n    pass\n", "positional"),
-        ("@staticmethod\ndef advance(real, whole, tape, rounds):\n    pass\n", "no decorator"),
-        ("import os\ndef advance(real, whole, tape, rounds):\n    pass\n", "imports math, numpy as np"),
+        ("@staticmethod\ndef advance(floats, ints, trace, rounds):\n    pass\n", "no decorator"),
+        ("import os\ndef advance(floats, ints, trace, rounds):\n    pass\n", "imports math, numpy as np"),
         ("def f():\n    pass\n\ndef f():\n    pass\n", "defined twice"),
         ("def f():\n    pass\n", "no function `advance`"),
         (ABREAST.replace("{width}", "4").replace("x + y", "max(x, y)"), "use where"),
         (ABREAST.replace("{width}", "4").replace("x + y", "chosen + y"), "write where"),
         (ABREAST.replace("{width}", "4").replace("chosen &", "chosen and"), "joined by &|join yes and no"),
         (ABREAST.replace("{width}", "4").replace("-x, abs", "-x, ~abs"), "lanes have"),
-        (ABREAST.replace("{width}", "4").replace("load(real, 0)", "load(whole, 0)"), "takes an array of floats"),
+        (ABREAST.replace("{width}", "4").replace("load(floats, 0)", "load(ints, 0)"), "takes an array of floats"),
     ],
 )
 def test_whole_texts_are_refused(text, what):
@@ -496,42 +497,41 @@ def test_a_function_is_made_once_for_each_combination_of_kinds():
 def twice(x):
     return x + x
 
-def advance(real, whole, tape, rounds):
-    tape[0] = twice(real[0]) + twice(1.5) + twice(rounds) + twice(2) + twice(twice(real[1]))
+def advance(floats, ints, trace, rounds):
+    trace[0] = twice(floats[0]) + twice(1.5) + twice(rounds) + twice(2) + twice(twice(floats[1]))
 """
     assert ir(text, "advance").count("define internal") == 3
 
 
 def test_the_memory_is_checked_where_a_kernel_is_called():
-    advance = compiled("def advance(real, whole, tape, rounds):\n    tape[0] = real[0]\n", "advance")
-    real, whole = np.ones(4), np.zeros(4, dtype=np.int64)
+    advance = compiled("def advance(floats, ints, trace, rounds):\n    trace[0] = floats[0]\n", "advance")
+    floats, ints = np.ones(4), np.zeros(4, dtype=np.int64)
     with pytest.raises(TypeError, match="flat arrays of float64, not 1-D int64"):
-        advance(real, whole, whole, 1)
+        advance(floats, ints, ints, 1)
     with pytest.raises(TypeError, match="flat arrays of int64"):
-        advance(real, whole.astype(np.int32), real, 1)
+        advance(floats, ints.astype(np.int32), floats, 1)
     with pytest.raises(TypeError, match="flat arrays"):
-        advance(real[::2], whole, np.ones(4), 1)
+        advance(floats[::2], ints, np.ones(4), 1)
     with pytest.raises(TypeError, match="2-D"):
-        advance(real.reshape(2, 2), whole, np.ones(4), 1)
+        advance(floats.reshape(2, 2), ints, np.ones(4), 1)
     with pytest.raises(TypeError, match="4 arguments"):
-        advance(real, whole)
+        advance(floats, ints)
 
 
 def test_threads_compile_and_run_at_once():
     """As many kernels as threads, each compiled by two of them; none is made twice or mixed up with another."""
 
     def work(k):
-        text = (
-            f"def advance(real, whole, tape, rounds):\n    for i in range(rounds):\n        tape[i] = real[i] + {k}\n"
-        )
-        tape = np.zeros(3)
+        head = "def advance(floats, ints, trace, rounds):"
+        text = f"{head}\n    for i in range(rounds):\n        trace[i] = floats[i] + {k}\n"
+        trace = np.zeros(3)
         advance = compiled(text, "advance")
-        advance(np.zeros(3), np.zeros(1, dtype=np.int64), tape, 3)
-        return advance, tape
+        advance(np.zeros(3), np.zeros(1, dtype=np.int64), trace, 3)
+        return advance, trace
 
     with concurrent.futures.ThreadPoolExecutor(8) as pool:
         found = list(pool.map(work, [1, 2, 3, 4, 4, 3, 2, 1]))
-    assert [tape.tolist() for _, tape in found] == [[float(k)] * 3 for k in (1, 2, 3, 4, 4, 3, 2, 1)]
+    assert [trace.tolist() for _, trace in found] == [[float(k)] * 3 for k in (1, 2, 3, 4, 4, 3, 2, 1)]
     assert all(found[i][0] is found[7 - i][0] for i in range(4))
 
 
@@ -549,12 +549,12 @@ def test_the_language_is_written_down():
 
 def test_floats_keep_all_their_bits():
     numbers = [0.1, -0.0, 5e-324, math.inf, -math.inf, 1.7976931348623157e308, math.nan]
-    lines = "\n".join(f"    tape[{i}] = {_spelled(x)}" for i, x in enumerate(numbers))
-    tape = np.zeros(len(numbers))
-    text = f"import math\n\ndef advance(real, whole, tape, rounds):\n{lines}\n"
-    compiled(text, "advance")(np.zeros(1), np.zeros(1, dtype=np.int64), tape, 0)
-    assert [struct.pack("d", x) for x in tape[:-1]] == [struct.pack("d", x) for x in numbers[:-1]]
-    assert math.isnan(tape[-1])
+    lines = "\n".join(f"    trace[{i}] = {_spelled(x)}" for i, x in enumerate(numbers))
+    trace = np.zeros(len(numbers))
+    text = f"import math\n\ndef advance(floats, ints, trace, rounds):\n{lines}\n"
+    compiled(text, "advance")(np.zeros(1), np.zeros(1, dtype=np.int64), trace, 0)
+    assert [struct.pack("d", x) for x in trace[:-1]] == [struct.pack("d", x) for x in numbers[:-1]]
+    assert math.isnan(trace[-1])
 
 
 def _spelled(x):

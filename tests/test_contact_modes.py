@@ -332,15 +332,15 @@ def test_side_after_a_jump(law, before, velocity, side, kinds):
     state = [0.4, 0.1, 0.7, velocity, *[0.0] * len(law.internal)]
     for entry, value in (("STATE", state), ("SIDE", before), ("EVENT_LIMIT", 1), ("RECORDED_EVENT_LIMIT", 9)):
         kernel.fill(entry, value)
-    tape = np.zeros(9 * kernel.layout.event_size)
-    kernel["jumped"](kernel.real, kernel.whole, tape, 0)
-    assert kernel.real[kernel.place("SIDE")] == side
-    recorded = kernel.whole[kernel.place("RECORDED_EVENTS")]
-    assert [EVENT_KINDS[int(tape[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds
+    trace = np.zeros(9 * kernel.layout.event_size)
+    kernel["jumped"](kernel.floats, kernel.ints, trace, 0)
+    assert kernel.floats[kernel.place("SIDE")] == side
+    recorded = kernel.ints[kernel.place("RECORDED_EVENTS")]
+    assert [EVENT_KINDS[int(trace[i * kernel.layout.event_size + 2])] for i in range(recorded)] == kinds
     at_rest = before != 0.0 and side == 0.0
-    assert kernel.whole[kernel.place("ARRIVING")] == at_rest
-    assert kernel.real[kernel.place("CAME_FROM")] == (before if at_rest else 0.0)
-    assert (kernel.real[kernel.place("STATE") + 3] == 0.0) == at_rest
+    assert kernel.ints[kernel.place("ARRIVING")] == at_rest
+    assert kernel.floats[kernel.place("CAME_FROM")] == (before if at_rest else 0.0)
+    assert (kernel.floats[kernel.place("STATE") + 3] == 0.0) == at_rest
 
 
 def test_jumps_are_counted_among_the_events():
@@ -348,5 +348,5 @@ def test_jumps_are_counted_among_the_events():
     kernel = kernel_of(stick_slip())
     kernel.fill("STATE", [0.0, 0.0, 0.0, -1.0])
     kernel.fill("SIDE", 1.0)
-    kernel["jumped"](kernel.real, kernel.whole, np.zeros(100), 0)
-    assert kernel.whole[kernel.place("STATUS")] == TOO_MANY_EVENTS
+    kernel["jumped"](kernel.floats, kernel.ints, np.zeros(100), 0)
+    assert kernel.ints[kernel.place("STATUS")] == TOO_MANY_EVENTS

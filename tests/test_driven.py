@@ -94,11 +94,11 @@ def test_coupled_states():
     by_signal = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
     for i in range(1, len(time)):
         span = time[i] - time[i - 1]
-        whole = np.zeros((7, 7))  # of the states, velocity and load, and the rates of these
-        whole[:3, :3], whole[:3, 3:5], whole[3:5, 5:] = law.rate * law.matrix, by_signal, np.eye(2)
+        ints = np.zeros((7, 7))  # of the states, velocity and load, and the rates of these
+        ints[:3, :3], ints[:3, 3:5], ints[3:5, 5:] = law.rate * law.matrix, by_signal, np.eye(2)
         before = np.array([velocity[i - 1], load[i - 1]])
         signals = np.concatenate((before, (np.array([velocity[i], load[i]]) - before) / span))
-        state = (scipy.linalg.expm(whole * span) @ np.concatenate((state, signals)))[:3]
+        state = (scipy.linalg.expm(ints * span) @ np.concatenate((state, signals)))[:3]
         expected.append(state.sum())
     assert found.force == pytest.approx(np.array(expected), abs=1e-9)
 

@@ -33,16 +33,16 @@ def points():
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_functions_abreast_are_right_to_ulps_and_odd(name):
-    abreast, exact = FUNCTIONS[name]
+def test_functions_of_all_lanes_are_right_to_ulps_and_odd(name):
+    simd, exact = FUNCTIONS[name]
     x = points()
-    found = abreast(x)
+    found = simd(x)
     with mp.workdps(40):
         errors = np.array(
             [float(abs(mp.mpf(y) - exact(mp.mpf(v)))) for y, v in zip(found.tolist(), x.tolist(), strict=True)]
         )
     assert np.all(errors <= ULPS * np.spacing(np.abs(found)))
-    assert np.array_equal(abreast(-x), -found)
+    assert np.array_equal(simd(-x), -found)
 
 
 DRAW = np.random.default_rng(6)
@@ -52,7 +52,7 @@ SIZES = np.concatenate((10.0 ** DRAW.uniform(-300, 300, 2000), DRAW.uniform(0.5,
 
 
 @pytest.mark.parametrize(
-    ("abreast", "exact", "x"),
+    ("simd", "exact", "x"),
     [
         (lambda x: elementary_polynomials.sine_cosine(x)[0], mp.sin, ANGLES),
         (lambda x: elementary_polynomials.sine_cosine(x)[1], mp.cos, ANGLES),
@@ -61,8 +61,8 @@ SIZES = np.concatenate((10.0 ** DRAW.uniform(-300, 300, 2000), DRAW.uniform(0.5,
     ],
     ids=["sin", "cos", "exp", "log"],
 )
-def test_functions_of_every_step_are_right_to_ulps(abreast, exact, x):
-    found = abreast(x)
+def test_functions_of_every_step_are_right_to_ulps(simd, exact, x):
+    found = simd(x)
     with mp.workdps(40):
         errors = np.array(
             [float(abs(mp.mpf(y) - exact(mp.mpf(v)))) for y, v in zip(found.tolist(), x.tolist(), strict=True)]
@@ -81,10 +81,10 @@ def test_exp_reaches_both_ends():
 BITS = """
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, load, mantissa, power_of_two, store
 
-def entry(real, whole, tape, width):
-    store(tape, 0, exponent(load(real, 0)))
-    store(tape, width, mantissa(load(real, 0)))
-    store(tape, 2 * width, power_of_two(load(real, width)))
+def entry(floats, ints, trace, width):
+    store(trace, 0, exponent(load(floats, 0)))
+    store(trace, width, mantissa(load(floats, 0)))
+    store(trace, 2 * width, power_of_two(load(floats, width)))
 """
 
 

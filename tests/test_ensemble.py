@@ -137,18 +137,18 @@ def test_plain_python_is_the_compiled_kernel(law):
 def test_a_run_that_fails_fails_alone():
     """One lane gets too few events, another too few steps: they stop there, exactly, and the others are not touched."""
     arguments = drawn_runs("exponential", range(20))
-    whole = ensemble_run(*arguments, BUDGET, 1, order=ORDER).numbers
-    limit = int(np.median(whole[:, STEPS]))
+    ints = ensemble_run(*arguments, BUDGET, 1, order=ORDER).numbers
+    limit = int(np.median(ints[:, STEPS]))
     some = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_steps=limit), 1, order=ORDER).numbers
     cut = some[:, 0] == TOO_MANY_STEPS
-    assert np.array_equal(cut, whole[:, STEPS] > limit)
+    assert np.array_equal(cut, ints[:, STEPS] > limit)
     assert 0 < np.count_nonzero(cut) < len(cut)
     assert np.all(some[cut, STEPS] == limit)
-    assert np.array_equal(some[~cut], whole[~cut])
+    assert np.array_equal(some[~cut], ints[~cut])
     none = ensemble_run(*arguments, dataclasses.replace(BUDGET, max_events_per_period=1), 1, order=ORDER).numbers
     refused = none[:, 0] == TOO_MANY_EVENTS
     assert np.count_nonzero(refused) > 0
-    assert np.array_equal(none[~refused], whole[~refused])
+    assert np.array_equal(none[~refused], ints[~refused])
 
 
 def test_a_motion_that_runs_away_says_so():
@@ -162,17 +162,17 @@ def test_a_motion_that_runs_away_says_so():
 
 
 def sliding_lanes(law: str, **budget):
-    """(functions and places by name, real, whole, tape) of the kernel as plain Python, the first runs in its lanes."""
+    """(functions and places by name, floats, ints, trace) of the plain kernel, the first runs in its lanes."""
     system, parameters, starts = drawn_runs(law, range(LANES))
     layout, entry = ensemble_kernel(system, ORDER, LANES, True, None)
-    kernel, (real, whole) = entry.__globals__, prepared_lanes(layout, dataclasses.replace(BUDGET, **budget), LANES)
+    kernel, (floats, ints) = entry.__globals__, prepared_lanes(layout, dataclasses.replace(BUDGET, **budget), LANES)
     starts[:, kernel["CONTACT_STATE"]] = 0.1
-    tape = np.zeros((LANES, layout.run_size))
-    write_runs(tape, system, parameters, starts)
+    trace = np.zeros((LANES, layout.run_size))
+    write_runs(trace, system, parameters, starts)
     for lane in range(LANES):
-        kernel["begin_run"](real, whole, tape.ravel(), lane, lane)
-    kernel["jet"](real)
-    return kernel, real, whole, tape.ravel()
+        kernel["begin_run"](floats, ints, trace.ravel(), lane, lane)
+    kernel["jet"](floats)
+    return kernel, floats, ints, trace.ravel()
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -191,12 +191,12 @@ def test_a_run_that_fails_leaves_nothing_to_the_next(law, limit):
 
 def test_a_new_run_finds_nothing_of_the_last():
     """What a lane counts, and how it was about to go on, begins anew with each run."""
-    kernel, real, whole, tape = sliding_lanes("lugre")
+    kernel, floats, ints, trace = sliding_lanes("lugre")
     names = "ARRIVING EVENTS IDLE IMPLICIT_STEPS PATIENCE PERIOD_COUNT RESPONSE SINCE STIFF TAYLOR_STEPS ZEROS"
     places = [kernel[name] for name in names.split()]
-    whole[places] = 7
-    kernel["begin_run"](real, whole, tape, 0, 0)
-    assert not np.any(whole[places])
+    ints[places] = 7
+    kernel["begin_run"](floats, ints, trace, 0, 0)
+    assert not np.any(ints[places])
 
 
 def test_the_same_bits_from_many_small_blocks(monkeypatch):
@@ -210,17 +210,17 @@ def test_the_same_bits_from_many_small_blocks(monkeypatch):
 
 def test_a_side_that_is_not_looked_at_does_not_give_way():
     """Where a stuck contact is looked at towards one side only, its force stays within the limit on the other."""
-    kernel, real, _, _ = sliding_lanes("exponential")
+    kernel, floats, _, _ = sliding_lanes("exponential")
     draw = np.random.default_rng(5)
     every = np.ones(LANES, bool)
-    real[kernel["LIMIT"] :][:LANES] = 1.0
+    floats[kernel["LIMIT"] :][:LANES] = 1.0
     counts = np.zeros(3)
     for _ in range(200):
         series = draw.normal(size=(ORDER, LANES)) * 10 ** draw.uniform(-1.0, 1.5, LANES)
         series[0] = draw.uniform(-1.0, 1.0, LANES)
-        real[kernel["HOLD"] :][: series.size] = series.ravel()
+        floats[kernel["HOLD"] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
-        push, sure = kernel["hold_abreast"](real, every, ~every, h, h)
+        push, sure = kernel["hold_simd"](floats, every, ~every, h, h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
         force = sum(c * times**k for k, c in enumerate(series))
         kept = np.all(-push * force <= 1.0, axis=0)
@@ -230,16 +230,16 @@ def test_a_side_that_is_not_looked_at_does_not_give_way():
 
 
 @pytest.mark.parametrize(("law", "least"), [("exponential", 0.99), ("lugre", 0.98)])
-def test_most_steps_are_taken_abreast(law, least, monkeypatch):
+def test_most_steps_are_taken_simd(law, least, monkeypatch):
     """Of the standard forms 1 step in 100 is one that a lane takes alone; that is where the speed comes from."""
     kernel, *_ = sliding_lanes(law)
-    abreast, steps = kernel["step_abreast"], []
+    simd, steps = kernel["step_simd"], []
 
-    def counted(real, whole, tape, running):
-        steps.append((kernel["bits"](running), abreast(real, whole, tape, running)))
+    def counted(floats, ints, trace, running):
+        steps.append((kernel["bits"](running), simd(floats, ints, trace, running)))
         return steps[-1][1]
 
-    monkeypatch.setitem(kernel, "step_abreast", counted)
+    monkeypatch.setitem(kernel, "step_simd", counted)
     with np.errstate(all="ignore"):
         ensemble_run(*drawn_runs(law, range(8)), dataclasses.replace(BUDGET, periods=2), 1, order=ORDER, plain=True)
     running, plain = (sum(bits.bit_count() for bits in column) for column in zip(*steps, strict=True))
@@ -248,21 +248,21 @@ def test_most_steps_are_taken_abreast(law, least, monkeypatch):
 
 def test_a_slide_that_starts_with_an_acceleration_is_not_plain():
     """After a drop from static to kinetic friction the velocity has one vanishing coefficient, not two."""
-    kernel, real, _, _ = sliding_lanes("exponential")
+    kernel, floats, _, _ = sliding_lanes("exponential")
     every = np.ones(LANES, bool)
-    real[kernel["VELOCITY"] + 2 * LANES :][:LANES] = 1.0
+    floats[kernel["VELOCITY"] + 2 * LANES :][:LANES] = 1.0
     for acceleration in np.reshape([0.0, 1e-12, -1e-12, 1e-3, -1e-3, 1.0, -1.0, 1e3], (-1, LANES)):
-        real[kernel["VELOCITY"] + LANES :][:LANES] = acceleration
-        assert np.array_equal(kernel["hold_abreast"](real, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
+        floats[kernel["VELOCITY"] + LANES :][:LANES] = acceleration
+        assert np.array_equal(kernel["hold_simd"](floats, ~every, every, 1.0, 1.0)[1], abs(acceleration) < 1e-6)
 
 
 def test_a_plain_step_ends_the_decisions():
     """Decisions without advance are counted up to a dozen; after any step they are forgotten."""
-    kernel, real, whole, tape = sliding_lanes("exponential")
-    whole[kernel["IDLE"] :][:LANES] = 5
-    plain = kernel["step_abreast"](real, whole, tape, np.ones(LANES, bool))
+    kernel, floats, ints, trace = sliding_lanes("exponential")
+    ints[kernel["IDLE"] :][:LANES] = 5
+    plain = kernel["step_simd"](floats, ints, trace, np.ones(LANES, bool))
     assert plain > 0
-    assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(whole[kernel["IDLE"] :][:LANES])
+    assert [5 * (1 - (plain >> lane & 1)) for lane in range(LANES)] == list(ints[kernel["IDLE"] :][:LANES])
 
 
 def test_a_motion_below_the_tolerance_keeps_its_signs():
@@ -278,15 +278,15 @@ def test_a_motion_below_the_tolerance_keeps_its_signs():
 
 def test_a_contact_that_comes_to_rest_as_the_period_ends():
     """First it comes to rest, then the period turns: the event belongs to the old one, the window starts at rest."""
-    kernel, real, whole, tape = sliding_lanes("exponential", periods=2, window=1)
-    real[kernel["STEP"]] = 0.01
-    kernel["move_to"](real, whole, 0, 0.01)
-    kernel["finish_abreast"](real, whole, tape, 1, 1)
-    assert (whole[kernel["PERIOD_COUNT"]], whole[kernel["EVENTS"]]) == (1, 0)
-    assert abs(real[kernel["START_STATE"] + kernel["CONTACT_STATE"] * LANES]) < 1e-15
+    kernel, floats, ints, trace = sliding_lanes("exponential", periods=2, window=1)
+    floats[kernel["STEP"]] = 0.01
+    kernel["move_to"](floats, ints, 0, 0.01)
+    kernel["finish_simd"](floats, ints, trace, 1, 1)
+    assert (ints[kernel["PERIOD_COUNT"]], ints[kernel["EVENTS"]]) == (1, 0)
+    assert abs(floats[kernel["START_STATE"] + kernel["CONTACT_STATE"] * LANES]) < 1e-15
 
 
-def test_elementary_functions_abreast_are_right_to_ulps():
+def test_elementary_functions_of_all_lanes_are_right_to_ulps():
     """Of all quadrants and ranges; the library's own are right to one ulp."""
     draw = np.random.default_rng(3)
     angles, powers = draw.uniform(-1, 1, (2, 5000)) * [[200], [700]]

@@ -200,10 +200,15 @@ def test_both_answers_about_symmetry_occur():
     [
         ("observe.accumulators", "1.0 / 30.0, LIGHT, HEAVY", "1.0 / 30.0, HEAVY, LIGHT", "drive_work"),
         ("observe.accumulators", "total * (end - start)", "total * end", "mean_friction"),
-        ("observe.accumulators", "here + largest_change(real, i) > best", "False", "peak_friction"),
+        ("observe.accumulators", "here + largest_change(floats, i) > best", "False", "peak_friction"),
         ("observe.accumulators", "largest, least = max(largest, value), min(least, value)", "pass", "largest_velocity"),
-        ("observe.turning_points", "k * abs(real[row", "0.1 * k * abs(real[row", "largest_angle"),
-        ("observe.stick_statistics", "> SLIVER * real[PERIOD + lane]", "> 0.3 * real[PERIOD + lane]", "stick_fraction"),
+        ("observe.turning_points", "k * abs(floats[row", "0.1 * k * abs(floats[row", "largest_angle"),
+        (
+            "observe.stick_statistics",
+            "> SLIVER * floats[PERIOD + lane]",
+            "> 0.3 * floats[PERIOD + lane]",
+            "stick_fraction",
+        ),
     ],
 )
 def test_a_fault_would_be_noticed(module, right, wrong, measure, monkeypatch):
@@ -261,9 +266,9 @@ def test_words_of_many_letters(rests):
         stuck=list(zip(marks[::2], marks[1::2], strict=True)),
     )
     word = vc.measured(motion, "word", window=1)["word"]
-    whole = vc.word(motion)
-    assert whole == "FS" * rests
-    assert word == (whole if 2 * rests + 1 <= 104 else whole[:104] + "...")
+    ints = vc.word(motion)
+    assert ints == "FS" * rests
+    assert word == (ints if 2 * rests + 1 <= 104 else ints[:104] + "...")
 
 
 # --- one's own -------------------------------------------------------------------------------------------------------
@@ -352,12 +357,12 @@ def small_ensemble(ratios, **settings):
 
 def test_the_same_bits_however_it_is_cut(monkeypatch):
     ratios = np.linspace(0.3, 5.0, 23)
-    whole = small_ensemble(ratios, threads=1)
+    ints = small_ensemble(ratios, threads=1)
     two, backwards = small_ensemble(ratios, threads=2), small_ensemble(ratios[::-1])
     alone = [small_ensemble(ratios[i : i + 1]) for i in (0, 11, 22)]
     monkeypatch.setattr(BRIDGE, "CHUNK", 5)
     chunks = small_ensemble(ratios)
-    for name, column in whole.items():
+    for name, column in ints.items():
         assert len(column) == 23
         for other in (two[name], backwards[name][::-1], chunks[name]):
             assert np.array_equal(column, other), name

@@ -14,7 +14,7 @@ import pytest
 from vibrocap.numerics.compiler import __name__ as compiler_name
 from vibrocap.numerics.compiler import cache, compiled
 
-TEXT = "def advance(real, whole, tape, rounds):\n    tape[0] = real[0] + 41.5\n"
+TEXT = "def advance(floats, ints, trace, rounds):\n    trace[0] = floats[0] + 41.5\n"
 posix = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="rights are kept in another way here")
 
 
@@ -38,9 +38,9 @@ def folder(tmp_path, monkeypatch):
 def answer():
     """What the kernel gives, compiled or loaded as in a new process."""
     sys.modules[compiler_name]._compiled.cache_clear()
-    tape = np.zeros(1)
-    compiled(TEXT, "advance")(np.ones(1), np.zeros(1, dtype=np.int64), tape, 0)
-    return tape[0]
+    trace = np.zeros(1)
+    compiled(TEXT, "advance")(np.ones(1), np.zeros(1, dtype=np.int64), trace, 0)
+    return trace[0]
 
 
 def files(folder):
@@ -96,12 +96,12 @@ def damage(content, name):
 def test_a_damaged_file_is_a_miss_and_is_written_anew(folder, name, monkeypatch):
     answer()
     (path,) = files(folder)
-    whole = path.read_bytes()
-    path.write_bytes(damage(whole, name))
+    ints = path.read_bytes()
+    path.write_bytes(damage(ints, name))
     made = counting(monkeypatch)
     assert answer() == 42.5
     assert len(made) == 1
-    assert path.read_bytes() == whole
+    assert path.read_bytes() == ints
 
 
 def test_an_edited_file_with_a_hash_of_its_own_does_not_pass_for_another_kernel(folder, monkeypatch):
@@ -195,10 +195,10 @@ def test_a_filled_cache_that_cannot_be_written_is_used(folder, monkeypatch):
             raise PermissionError
 
         # Whoever may do everything is not kept from it by the rights of a folder.
-        real = os.open
+        floats = os.open
 
         def opened(path, flags, *more):
-            return (refused if flags & os.O_CREAT else real)(path, flags, *more)
+            return (refused if flags & os.O_CREAT else floats)(path, flags, *more)
 
         monkeypatch.setattr(os, "open", opened)
         compiled(TEXT.replace("41.5", "7.5"), "advance")  # made, and not kept
@@ -272,9 +272,9 @@ import numpy as np
 import vibrocap.numerics.compiler as compiler
 made = compiler.object_code
 compiler.object_code = lambda *a: print("made", flush=True) or __import__("time").sleep(1.0) or made(*a)
-tape = np.zeros(1)
-compiler.compiled({TEXT!r}, "advance")(np.ones(1), np.zeros(1, dtype=np.int64), tape, 0)
-print(tape[0])
+trace = np.zeros(1)
+compiler.compiled({TEXT!r}, "advance")(np.ones(1), np.zeros(1, dtype=np.int64), trace, 0)
+print(trace[0])
 """
     both = [
         subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

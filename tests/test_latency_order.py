@@ -16,7 +16,7 @@ def test_a_name_is_known_when_the_last_of_what_it_needs_is_and_the_operation_is_
     assert latency.of("1.0 / late") == CALL + QUOTIENT
     assert latency.of("x * late") == CALL + PRODUCT
     assert latency.of("x + late") == CALL + SUM
-    assert latency.of("real[3]") == 0
+    assert latency.of("floats[3]") == 0
     assert latency.of("pair(late)[1]") == 2 * CALL
 
 

@@ -78,15 +78,15 @@ def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
     [
         (  # another order of arguments would be a wrong number, not an error
             "events.one_branch",
-            "def first_switch(real, lane, event, h)",
-            "def first_switch(real, lane, h, event)",
-            r"kernel/events/one_branch.py: `first_switch\(real, lane, h, event\)` should be `.*lane, event, h\)`",
+            "def first_switch(floats, lane, event, h)",
+            "def first_switch(floats, lane, h, event)",
+            r"kernel/events/one_branch.py: `first_switch\(floats, lane, h, event\)` should be `.*lane, event, h\)`",
         ),
         (
             "observe.record",
             "def on_period(",
             "def at_period(",
-            r"kernel/observe/record.py fills the slot `observer` without `on_period\(real, whole, tape, lane\)`",
+            r"kernel/observe/record.py fills the slot `observer` without `on_period\(floats, ints, trace, lane\)`",
         ),
         (  # as two functions called `spread` once did
             "step.taylor",
@@ -103,7 +103,7 @@ def test_a_slot_that_is_empty_or_filled_twice_is_refused(slot):
         (
             "step.taylor",
             "def last_terms(",
-            "def jet(real):\n    pass\n\n\ndef last_terms(",
+            "def jet(floats):\n    pass\n\n\ndef last_terms(",
             "`jet` is defined in the gen",
         ),
         ("step.taylor", "def last_terms(", "def move_to(x):\n    return x\n\n\ndef last_terms(", "taylor.py, twice"),
@@ -143,7 +143,7 @@ def test_modules_import_what_runs():
             for tangent in (False, True):
                 every += [
                     recipes.ensemble_recipe(loop, stiff and not tangent, branches, tangent)
-                    for loop in ("ensemble", "abreast", "card")
+                    for loop in ("ensemble", "simd", "card")
                 ]
     promised = {"codes", "memory_layout", "generated", "driven_generated", "interface", "arithmetic.plain_vectors"}
     strays = set()

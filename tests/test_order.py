@@ -54,8 +54,8 @@ def errors_of(kernel, exact, fault=None):
     for count in STEPS:
         step = DRIVE.period / count
         replaced = {
-            "chosen_step": lambda real, whole, lane, remaining, step=step: step,
-            "resolved": lambda real, lane, h: True,  # a check that would halve steps
+            "chosen_step": lambda floats, ints, lane, remaining, step=step: step,
+            "resolved": lambda floats, lane, h: True,  # a check that would halve steps
         }
         with running_on(kernel, **replaced, **(fault(kernel, step) if fault else {})):
             motion = vc.simulate(STICK_SLIP, periods=PERIODS, initial=START)
@@ -76,10 +76,10 @@ def drive_late(kernel, step):
     """The series is made as if it were a hundredth of a step later."""
     jet, time = kernel["jet"], kernel["TIME"]
 
-    def late(real):
-        real[time] += 0.01 * step
-        jet(real)
-        real[time] -= 0.01 * step
+    def late(floats):
+        floats[time] += 0.01 * step
+        jet(floats)
+        floats[time] -= 0.01 * step
 
     return {"jet": late}
 
@@ -88,9 +88,9 @@ def event_truncated(kernel, step):
     """The time of an event comes from the first two terms of its series."""
     first_root = kernel["first_root"]
 
-    def truncated(real, row, degree, sign, zeros, h):
-        root, touch = first_root(real, row, degree, sign, zeros, h)
-        return (min(h, -real[row] / real[row + 1]) if root > 0.0 and zeros == 0 else root), touch
+    def truncated(floats, row, degree, sign, zeros, h):
+        root, touch = first_root(floats, row, degree, sign, zeros, h)
+        return (min(h, -floats[row] / floats[row + 1]) if root > 0.0 and zeros == 0 else root), touch
 
     return {"first_root": truncated}
 
@@ -99,8 +99,8 @@ def event_at_the_end_of_the_step(kernel, step):
     """Stick and reversal are entered only where the step ends."""
     first_root = kernel["first_root"]
 
-    def late(real, row, degree, sign, zeros, h):
-        root, touch = first_root(real, row, degree, sign, zeros, h)
+    def late(floats, row, degree, sign, zeros, h):
+        root, touch = first_root(floats, row, degree, sign, zeros, h)
         return (h if root > 0.0 and zeros == 0 else root), touch
 
     return {"first_root": late}
@@ -111,9 +111,9 @@ def slip_late(kernel, step):
     first_event = kernel["first_event"]
     limit = kernel["LIMIT"]
 
-    def off(real, *rest):
-        real[limit] *= 1.0 + step
-        return first_event(real, *rest)
+    def off(floats, *rest):
+        floats[limit] *= 1.0 + step
+        return first_event(floats, *rest)
 
     return {"first_event": off}
 
@@ -134,13 +134,13 @@ def implicit_error(kernel, count, exact, fault=None):
     """Error at the end with so many implicit steps per period; a start from rest is a Taylor step, as in production."""
     step = DRIVE.period / count
 
-    def chosen_step(real, whole, lane, remaining):
-        if whole[kernel["ZEROS"] + lane] > 0:
-            whole[kernel["STIFF"] + lane] = 0
-            return min(step, kernel["taylor_step"](real, whole, lane))
-        whole[kernel["STIFF"] + lane] = 1
-        real[kernel["IMPLICIT_STEP"] + lane] = step
-        return kernel["implicit_step"](real, whole, lane, remaining)
+    def chosen_step(floats, ints, lane, remaining):
+        if ints[kernel["ZEROS"] + lane] > 0:
+            ints[kernel["STIFF"] + lane] = 0
+            return min(step, kernel["taylor_step"](floats, ints, lane))
+        ints[kernel["STIFF"] + lane] = 1
+        floats[kernel["IMPLICIT_STEP"] + lane] = step
+        return kernel["implicit_step"](floats, ints, lane, remaining)
 
     start = [START.get(name, 0.0) for name in REVERSING.state_names]
     recording, parameters = equations(REVERSING), parameter_values(REVERSING)
@@ -171,16 +171,16 @@ def test_rodas_keeps_its_order_through_reversals(exact_reversing):
 def stage_late(kernel, step):
     """Every stage sees the drive a hundredth of a step late."""
     rates = kernel["rates"]
-    return {"rates": lambda real, t, *rest: rates(real, t + 0.01 * step, *rest)}
+    return {"rates": lambda floats, t, *rest: rates(floats, t + 0.01 * step, *rest)}
 
 
 def time_derivative_lost(kernel, step):
     """df/dt is left out, as for an unforced problem."""
     jacobian, width = kernel["jacobian"], kernel["WIDTH"]
 
-    def unforced(real, t, point, side, lane, out):
-        jacobian(real, t, point, side, lane, out)
-        real[out + width - 1 : out + kernel["ROWS"] * width : width] = 0.0
+    def unforced(floats, t, point, side, lane, out):
+        jacobian(floats, t, point, side, lane, out)
+        floats[out + width - 1 : out + kernel["ROWS"] * width : width] = 0.0
 
     return {"jacobian": unforced}
 
@@ -200,11 +200,11 @@ def test_an_implicit_step_to_a_reversal_ends_at_rest(exact_reversing):
     polished_step = kernel["polished_step"]
     found, guessed = [], []
 
-    def noted(real, whole, lane, h, longest):
-        event, length = polished_step(real, whole, lane, h, longest)
-        if event == 1 and whole[kernel["STIFF"] + lane] == 1:
-            guessed.append(abs(kernel["end_velocity"](real, whole, lane, h)))
-            found.append(abs(kernel["end_velocity"](real, whole, lane, length)))
+    def noted(floats, ints, lane, h, longest):
+        event, length = polished_step(floats, ints, lane, h, longest)
+        if event == 1 and ints[kernel["STIFF"] + lane] == 1:
+            guessed.append(abs(kernel["end_velocity"](floats, ints, lane, h)))
+            found.append(abs(kernel["end_velocity"](floats, ints, lane, length)))
         return event, length
 
     implicit_error(kernel, 60, exact_reversing, lambda *_: {"polished_step": noted})

@@ -78,12 +78,12 @@ EVENT_ROOM, PIECE_ROOM = 100, 1_500
 
 
 def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
-    """Every lane runs a period of its own system, each with its own region of the tape: (statuses, regions)."""
+    """Every lane runs a period of its own system, each with its own region of the trace: (statuses, regions)."""
     layout, rows = kernel.layout, kernel.layout.rows
     marks = (PERIODS + 1) * rows
     region = EVENT_ROOM * layout.event_size + PIECE_ROOM * layout.piece_size
-    tape = np.zeros(marks + layout.lanes * region)
-    kernel.real[:], kernel.whole[:] = 0.0, 0
+    trace = np.zeros(marks + layout.lanes * region)
+    kernel.floats[:], kernel.ints[:] = 0.0, 0
     for lane, (system, start) in enumerate(zip(systems, starts, strict=True)):
         set_lane(kernel, system, lane)
         kernel.fill("STATE", start, lane)
@@ -101,39 +101,39 @@ def run_lanes(kernel: PlainKernel, systems, starts, event_limits=None):
         kernel.fill("PIECE_START", marks + lane * region + EVENT_ROOM * layout.event_size, lane)
         kernel.fill("PIECE_LIMIT", PIECE_ROOM, lane)
     status = kernel["STATUS"]
-    while RUNNING in kernel.whole[status : status + layout.lanes]:  # it comes back whenever a lane stops
-        kernel["advance"](kernel.real, kernel.whole, tape, 10_000)
-    statuses = kernel.whole[status : status + layout.lanes].tolist()
-    return statuses, [tape[marks + lane * region : marks + (lane + 1) * region] for lane in range(layout.lanes)]
+    while RUNNING in kernel.ints[status : status + layout.lanes]:  # it comes back whenever a lane stops
+        kernel["advance"](kernel.floats, kernel.ints, trace, 10_000)
+    statuses = kernel.ints[status : status + layout.lanes].tolist()
+    return statuses, [trace[marks + lane * region : marks + (lane + 1) * region] for lane in range(layout.lanes)]
 
 
 @pytest.mark.parametrize("law", ["exponential", "lugre"])
 def test_a_lane_among_others_is_the_same_run_alone(law):
-    """Each lane steps for itself: the very same bits on its tape, whoever runs beside it and in whatever order."""
+    """Each lane steps for itself: the very same bits on its trace, whoever runs beside it and in whatever order."""
     systems = [
         system_with(LAWS[law], mass_ratio, h) for mass_ratio, h in ((2.5, 1.8), (1.0, 1.2), (4.0, 0.3), (0.5, 2.2))
     ]
     starts = [start_of(system, angle) for system, angle in zip(systems, (1.0, -0.4, 0.2, 0.7), strict=True)]
     together, alone = kernel_of(systems[0], lanes=4), kernel_of(systems[0], lanes=1)
-    statuses, tapes = run_lanes(together, systems, starts)
+    statuses, traces = run_lanes(together, systems, starts)
     assert statuses == [DONE] * 4
-    states = together.real[together["STATE"] :][: together.layout.rows * 4].reshape(-1, 4).copy()
+    states = together.floats[together["STATE"] :][: together.layout.rows * 4].reshape(-1, 4).copy()
     _, backwards = run_lanes(together, systems[::-1], starts[::-1])
     for lane in range(4):
         _, (single,) = run_lanes(alone, [systems[lane]], [starts[lane]])
         assert np.count_nonzero(single) > 100
-        assert np.array_equal(tapes[lane], single)
+        assert np.array_equal(traces[lane], single)
         assert np.array_equal(backwards[3 - lane], single)
-        assert np.array_equal(states[:, lane], alone.real[alone["STATE"] :][: alone.layout.rows])
+        assert np.array_equal(states[:, lane], alone.floats[alone["STATE"] :][: alone.layout.rows])
 
 
 def test_a_lane_that_fails_does_not_touch_the_others():
     systems = [system_with(LAWS["exponential"]), system_with(LAWS["exponential"], 1.0)]
     starts = [start_of(system) for system in systems]
-    statuses, tapes = run_lanes(kernel_of(systems[0], lanes=2), systems, starts, event_limits=(1000, 1))
+    statuses, traces = run_lanes(kernel_of(systems[0], lanes=2), systems, starts, event_limits=(1000, 1))
     assert statuses == [DONE, TOO_MANY_EVENTS]
     _, (single,) = run_lanes(kernel_of(systems[0]), systems[:1], starts[:1])
-    assert np.array_equal(tapes[0], single)
+    assert np.array_equal(traces[0], single)
 
 
 # --- the cache -------------------------------------------------------------------------------------------------------

@@ -157,7 +157,7 @@ def test_a_piece_that_cannot_begin_is_no_endless_loop():
     assert motion.status is vc.Status.UNDECIDED_CONTACT
 
 
-def test_lanes_abreast_are_single_runs():
+def test_lanes_together_are_single_runs():
     """The vector step takes a lane where its piece is sure to last; others take the step of a single motion."""
     system = system_with(Prandtl())
     recorded = equations(system)
@@ -168,19 +168,19 @@ def test_lanes_abreast_are_single_runs():
     initial[:, 0] = START["angle"]
     budget = Budget(1, 1, 0.0, TOLERANCE, 1000, 10**6, 0)
     with np.errstate(all="ignore"):  # free lanes are computed along
-        abreast, alone = (
+        simd, alone = (
             ensemble_run(recorded, parameters, initial, budget, threads=1, order=10, lanes=lanes, plain=True)
             for lanes in (None, 1)
         )
-    assert np.all(abreast.finished)
-    assert abreast.state == pytest.approx(alone.state, abs=1e-7)
-    assert np.ptp(abreast.state, axis=0)[2] > 0.1
+    assert np.all(simd.finished)
+    assert simd.state == pytest.approx(alone.state, abs=1e-7)
+    assert np.ptp(simd.state, axis=0)[2] > 0.1
 
 
 def test_a_switch_that_is_missed_would_be_noticed():
     system = system_with(Prandtl())
     kernel = kernel_of(system)
-    with running_on(kernel, first_switch=lambda real, lane, event, h: (event, h)):
+    with running_on(kernel, first_switch=lambda floats, lane, event, h: (event, h)):
         late = vc.simulate(system, periods=1.5, initial=START, tolerance=TOLERANCE)
     assert abs(late["position"][-1] - motion_of(system, 1.5)["position"][-1]) > 1e-5
 

@@ -27,8 +27,8 @@ def first_root(coefficients, h, sign=1.0, zeros=0):
     row = KERNEL.series(0)
     row[:] = np.nan  # what lies beyond the degree must not matter
     row[: len(coefficients)] = coefficients
-    KERNEL.real[KERNEL["WORK"] :] = np.nan
-    return KERNEL["first_root"](KERNEL.real, KERNEL["SERIES"], len(coefficients) - 1, sign, zeros, h)
+    KERNEL.floats[KERNEL["WORK"] :] = np.nan
+    return KERNEL["first_root"](KERNEL.floats, KERNEL["SERIES"], len(coefficients) - 1, sign, zeros, h)
 
 
 def uncertainty(coefficients, x):

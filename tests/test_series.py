@@ -94,7 +94,7 @@ def expanded(system, side) -> PlainKernel:
     kernel.fill("TIME", TIME)
     kernel.fill("SIDE", side)
     kernel.fill("STATE", state_of(system, side))
-    kernel["jet"](kernel.real)
+    kernel["jet"](kernel.floats)
     return kernel
 
 
@@ -241,7 +241,7 @@ def test_recurrences(name, x0):
     recorded = graph.expression(expression(x, t))
     writer = JetWriter(graph, [1.0 + x / 3.0])
     found = [writer.coefficient(recorded.index, k) for k in range(ORDER + 1)]
-    names = {"math": math, "real": [x0], "STATE": 0, "LANES": 1, "lane": 0, "time": t0, "sliding": 1.0}
+    names = {"math": math, "floats": [x0], "STATE": 0, "LANES": 1, "lane": 0, "time": t0, "sliding": 1.0}
     exec("\n".join(writer.lines), names)
     found = [eval(value, names) for value in found]
     with mp.workdps(50):
@@ -285,9 +285,9 @@ def test_jacobian_is_exact(name, side):
     kernel = kernel_of(system, ORDER)
     states, y = len(system.state_names), state_of(system, side)
     point, out = kernel["WORK"], kernel["WORK"] + 50
-    kernel.real[point : point + states] = y
-    kernel["jacobian"](kernel.real, TIME, point, float(side), 0, out)
-    found = kernel.real[out : out + states * (states + 1)].reshape(states, states + 1)
+    kernel.floats[point : point + states] = y
+    kernel["jacobian"](kernel.floats, TIME, point, float(side), 0, out)
+    found = kernel.floats[out : out + states * (states + 1)].reshape(states, states + 1)
     with mp.workdps(50):
         for i in range(states):
             for j in range(states + 1):
@@ -298,9 +298,9 @@ def test_jacobian_is_exact(name, side):
 
                 exact = mp.diff(moved, mp.mpf([*y, TIME][j]))
                 assert abs(found[i, j] - exact) <= 64 * EPSILON * np.abs(found).max(), (i, j)
-    kernel["rates"](kernel.real, TIME, point, float(side), 0, out)
+    kernel["rates"](kernel.floats, TIME, point, float(side), 0, out)
     rates = [float(value) for value in typed_again(system, mp.mpf(TIME), [mp.mpf(v) for v in y], side)[0]]
-    assert kernel.real[out : out + states] == pytest.approx(rates, rel=64 * EPSILON)
+    assert kernel.floats[out : out + states] == pytest.approx(rates, rel=64 * EPSILON)
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

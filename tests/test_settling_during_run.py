@@ -150,12 +150,12 @@ def test_what_does_not_settle_says_so():
     assert (found["window_start"][0], found["window_periods"][0]) == (5, 4)
     assert np.isfinite(found["drift"][0])
     assert np.isnan([found["time_to_settle"][0], found["symmetric"][0]]).all()
-    whole = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=60, **asked)
-    settles = int(whole["window_start"][0])
+    ints = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=60, **asked)
+    settles = int(ints["window_start"][0])
     last = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=settles, window=4, **asked)
     assert not last["settled"][0]  # it settles at the very end: no period is left to measure
     assert last["window_start"][0] == settles - 4
     room = vc.ensemble(EM, {"machine.mass_ratio": [2.5]}, periods=settles + 1, window=4, **asked)
     assert room["settled"][0]
     assert (room["window_start"][0], room["window_periods"][0]) == (settles, 1)
-    assert room["drift"][0] == whole["drift"][0]
+    assert room["drift"][0] == ints["drift"][0]

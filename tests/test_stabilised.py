@@ -73,7 +73,7 @@ def run(kernel, **replaced):
 def test_fewer_steps_for_no_larger_error(kernel, expected):
     """A light capsule on bristles, where stability ends plain steps early: three steps of ten are saved at least."""
     motion, steps = run(kernel)
-    plain_motion, plain_steps = run(kernel, stabilised_step=lambda real, lane, longest: longest)
+    plain_motion, plain_steps = run(kernel, stabilised_step=lambda floats, lane, longest: longest)
     assert steps < 0.7 * plain_steps
     error, plain_error = (np.abs(final(found) - expected).max() for found in (motion, plain_motion))
     assert error < 3.0 * plain_error
@@ -84,7 +84,7 @@ def test_fewer_steps_for_no_larger_error(kernel, expected):
 @pytest.mark.slow
 def test_the_lengths_without_the_damping_would_not_do(kernel, expected):
     """A planted fault: the same lengths of steps on the plain series blow disturbances up."""
-    motion, steps = run(kernel, damp_series=lambda real, lane: None)
+    motion, steps = run(kernel, damp_series=lambda floats, lane: None)
     sound, sound_steps = run(kernel)
     error, sound_error = (np.abs(final(found) - expected).max() for found in (motion, sound))
     assert error > 10.0 * sound_error
@@ -98,24 +98,24 @@ def test_steps_without_stiffness_are_plain(kernel):
     kernel.fill("TOLERANCE", TOLERANCE)
     kernel.fill("ZEROS", 0)
     kernel.fill("DECAY_RATE", 0.5)
-    before = kernel.real.copy()
-    length, gentle = kernel["series_step"](kernel.real, kernel.whole, 0, 100.0)
+    before = kernel.floats.copy()
+    length, gentle = kernel["series_step"](kernel.floats, kernel.ints, 0, 100.0)
     assert gentle
-    assert length == kernel["taylor_step"](kernel.real, kernel.whole, 0)
-    assert np.array_equal(kernel.real, before)
+    assert length == kernel["taylor_step"](kernel.floats, kernel.ints, 0)
+    assert np.array_equal(kernel.floats, before)
 
 
 def test_a_fast_decay_is_damped_for_a_longer_step(kernel):
     """Beside it a disturbance that decays 40 times as fast: the step goes on, and the last terms are damped."""
     for row in range(SYSTEM_ROWS):
-        size = kernel.real[kernel.place("SCALE") + row]
+        size = kernel.floats[kernel.place("SCALE") + row]
         decays = [(0.1 * (-0.5) ** k + 1e-3 * TOLERANCE * (-20.0) ** k) / math.factorial(k) for k in range(13)]
         kernel.series(row)[:] = np.multiply(size, decays)
     kernel.fill("TOLERANCE", TOLERANCE)
     kernel.fill("ZEROS", 0)
     kernel.fill("DECAY_RATE", 20.0)
-    plain, before = kernel["taylor_step"](kernel.real, kernel.whole, 0), kernel.series(0).copy()
-    length, gentle = kernel["series_step"](kernel.real, kernel.whole, 0, 100.0)
+    plain, before = kernel["taylor_step"](kernel.floats, kernel.ints, 0), kernel.series(0).copy()
+    length, gentle = kernel["series_step"](kernel.floats, kernel.ints, 0, 100.0)
     assert not gentle
     assert 1.1 * plain < length == pytest.approx(0.85 * POLYNOMIALS[12][0] / 20.0)
     assert np.array_equal(kernel.series(0)[:10], before[:10])
@@ -127,12 +127,12 @@ def test_the_rate_is_the_trace_of_the_jacobian(kernel):
     state = [0.5, 0.3, 0.0, 0.4, 0.0015]
     kernel.fill("STATE", state)
     kernel.fill("SIDE", 1.0)
-    kernel["jet"](kernel.real)
+    kernel["jet"](kernel.floats)
     point = kernel.names["WORK"] + 100
-    kernel.real[point : point + SYSTEM_ROWS] = state
-    kernel["jacobian"](kernel.real, 0.0, point, 1.0, 0, point + SYSTEM_ROWS)
+    kernel.floats[point : point + SYSTEM_ROWS] = state
+    kernel["jacobian"](kernel.floats, 0.0, point, 1.0, 0, point + SYSTEM_ROWS)
     size = SYSTEM_ROWS * (SYSTEM_ROWS + 1)
-    slopes = kernel.real[point + SYSTEM_ROWS :][:size].reshape(SYSTEM_ROWS, -1)[:, :SYSTEM_ROWS]
-    rate = kernel.real[kernel.place("DECAY_RATE")]
+    slopes = kernel.floats[point + SYSTEM_ROWS :][:size].reshape(SYSTEM_ROWS, -1)[:, :SYSTEM_ROWS]
+    rate = kernel.floats[kernel.place("DECAY_RATE")]
     assert rate == pytest.approx(-np.trace(slopes), rel=1e-13)
     assert rate == pytest.approx(-np.linalg.eigvals(slopes).real.min(), rel=0.02)

@@ -40,7 +40,7 @@ TARGETS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*TARGETS])
 def test_objects_are_written_for_other_processors(name):
-    """The exponential law abreast: an object file of that machine, with the entry in it."""
+    """The exponential law, all lanes at once: an object file of that machine, with the entry in it."""
     triple, processor, features, lanes, machine = TARGETS[name]
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     _, text = ensemble_source(equations(system), 10, lanes)
@@ -78,8 +78,8 @@ int main(int count, char **sizes) {
     double *real = numbers(atol(sizes[1]));
     int64_t *whole = numbers(atol(sizes[2]));
     double *tape = numbers(length);
-    while (kernel_entry(real, whole, tape, 500)) {}
-    return fwrite(tape, 8, length, stdout) == (size_t)length ? 0 : 3;
+    while (kernel_entry(floats, ints, trace, 500)) {}
+    return fwrite(trace, 8, length, stdout) == (size_t)length ? 0 : 3;
 }
 """
 
@@ -110,12 +110,12 @@ def test_objects_for_other_processors_do_what_this_one_does(name, law, tmp_path)
     (tmp_path / "runner.c").write_text(RUNNER)
     files = [str(tmp_path / "runner.c"), str(tmp_path / "kernel.o")]
     subprocess.run([linker, "-static", "-o", str(tmp_path / "run"), *files, "-lm"], check=True, timeout=120)
-    real, whole = prepared_lanes(layout, budget, runs)
-    whole[layout.places["LAST_RUN"]], whole[layout.places["MORE"]] = runs, 0
-    tape = np.zeros(runs * (layout.run_size + layout.result_size))
-    write_runs(tape[: runs * layout.run_size].reshape(runs, -1), recorded, parameters, start)
-    sizes = [str(part.size) for part in (real, whole, tape)]
-    sent = b"".join(part.tobytes() for part in (real, whole, tape))
+    floats, ints = prepared_lanes(layout, budget, runs)
+    ints[layout.places["LAST_RUN"]], ints[layout.places["MORE"]] = runs, 0
+    trace = np.zeros(runs * (layout.run_size + layout.result_size))
+    write_runs(trace[: runs * layout.run_size].reshape(runs, -1), recorded, parameters, start)
+    sizes = [str(part.size) for part in (floats, ints, trace)]
+    sent = b"".join(part.tobytes() for part in (floats, ints, trace))
     done = subprocess.run([*player, str(tmp_path / "run"), *sizes], input=sent, capture_output=True, timeout=300)
     assert done.returncode == 0, done.stderr.decode()
     there = RunResults(layout, np.frombuffer(done.stdout)[runs * layout.run_size :].reshape(runs, -1))

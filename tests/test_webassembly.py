@@ -54,12 +54,12 @@ ADVANCE = {"advance": ("advance", ARGUMENTS)}
 
 
 def in_node(folder, module, calls):
-    """Call functions (name, real, whole, tape, rounds) of a module in one process; what they return."""
+    """Call functions (name, floats, ints, trace, rounds) of a module in one process; what they return."""
     (folder / "kernel.wasm").write_bytes(module)
     given = []
-    for number, (name, real, whole, tape, rounds) in enumerate(calls):
+    for number, (name, floats, ints, trace, rounds) in enumerate(calls):
         files = [folder / f"{number}-{i}" for i in range(3)]
-        for file, array in zip(files, (real, whole, tape), strict=True):
+        for file, array in zip(files, (floats, ints, trace), strict=True):
             file.write_bytes(array.tobytes())
         given.append(json.dumps([name, rounds, *map(str, files)]))
     command = [NODE, "-e", RUN, str(folder / "kernel.wasm"), *given]
@@ -132,8 +132,8 @@ def found_in_node(tmp_path_factory):
     for number, name in enumerate(OPERATORS):
         floats, ints = operands(name)
         kernels.append((body_text(BODIES[name]), {f"advance{number}": ("advance", ARGUMENTS)}))
-        whole, tape = np.concatenate(([0, 0], ints.ravel())), np.concatenate((np.zeros(len(floats)), floats.ravel()))
-        calls.append((f"advance{number}", np.zeros(8), whole, tape, len(floats)))
+        ints, trace = np.concatenate(([0, 0], ints.ravel())), np.concatenate((np.zeros(len(floats)), floats.ravel()))
+        calls.append((f"advance{number}", np.zeros(8), ints, trace, len(floats)))
     in_node(tmp_path_factory.mktemp("operators"), webassembly_module(kernels), calls)
     return {name: call[3][: call[4]] for name, call in zip(OPERATORS, calls, strict=True)}
 
@@ -161,25 +161,25 @@ ALL = 2**62 - 1
 def both(i, j):
     return i + j, i * j - 1
 
-def advance(real, whole, tape, rounds):
-    whole[0] = MANY + rounds
-    whole[1] = whole[0] // 7 + whole[0] % 1000
-    whole[2] = (whole[0] & 2**33 - 1) << 3
-    whole[3] = (np.float64(real[0]).view(np.int64) & ALL) >> 11
-    whole[4] = -(MANY + 3) >> 1
-    whole[5] = (np.float64(real[0]).view(np.int64) + ALL) >> 12
-    total, product = both(whole[0], 3)
+def advance(floats, ints, trace, rounds):
+    ints[0] = MANY + rounds
+    ints[1] = ints[0] // 7 + ints[0] % 1000
+    ints[2] = (ints[0] & 2**33 - 1) << 3
+    ints[3] = (np.float64(floats[0]).view(np.int64) & ALL) >> 11
+    ints[4] = -(MANY + 3) >> 1
+    ints[5] = (np.float64(floats[0]).view(np.int64) + ALL) >> 12
+    total, product = both(ints[0], 3)
     total, product = product, total
-    whole[6] = total
-    whole[7] = product // -(2**35)
-    whole[8] = 4 * -5 % -rounds
-    tape[0] = real[1] / float(0 * -rounds)
-    tape[1] = real[1] / float(-(rounds - 5) + (rounds - 5) % -3)
-    arguments = whole[0] ^ 1
+    ints[6] = total
+    ints[7] = product // -(2**35)
+    ints[8] = 4 * -5 % -rounds
+    trace[0] = floats[1] / float(0 * -rounds)
+    trace[1] = floats[1] / float(-(rounds - 5) + (rounds - 5) % -3)
+    arguments = ints[0] ^ 1
     while arguments > 2**35 and arguments % -3 != -1:
         arguments = arguments // -3 * -1
-    whole[9] = arguments
-    return whole[0] > 2**39
+    ints[9] = arguments
+    return ints[0] > 2**39
 """
 
 
@@ -187,10 +187,10 @@ def test_ints_are_exact_beyond_32_bits(tmp_path):
     """To 64 bits, and no int is -0 when it becomes a float."""
     results = []
     for entry in (plain_kernel(WIDE)["advance"], InNode(WIDE, tmp_path)):
-        real, whole, tape = np.array([-1.7e-200, 1.0]), np.zeros(10, dtype=np.int64), np.zeros(2)
+        floats, ints, trace = np.array([-1.7e-200, 1.0]), np.zeros(10, dtype=np.int64), np.zeros(2)
         with np.errstate(all="ignore"):
-            found = int(entry(real, whole, tape, 5))
-        results.append([found, *whole.tolist(), *tape.tolist()])
+            found = int(entry(floats, ints, trace, 5))
+        results.append([found, *ints.tolist(), *trace.tolist()])
     assert results[0] == results[1]
     assert results[0][0] == 1
     assert results[1][-2:] == [math.inf, math.inf]
@@ -201,9 +201,9 @@ import math
 
 import numpy as np
 
-def moved(whole, k):
-    whole[0] = whole[0] + 1
-    return 10 * k + whole[0]
+def moved(ints, k):
+    ints[0] = ints[0] + 1
+    return 10 * k + ints[0]
 
 def raised(k):
     k += 1
@@ -216,24 +216,24 @@ def signed(x, k):
         k -= 2
     return k, x
 
-def advance(real, whole, tape, rounds):
-    whole[whole[0]] = moved(whole, 0)
-    whole[whole[0] + 2] += moved(whole, 1)
-    whole[5] = raised(0) + 10 * raised(0) + raised(rounds)
+def advance(floats, ints, trace, rounds):
+    ints[ints[0]] = moved(ints, 0)
+    ints[ints[0] + 2] += moved(ints, 1)
+    ints[5] = raised(0) + 10 * raised(0) + raised(rounds)
     for n in range(1):
         if rounds > n:
             continue
-        whole[6] = 1
+        ints[6] = 1
     for n in range(1):
-        whole[7] = rounds
+        ints[7] = rounds
         if n == 0:
             break
-        whole[7] = 0
-    a, b = signed(real[0], rounds)
-    c, d = signed(-real[0], 0)
-    real[1], real[2], a = b, d, c
-    whole[8] = a - c
-    whole[9] = signed(real[0], 9)[0]
+        ints[7] = 0
+    a, b = signed(floats[0], rounds)
+    c, d = signed(-floats[0], 0)
+    floats[1], floats[2], a = b, d, c
+    ints[8] = a - c
+    ints[9] = signed(floats[0], 9)[0]
 """
 
 
@@ -241,9 +241,9 @@ def test_what_is_done_first_is_done_first(tmp_path):
     """Values before places, an entry before what is added; functions in place and for 0, loops of one round."""
     results = []
     for entry in (plain_kernel(ORDER)["advance"], InNode(ORDER, tmp_path)):
-        real, whole = np.array([1.5, 0.0, 0.0]), np.arange(1, 11)
-        entry(real, whole, np.zeros(1), 5)
-        results.append([*whole.tolist(), *real.tolist()])
+        floats, ints = np.array([1.5, 0.0, 0.0]), np.arange(1, 11)
+        entry(floats, ints, np.zeros(1), 5)
+        results.append([*ints.tolist(), *floats.tolist()])
     assert results[0] == results[1]
     assert results[0][5:8] == [17, 7, 5]
 
@@ -354,15 +354,15 @@ def test_a_swapped_subtraction_is_noticed(tmp_path, monkeypatch):
     ("line", "what"),
     [
         ("x = math.tan(1.0)", "of math it knows"),
-        ("x = math.sin(real[0])", "no polynomials for `sin`"),
+        ("x = math.sin(floats[0])", "no polynomials for `sin`"),
         ("x = [1.0]", "`List`"),
-        ("x = real", "cannot stand for"),
-        ("x = load(real, 0)", "of lanes"),
+        ("x = floats", "cannot stand for"),
+        ("x = load(floats, 0)", "of lanes"),
     ],
 )
 def test_what_webassembly_cannot_say_is_refused_with_its_place(line, what):
     head = "# From numerics/some_file.py\nimport math\n\nimport numpy as np\n\n"
     imported = "from vibrocap.numerics.kernel.arithmetic.plain_vectors import load\n\n" if "load" in line else ""
     with pytest.raises(Refused, match=what) as refused:
-        webassembly_module([(f"{head}{imported}def advance(real, whole, tape, rounds):\n    {line}\n", ADVANCE)])
+        webassembly_module([(f"{head}{imported}def advance(floats, ints, trace, rounds):\n    {line}\n", ADVANCE)])
     assert "function `advance`" in str(refused.value)

@@ -11,8 +11,8 @@ from vibrocap.numerics.codegen.source import ScalarWriter
 from vibrocap.numerics.expressions.graph import Expression, Graph
 
 SMALLEST_EXPONENT = -700.0  # exp of it is 1e-304
-# Entries of `whole`.
-WHOLE = ("STATUS", "STEPS", "REFUSED", "STEP_LIMIT", "JUMPS", "FORCE_START", "INTERNAL_START")
+# Entries of `ints`.
+INT_ENTRIES = ("STATUS", "STEPS", "REFUSED", "STEP_LIMIT", "JUMPS", "FORCE_START", "INTERNAL_START")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class DrivenLayout:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Numbers per entry of `real`."""
+        """Numbers per entry of `floats`."""
         return {
             "PARAMETER": self.parameters,
             "FROZEN": self.frozen,
@@ -67,13 +67,13 @@ class DrivenLayout:
 
     @property
     def places(self) -> dict[str, int]:
-        """Offset of each entry of `whole` and of `real`."""
+        """Offset of each entry of `ints` and of `floats`."""
         starts = itertools.accumulate(self.sizes.values(), initial=0)
-        return {name: i for i, name in enumerate(WHOLE)} | dict(zip(self.sizes, starts, strict=False))
+        return {name: i for i, name in enumerate(INT_ENTRIES)} | dict(zip(self.sizes, starts, strict=False))
 
     def allocated(self) -> tuple[np.ndarray, np.ndarray]:
-        """(real, whole) with everything zero."""
-        return np.zeros(sum(self.sizes.values())), np.zeros(len(WHOLE), dtype=np.int64)
+        """(floats, ints) with everything zero."""
+        return np.zeros(sum(self.sizes.values())), np.zeros(len(INT_ENTRIES), dtype=np.int64)
 
 
 class DrivenWriter(ScalarWriter):
@@ -107,7 +107,7 @@ class FrozenWriter(ScalarWriter):
     """Scalar code of what depends on the parameters and the side only."""
 
     def _formula(self, op: str, operands: list) -> str:
-        return f"real[PARAMETER + {operands[0]}]" if op == "parameter" else super()._formula(op, operands)
+        return f"floats[PARAMETER + {operands[0]}]" if op == "parameter" else super()._formula(op, operands)
 
 
 def is_frozen(graph: Graph, index: int) -> bool:
@@ -133,20 +133,20 @@ def function_source(head: str, lines: Sequence[str]) -> str:
 
 def _loaded(writer: DrivenWriter, states: int) -> list[str]:
     """Lines that read the states at `at` and what is frozen."""
-    return [f"z{i} = real[at + {i}]" for i in range(states)] + thawed(writer.used)
+    return [f"z{i} = floats[at + {i}]" for i in range(states)] + thawed(writer.used)
 
 
 def thawed(names: Sequence[str]) -> list[str]:
     """Lines that read what is frozen under these names."""
-    return [f"{name} = real[FROZEN + {name[1:]}]" for name in names]
+    return [f"{name} = floats[FROZEN + {name[1:]}]" for name in names]
 
 
 def frozen_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     """`freeze`: what depends on parameters and side only, once from turn to turn."""
     writer = FrozenWriter(equations.graph)
     values = [writer.name(Expression(equations.graph, index)) for index in frozen]
-    lines = [*writer.lines, *(f"real[FROZEN + {i}] = {value}" for i, value in enumerate(values))]
-    return function_source("freeze(real, side)", lines or ["pass"])
+    lines = [*writer.lines, *(f"floats[FROZEN + {i}] = {value}" for i, value in enumerate(values))]
+    return function_source("freeze(floats, side)", lines or ["pass"])
 
 
 def force_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
@@ -154,7 +154,7 @@ def force_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     writer = DrivenWriter(equations, frozen)
     value = writer.name(equations.force)
     return function_source(
-        "force(real, at, v, w, side)", [*_loaded(writer, equations.states), *writer.lines, f"return {value}"]
+        "force(floats, at, v, w, side)", [*_loaded(writer, equations.states), *writer.lines, f"return {value}"]
     )
 
 
@@ -166,7 +166,7 @@ def guard_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     lines += [f"least, which = {values[0] if values else '1.0'}, 0"]
     for i, value in enumerate(values[1:], start=1):
         lines += [f"if {value} < least:", f"    least, which = {value}, {i}"]
-    return function_source("least_guard(real, at, v, w, side)", [*lines, "return least, which"])
+    return function_source("least_guard(floats, at, v, w, side)", [*lines, "return least, which"])
 
 
 def switch_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
@@ -176,9 +176,9 @@ def switch_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
         writer = DrivenWriter(equations, frozen)
         values = [writer.name(state) for state in states]
         body = [*_loaded(writer, equations.states), *writer.lines]
-        body += [f"real[at + {j}] = {value}" for j, value in enumerate(values)]
+        body += [f"floats[at + {j}] = {value}" for j, value in enumerate(values)]
         lines += [f"if which == {i}:", *("    " + line for line in body)]
-    return function_source("switch(real, at, which, v, w, side)", lines or ["pass"])
+    return function_source("switch(floats, at, which, v, w, side)", lines or ["pass"])
 
 
 def reversal_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
@@ -186,5 +186,5 @@ def reversal_source(equations: DrivenEquations, frozen: dict[int, str]) -> str:
     writer = DrivenWriter(equations, frozen)
     values = [writer.name(state) for state in equations.after_reversal]
     lines = [*_loaded(writer, equations.states), *writer.lines]
-    lines += [f"real[at + {j}] = {value}" for j, value in enumerate(values)]
-    return function_source("reverse(real, at, w, side)", lines)
+    lines += [f"floats[at + {j}] = {value}" for j, value in enumerate(values)]
+    return function_source("reverse(floats, at, w, side)", lines)

@@ -60,8 +60,8 @@ def step_source(equations: DrivenEquations, frozen: dict[int, str]) -> list[str]
     used = [*rates.used, *(name for name in slopes.used if name not in rates.used)]
     call_of_slopes = f"slopes({', '.join([*point, 'v', 'w', 'a', 'b', 'side', *slopes.used])})"
     lines = [
-        *(f"z{i} = real[STATE + {i}]" for i in range(states)),
-        "v, w, a, b = real[VELOCITY], real[LOAD], real[VELOCITY_RATE], real[LOAD_RATE]",
+        *(f"z{i} = floats[STATE + {i}]" for i in range(states)),
+        "v, w, a, b = floats[VELOCITY], floats[LOAD], floats[VELOCITY_RATE], floats[LOAD_RATE]",
         *thawed(used),
         *([f"{_tuple(names)} = {call_of_slopes}"] if names else []),
         f"inverse, over, dv, dw = {1.0 / GAMMA!r} / h, 1.0 / h, h * a, h * b",
@@ -84,16 +84,16 @@ def step_source(equations: DrivenEquations, frozen: dict[int, str]) -> list[str]
             lines += [f"r{i} = {right}"]
         lines += solution(filled, moving, stage)
     last = STAGES - 1
-    lines += [f"real[NEW + {i}] = u{i} + k{last}_{i}" for i in slots]
-    lines += [f"real[NEW + {i}] = z{i}" for i in range(moving, states)]
+    lines += [f"floats[NEW + {i}] = u{i} + k{last}_{i}" for i in slots]
+    lines += [f"floats[NEW + {i}] = z{i}" for i in range(moving, states)]
     lines += ["error = 0.0"]
     for i in slots:
-        lines += [f"estimate = abs(k{last}_{i}) * real[INVERSE_SCALE + {i}]"]
+        lines += [f"estimate = abs(k{last}_{i}) * floats[INVERSE_SCALE + {i}]"]
         lines += ["if not (estimate <= error):", "    error = estimate if estimate <= 1e300 else math.inf"]
     return [
         function_source(f"rates({', '.join([*point, 'v', 'w', 'side', *rates.used])})", _returned(rates, values)),
         function_source(call_of_slopes, _returned(slopes, outputs)),
-        function_source("attempt(real, side, h)", [*lines, "return error"]),
+        function_source("attempt(floats, side, h)", [*lines, "return error"]),
     ]
 
 

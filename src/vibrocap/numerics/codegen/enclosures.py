@@ -1,4 +1,4 @@
-"""Writes enclosures: interval arithmetic on the nodes of a graph, as straight code of one lane or abreast.
+"""Writes enclosures: interval arithmetic on the nodes of a graph, as straight code of one lane or of all at once.
 
 From the least and the largest value of the leaves follow those of every node (Moore 1966). Rounding is not directed: an
 enclosure is a matter of factors here, not of last digits.
@@ -15,10 +15,10 @@ Interval = tuple[str, str]  # names or literals of the least and the largest val
 
 
 class Lines:
-    """Lines of straight code for one lane or abreast, each formula once."""
+    """Lines of straight code for one lane or for all, each formula once."""
 
-    def __init__(self, abreast: bool, polynomials: bool):
-        self.abreast, self.polynomials = abreast, polynomials
+    def __init__(self, simd: bool, polynomials: bool):
+        self.simd, self.polynomials = simd, polynomials
         self.lines: list[str] = []
         self._names: dict[str, str] = {}
 
@@ -34,19 +34,19 @@ class Lines:
 
     def entry(self, place: str) -> str:
         """What stands at a place of the memory."""
-        return f"load(real, {place})" if self.abreast else f"real[{place} + lane]"
+        return f"load(floats, {place})" if self.simd else f"floats[{place} + lane]"
 
     def larger(self, a: str, b: str) -> str:
         """The larger of two numbers."""
         if _is_number(a) and _is_number(b):
             return repr(max(float(a), float(b)))
-        return self.name(f"greater({self._wide(a)}, {self._wide(b)})" if self.abreast else f"max({a}, {b})")
+        return self.name(f"greater({self._wide(a)}, {self._wide(b)})" if self.simd else f"max({a}, {b})")
 
     def smaller(self, a: str, b: str) -> str:
         """The smaller of two numbers."""
         if _is_number(a) and _is_number(b):
             return repr(min(float(a), float(b)))
-        return self.name(f"lesser({self._wide(a)}, {self._wide(b)})" if self.abreast else f"min({a}, {b})")
+        return self.name(f"lesser({self._wide(a)}, {self._wide(b)})" if self.simd else f"min({a}, {b})")
 
     def sum(self, a: str, b: str, sign: float = 1.0) -> str:
         """The sum of two numbers, or (sign -1) their difference; of two literals it is one."""
@@ -138,9 +138,9 @@ class Enclosures:
         low, high = self.of(index)
         if low == high:
             return same(text.name(f"1.0 / {low}"))
-        passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)" if text.abreast else f"{low} <= 0.0 and {high} >= 0.0")
+        passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)" if text.simd else f"{low} <= 0.0 and {high} >= 0.0")
         bound = "1e+300"
-        if text.abreast:
+        if text.simd:
             one = text.name(f"1.0 / where({passes}, 1.0, {high})")
             other = text.name(f"1.0 / where({passes}, 1.0, {low})")
             return text.name(f"where({passes}, -{bound}, {one})"), text.name(f"where({passes}, {bound}, {other})")

@@ -2,7 +2,7 @@
 
 For y' = f(t, y), the coefficients c_k of y(t + s) = sum c_k s^k follow from those of f by c_{k+1} = f_k/(k+1), and
 those of f by one recurrence per operation (products are convolutions; Jorba and Zou 2005, table 1). The code is written
-out for a fixed order, for one lane, or abreast: every name then stands for the numbers of all lanes, see
+out for a fixed order, for one lane, or for all at once: every name then stands for the numbers of all lanes, see
 `plain_vectors.py`.
 """
 
@@ -28,7 +28,7 @@ POLYNOMIALS = {  # of `elementary_polynomials.py`
 class JetWriter:
     """Writes the coefficients of the nodes of one graph, each when first asked for.
 
-    abreast: for all lanes at once; polynomials: with the elementary functions of `elementary_polynomials.py`, not of
+    simd: for all lanes at once; polynomials: with the elementary functions of `elementary_polynomials.py`, not of
     the library
     """
 
@@ -36,13 +36,13 @@ class JetWriter:
         self,
         graph: Graph,
         rates: list[Expression],
-        abreast: bool = False,
+        simd: bool = False,
         balance: Balance | None = None,
         polynomials: bool = False,
     ):
         self.graph = graph
         self.rates = rates
-        self.abreast, self.polynomials = abreast, polynomials
+        self.simd, self.polynomials = simd, polynomials
         self.lines: list[str] = []
         self._written: dict[tuple, str] = {}
         self.latency = LatencyOrder()
@@ -55,8 +55,8 @@ class JetWriter:
             self.balance = None
 
     def entry(self, place: str) -> str:
-        """What stands at a place of the memory, for the lane or abreast."""
-        return f"load(real, {place})" if self.abreast else f"real[{place} + lane]"
+        """What stands at a place of the memory, for the lane or for all."""
+        return f"load(floats, {place})" if self.simd else f"floats[{place} + lane]"
 
     def coefficient(self, index: int, k: int) -> str:
         """Name (or literal) of the k-th coefficient of a node; its code is written if it is new."""

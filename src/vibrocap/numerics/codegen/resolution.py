@@ -167,17 +167,17 @@ def sparse(equations: Any) -> bool:
     return False
 
 
-def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
-    """`unresolved` of one lane, or `unresolved_abreast` of all."""
+def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
+    """`unresolved` of one lane, or `unresolved_simd` of all."""
     sharp = system_sharpness(equations)
     head = (
-        "def unresolved_abreast(real, h, lasting, start_low, start_high, low, high):"
-        if abreast
-        else "def unresolved(real, lane, h, lasting, start_low, start_high, low, high, widened):"
+        "def unresolved_simd(floats, h, lasting, start_low, start_high, low, high):"
+        if simd
+        else "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):"
     )
     if not sharp.nodes:
-        return "\n".join([head, f"    return {'0.0 * h' if abreast else '0.0'}", ""])
-    text = Lines(abreast, polynomials)
+        return "\n".join([head, f"    return {'0.0 * h' if simd else '0.0'}", ""])
+    text = Lines(simd, polynomials)
     graph, contact = equations.graph, equations.contact_velocity.index
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
@@ -189,10 +189,10 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
         if op == "state":
             value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
             row, scale = f"SERIES + {operands[0]} * (ORDER + 1) * LANES", f"SCALE + {operands[0]} * LANES"
-            if abreast:
-                r = text.name(f"excursion_abreast(real, {row}, h)")
+            if simd:
+                r = text.name(f"excursion_simd(floats, {row}, h)")
             else:
-                r = text.name(f"excursion(real, {row} + lane, h) + widened * {text.entry(scale)}")
+                r = text.name(f"excursion(floats, {row} + lane, h) + widened * {text.entry(scale)}")
             return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
         return ("time", text.name("time + h")) if op == "time" else None
 
@@ -202,7 +202,7 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
             return "start_low", "start_high"
         if op == "state":
             value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
-            if abreast:
+            if simd:
                 return same(value)
             r = text.name(f"widened * {text.entry(f'SCALE + {operands[0]} * LANES')}")
             return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
@@ -216,10 +216,10 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
     ends = [Enclosures(graph, text, at(velocity)) for velocity in ("start_low", "start_high")]
     memory: dict = {}
     inverses = [
-        text.entry(f"INVERSE_SCALE + {i} * LANES") if abreast else f"1.0 / real[SCALE + {i} * LANES + lane]"
+        text.entry(f"INVERSE_SCALE + {i} * LANES") if simd else f"1.0 / floats[SCALE + {i} * LANES + lane]"
         for i in range(len(equations.rates))
     ]
-    text.lines.append(f"worst = {'0.0 * h' if abreast else '0.0'}")
+    text.lines.append(f"worst = {'0.0 * h' if simd else '0.0'}")
 
     def weight(slopes: Sequence[Sequence[Expression]], values: Enclosures) -> str:
         """Largest of the slopes of rates, over the step and in natural sizes of the states, and of guards."""
@@ -246,14 +246,12 @@ def resolution_source(equations: Any, abreast: bool, polynomials: bool) -> str:
         theta = VISIBLE[graph.nodes[node][0]]
         either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({gentle})"] if gentle else []
-        shown = text.name((" | " if abreast else " or ").join(either))
+        shown = text.name((" | " if simd else " or ").join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
         unseen = text.name(f"{share} <= tolerance")
-        fine = f"{shown} | {unseen}" if abreast else f"{shown} or {unseen}"
-        text.lines.append(
-            f"worst = where({fine}, worst, worst + 1.0)" if abreast else f"worst += 0.0 if {fine} else 1.0"
-        )
+        fine = f"{shown} | {unseen}" if simd else f"{shown} or {unseen}"
+        text.lines.append(f"worst = where({fine}, worst, worst + 1.0)" if simd else f"worst += 0.0 if {fine} else 1.0")
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 

@@ -55,10 +55,10 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         holding_source(equations),
         branches_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, abreast=False, polynomials=loop in ("single", "card", "browser")),
+        resolution_source(equations, simd=False, polynomials=loop in ("single", "card", "browser")),
     ]
-    if loop == "abreast":
-        functions.append(resolution_source(equations, abreast=True, polynomials=True))
+    if loop == "simd":
+        functions.append(resolution_source(equations, simd=True, polynomials=True))
     return "\n".join([*lines, "", *functions, ""])
 
 
@@ -77,16 +77,16 @@ def jumps(equations: Any, layout: Layout) -> bool:
 
 def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, loop: str) -> str:
     """`jet`: Taylor coefficients of states, integrals, contact velocity and guards for all lanes."""
-    graph, order, abreast = equations.graph, layout.order, loop == "abreast"
+    graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
-    writer = JetWriter(graph, list(equations.rates), abreast, equations.balance, polynomials=loop != "ensemble")
+    writer = JetWriter(graph, list(equations.rates), simd, equations.balance, polynomials=loop != "ensemble")
     states, rows = layout.states, layout.rows
     head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
     located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
 
     def put(place: str, value: str) -> None:
         """Write a value to memory as soon as it is known: values wait in registers, of which there are few."""
-        writer.lines.append(f"store(real, {place}, {value})" if abreast else f"real[{place} + lane] = {value}")
+        writer.lines.append(f"store(floats, {place}, {value})" if simd else f"floats[{place} + lane] = {value}")
 
     def keep(row: int, k: int, value: str) -> None:
         """Write a coefficient to its place in the series."""
@@ -111,7 +111,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             unloaded = f"{HEAVY!r} - {writer.coefficient(equations.observables['reaction'].index, 0)}"
             writer.lines.append(f"unloaded = {unloaded}")
             most = writer.entry("UNLOADED")
-            put("UNLOADED", f"where(unloaded > {most}, unloaded, {most})" if abreast else f"max({most}, unloaded)")
+            put("UNLOADED", f"where(unloaded > {most}, unloaded, {most})" if simd else f"max({most}, unloaded)")
         if k == 1 and equations.hold is None:
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
         for i, guard in enumerate(equations.guards):
@@ -119,11 +119,11 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
     body = [*head, *writer.lines]
-    if abreast:
+    if simd:
         constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
         guard = guard_source(order, equations.hold is not None, constant)
-        return "\n".join(["def jet(real):", "    align_stack()", *_indented(body, 4), "", guard])
-    return "\n".join(["def jet(real):", "    for lane in range(LANES):", *_indented(body, 8), ""])
+        return "\n".join(["def jet(floats):", "    align_stack()", *_indented(body, 4), "", guard])
+    return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
 
 def decay_rate(equations: Any) -> Expression:
@@ -137,17 +137,17 @@ def decay_rate(equations: Any) -> Expression:
 
 
 def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
-    """`guard_abreast`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`)."""
-    body = [f"v{k} = load(real, VELOCITY + {k} * LANES)" for k in range(order + 1)]
+    """`guard_simd`: of all lanes, the guard of the step as a polynomial over it, and its signs (see `roots.py`)."""
+    body = [f"v{k} = load(floats, VELOCITY + {k} * LANES)" for k in range(order + 1)]
     for k in range(order + 1):
         one, two = (f"v{k + i}" if k + i <= order else "0.0" for i in (1, 2))
         guard = f"side * where(two, {two}, where(one, {one}, v{k}))"
         if sticks:
-            hold, limit = (f"load(real, {name} + {k} * LANES)" for name in ("HOLD", "LIMIT"))
+            hold, limit = (f"load(floats, {name} + {k} * LANES)" for name in ("HOLD", "LIMIT"))
             held = f"-(push * {hold})" if k and limit_constant else f"{limit} - push * {hold}"
             guard = f"where(stuck, {held if k < order else '0.0'}, {guard})"
         body.append(f"a{k} = {guard}{'' if k == 0 else ' * p'}")
-        body.append(f"store(real, WORK + {k} * LANES, a{k})")
+        body.append(f"store(floats, WORK + {k} * LANES, a{k})")
         body.append("p = h" if k == 0 else "p = p * h")
     body += [f"b{k} = a{k} * {1.0 / math.comb(order, k)!r}" for k in range(order + 1)]
     body += [f"b{i} = b{i} + b{i - 1}" for level in range(1, order + 1) for i in range(order, level - 1, -1)]
@@ -155,11 +155,11 @@ def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
     for k in range(2, order + 1):
         body.append(f"changes = changes + where((b{k - 1} > 0.0) ^ (b{k} > 0.0), 1.0, 0.0)")
     body.append(f"return a0, b{order}, changes")
-    guard = ["def guard_abreast(real, side, stuck, push, one, two, h):", *_indented(body, 4), ""]
+    guard = ["def guard_simd(floats, side, stuck, push, one, two, h):", *_indented(body, 4), ""]
     value, slope = [f"a{k}" for k in range(order + 1)], [f"{k}.0 * a{k}" for k in range(1, order + 1)]
-    body = [f"a{k} = load(real, WORK + {k} * LANES)" for k in range(order + 1)]
+    body = [f"a{k} = load(floats, WORK + {k} * LANES)" for k in range(order + 1)]
     body += [*_paired(value, "y"), *_paired(slope, "d"), "return y, d"]
-    return "\n".join([*guard, "def guard_at(real, x):", *_indented(body, 4), ""])
+    return "\n".join([*guard, "def guard_at(floats, x):", *_indented(body, 4), ""])
 
 
 def _paired(coefficients: list[str], name: str) -> list[str]:
@@ -180,11 +180,11 @@ def _paired(coefficients: list[str], name: str) -> list[str]:
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     """`rates` and `contact_velocity` of one lane."""
     writer = ScalarWriter(equations.graph)
-    body = [f"real[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
-    rates = ["def rates(real, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
+    body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
+    rates = ["def rates(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
     writer = ScalarWriter(equations.graph)
     velocity = writer.name(equations.contact_velocity)
-    head = "def contact_velocity(real, t, point, lane):"
+    head = "def contact_velocity(floats, t, point, lane):"
     return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
 
 
@@ -194,7 +194,7 @@ def holding_source(equations: Any) -> str:
     for name, value in (("holding_force", equations.hold), ("holding_limit", equations.limit)):
         writer = ScalarWriter(equations.graph)
         result = "0.0" if value is None else writer.name(value)
-        found += [f"def {name}(real, t, point, lane):", *_indented([*writer.lines, f"return {result}"], 4), ""]
+        found += [f"def {name}(floats, t, point, lane):", *_indented([*writer.lines, f"return {result}"], 4), ""]
     return "\n".join(found)
 
 
@@ -206,7 +206,7 @@ def branches_source(equations: Any) -> str:
         found.append(f"def {head}:")
         for number, outcome in enumerate(outcomes):
             writer = ScalarWriter(equations.graph)
-            body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(outcome)]
+            body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(outcome)]
             if chosen:
                 found.append(f"    if {chosen} == {number}:")
             found.extend(_indented([*writer.lines, *body], 8 if chosen else 4))
@@ -215,15 +215,15 @@ def branches_source(equations: Any) -> str:
         found.append("")
 
     if equations.guard_tangents:
-        function("guard_tangents(real, t, point, side, lane, out)", [equations.guard_tangents])
+        function("guard_tangents(floats, t, point, side, lane, out)", [equations.guard_tangents])
     if not equations.guards:
         return "\n".join(found)
     writer = ScalarWriter(equations.graph)
     energy = writer.name(equations.observables["energy"])
-    found += ["def machine_energy(real, t, point, lane):", *_indented([*writer.lines, f"return {energy}"], 4), ""]
-    function("switches(real, t, point, side, lane, out)", [equations.guards])
-    function("after_switch(real, t, point, side, lane, which, out)", equations.after_switch, "which")
-    function("after_reversal(real, t, point, side, lane, out)", [equations.after_reversal])
+    found += ["def machine_energy(floats, t, point, lane):", *_indented([*writer.lines, f"return {energy}"], 4), ""]
+    function("switches(floats, t, point, side, lane, out)", [equations.guards])
+    function("after_switch(floats, t, point, side, lane, which, out)", equations.after_switch, "which")
+    function("after_reversal(floats, t, point, side, lane, out)", [equations.after_reversal])
     return "\n".join(found)
 
 
@@ -235,8 +235,8 @@ def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:
     for i, rate in enumerate((*equations.rates, *integrals)):
         for j in range(states + 1):
             slope = derivative(rate, j if j < states else -1, memory)
-            body.append(f"real[out + {i * (states + 1) + j}] = {writer.name(slope)}")
-    head = "def jacobian(real, t, point, side, lane, out):"
+            body.append(f"floats[out + {i * (states + 1) + j}] = {writer.name(slope)}")
+    head = "def jacobian(floats, t, point, side, lane, out):"
     return "\n".join([head, *_indented([*writer.lines, *body], 4), ""])
 
 
@@ -273,8 +273,8 @@ def integrands_source(
         "MIRROR": tuple(equations.symmetry),
     }
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
-    body = [*writer.lines, *(f"real[out + {i}] = {value}" for i, value in enumerate(values))]
-    text = "\n".join([*lines, "", "def integrands(real, t, point, side, lane, out):", *_indented(body, 4), ""])
+    body = [*writer.lines, *(f"floats[out + {i}] = {value}" for i, value in enumerate(values))]
+    text = "\n".join([*lines, "", "def integrands(floats, t, point, side, lane, out):", *_indented(body, 4), ""])
     return Integrands(text, summed, len(own_extremes))
 
 
@@ -289,8 +289,8 @@ def instants_source(equations: Any, observed: Sequence[Expression], room: Sequen
     found = [f"OBSERVABLES = {len(observed)}", f"ROOM = {len(room)}", f"TABLE_NUMBERS = {len(table)}", ""]
     for name, values in (("observables", observed), ("beginning", begun), ("drive_table", table)):
         writer = ScalarWriter(values[0].graph if values else equations.graph)
-        body = [f"real[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
-        found.append(f"def {name}(real, t, point, side, lane, out):")
+        body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(values)]
+        found.append(f"def {name}(floats, t, point, side, lane, out):")
         found += [*_indented([*writer.lines, *body] or ['"""There is none."""'], 4), ""]
     return "\n".join(found)
 
@@ -323,9 +323,9 @@ class ScalarWriter:
 
     def _formula(self, op: str, operands: list) -> str:
         if op == "state":
-            return f"real[point + {operands[0]}]"
+            return f"floats[point + {operands[0]}]"
         if op == "parameter":
-            return f"real[PARAMETER + {operands[0]} * LANES + lane]"
+            return f"floats[PARAMETER + {operands[0]} * LANES + lane]"
         names = [self._name(i) for i in operands]
         if op in OPERATORS:
             return f"{names[0]} {OPERATORS[op]} {names[1]}"

@@ -79,7 +79,7 @@ def webassembly_module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tupl
 
 
 def compiled(text: str, entry: str, short: bool = False, literal: bool = False) -> Compiled:
-    """The function `entry` of a kernel, called with (real, whole, tape, rounds), from the disk or made now.
+    """The function `entry` of a kernel, called with (floats, ints, trace, rounds), from the disk or made now.
 
     short: made quickly, see `machine.py`
     literal: computed as a browser does, see `literal_ir`

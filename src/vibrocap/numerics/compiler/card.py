@@ -22,10 +22,10 @@ declare i32 @llvm.nvvm.read.ptx.sreg.tid.x()
 declare i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
 declare i32 @llvm.nvvm.read.ptx.sreg.ntid.x()
 declare i32 @llvm.nvvm.read.ptx.sreg.nctaid.x()
-define ptx_kernel void @{entry}(ptr %tape, ptr %queue, ptr %start_real, ptr %start_whole, ptr %kept_real,
+define ptx_kernel void @{entry}(ptr %trace, ptr %queue, ptr %start_real, ptr %start_whole, ptr %kept_real,
                                 ptr %kept_whole, i64 %fresh, i64 %rounds) {{
-  %real = alloca [{reals} x double], align 16
-  %whole = alloca [{wholes} x i64], align 16
+  %floats = alloca [{reals} x double], align 16
+  %ints = alloca [{wholes} x i64], align 16
   %in_block = call i32 @llvm.nvvm.read.ptx.sreg.tid.x()
   %block = call i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
   %size = call i32 @llvm.nvvm.read.ptx.sreg.ntid.x()
@@ -35,7 +35,7 @@ define ptx_kernel void @{entry}(ptr %tape, ptr %queue, ptr %start_real, ptr %sta
   %all = mul i32 %blocks, %size
   %thread = zext i32 %number to i64
   %threads = zext i32 %all to i64
-  %done = call i64 @kernel_entry(ptr %real, ptr %whole, ptr %tape, ptr %queue, ptr %start_real, ptr %start_whole,
+  %done = call i64 @kernel_entry(ptr %floats, ptr %ints, ptr %trace, ptr %queue, ptr %start_real, ptr %start_whole,
                                  ptr %kept_real, ptr %kept_whole, i64 %thread, i64 %threads, i64 %fresh, i64 %rounds)
   ret void
 }}

@@ -3,7 +3,7 @@
 # What a lane is doing, or why it stopped.
 RUNNING = 0
 DONE = 1
-TAPE_FULL = 2
+TRACE_FULL = 2
 STEP_UNDERFLOW = 3
 NOT_FINITE = 4
 TOO_MANY_EVENTS = 5

@@ -4,7 +4,7 @@ Velocity and load are linear between samples, so within an interval the rates of
 where the contact turns (the interval is cut there) and where a guard of the law falls to zero (the step is cut there).
 Between these, an L-stable method (`driven_step.py`) takes steps under error control: of whole intervals, as a rule.
 
-The tape holds time, velocity and load of all samples, then what is computed.
+The trace holds time, velocity and load of all samples, then what is computed.
 """
 
 import math
@@ -49,25 +49,25 @@ LEAPT = 2.0  # the error of a step over which a state changes too much to be sur
 LOCATED = 1e-12  # of the interval: to which a jump is located
 
 
-def switch_fallen(real, whole, side):
+def switch_fallen(floats, ints, side):
     """Switch pieces of the law until every guard of the present one is positive."""
-    while whole[STATUS] == RUNNING:
-        least, which = least_guard(real, STATE, real[VELOCITY], real[LOAD], side)
+    while ints[STATUS] == RUNNING:
+        least, which = least_guard(floats, STATE, floats[VELOCITY], floats[LOAD], side)
         if least > 0.0:
             return
-        switch(real, STATE, which, real[VELOCITY], real[LOAD], side)
-        whole[JUMPS] += 1
-        if whole[JUMPS] > JUMP_LIMIT:
-            whole[STATUS] = TOO_MANY_EVENTS
+        switch(floats, STATE, which, floats[VELOCITY], floats[LOAD], side)
+        ints[JUMPS] += 1
+        if ints[JUMPS] > JUMP_LIMIT:
+            ints[STATUS] = TOO_MANY_EVENTS
 
 
-def guard_after(real, side, h):
+def guard_after(floats, side, h):
     """The least guard at the end of a step of length h."""
-    v, w = real[VELOCITY] + h * real[VELOCITY_RATE], real[LOAD] + h * real[LOAD_RATE]
-    return least_guard(real, NEW, v, w, side)[0]
+    v, w = floats[VELOCITY] + h * floats[VELOCITY_RATE], floats[LOAD] + h * floats[LOAD_RATE]
+    return least_guard(floats, NEW, v, w, side)[0]
 
 
-def located(real, side, h, span):
+def located(floats, side, h, span):
     """Length within (0, h] of the step that ends where the least guard has just fallen; the step is taken.
 
     The guard is positive at 0 and fallen at h. Regula falsi on repeated steps (Illinois: an end that stays twice counts
@@ -75,16 +75,16 @@ def located(real, side, h, span):
     """
     low, high = 0.0, h
     moved = 0  # +1, -1: the end that moved last, low or high
-    above = least_guard(real, STATE, real[VELOCITY], real[LOAD], side)[0]
-    below = guard_after(real, side, h)
+    above = least_guard(floats, STATE, floats[VELOCITY], floats[LOAD], side)[0]
+    below = guard_after(floats, side, h)
     within = LOCATED * span
     for i in range(200):
         if not (high - low > within):
             break
         x = low + (high - low) * above / (above - below) if i % 4 < 3 else 0.5 * (low + high)
         x = min(high - 0.4 * within, max(low + 0.4 * within, x))
-        attempt(real, side, x)
-        value = guard_after(real, side, x)
+        attempt(floats, side, x)
+        value = guard_after(floats, side, x)
         if value > 0.0:
             low, above = x, value
             if moved == 1:
@@ -95,86 +95,88 @@ def located(real, side, h, span):
             if moved == -1:
                 above *= 0.5
             moved = -1
-    attempt(real, side, high)
+    attempt(floats, side, high)
     return high
 
 
-def leaps(real):
+def leaps(floats):
     """Whether a state changes by so much that a sharp function of it could hide between the stages of the step."""
     farthest = 0.0
     for i in range(MOVING):
-        farthest = max(farthest, abs(real[NEW + i] - real[STATE + i]) * real[INVERSE_SCALE + i])
-    return farthest > real[LEAP]
+        farthest = max(farthest, abs(floats[NEW + i] - floats[STATE + i]) * floats[INVERSE_SCALE + i])
+    return farthest > floats[LEAP]
 
 
-def stretch(real, whole, side, span, longest, v1, w1):
+def stretch(floats, ints, side, span, longest, v1, w1):
     """Follow the law over a time `span` on one side, to velocity v1 and load w1, by steps no longer than `longest`."""
-    v0, w0 = real[VELOCITY], real[LOAD]
-    real[VELOCITY_RATE] = (v1 - v0) / span
-    real[LOAD_RATE] = (w1 - w0) / span
+    v0, w0 = floats[VELOCITY], floats[LOAD]
+    floats[VELOCITY_RATE] = (v1 - v0) / span
+    floats[LOAD_RATE] = (w1 - w0) / span
     s = 0.0
     if GUARDS > 0:
-        switch_fallen(real, whole, side)
-    while whole[STATUS] == RUNNING:
+        switch_fallen(floats, ints, side)
+    while ints[STATUS] == RUNNING:
         remaining = span - s
-        h = min(real[STEP], longest)
+        h = min(floats[STEP], longest)
         if h >= remaining:
             h = remaining
         elif 2.0 * h > remaining:
             h = 0.5 * remaining
-        error = attempt(real, side, h)
-        if SHARP_INTERNAL and leaps(real):
+        error = attempt(floats, side, h)
+        if SHARP_INTERNAL and leaps(floats):
             error = max(error, LEAPT)
         if not (error <= 1.0):
-            whole[REFUSED] += 1
-            real[STEP] = h * max(0.1, 0.9 * error**EXPONENT)
-            if not (real[STEP] >= SHORTEST * span):
-                whole[STATUS] = STEP_UNDERFLOW if error < math.inf else NOT_FINITE
+            ints[REFUSED] += 1
+            floats[STEP] = h * max(0.1, 0.9 * error**EXPONENT)
+            if not (floats[STEP] >= SHORTEST * span):
+                ints[STATUS] = STEP_UNDERFLOW if error < math.inf else NOT_FINITE
             continue
-        whole[STEPS] += 1
-        if whole[STEPS] > whole[STEP_LIMIT]:
-            whole[STATUS] = TOO_MANY_STEPS
+        ints[STEPS] += 1
+        if ints[STEPS] > ints[STEP_LIMIT]:
+            ints[STATUS] = TOO_MANY_STEPS
         if h < span or error > 0.5:
             proposed = h * min(6.0, 0.9 * max(error, 1e-10) ** EXPONENT)
-            if h == real[STEP] or error > 0.5 or proposed > real[STEP]:  # else it was not the error that cut the step
-                real[STEP] = proposed
+            if (
+                h == floats[STEP] or error > 0.5 or proposed > floats[STEP]
+            ):  # else it was not the error that cut the step
+                floats[STEP] = proposed
         fallen = False
         if GUARDS > 0:
-            fallen = not (guard_after(real, side, h) > 0.0)
+            fallen = not (guard_after(floats, side, h) > 0.0)
             if fallen:
-                h = located(real, side, h, span)
+                h = located(floats, side, h, span)
         for i in range(STATES):
-            real[STATE + i] = real[NEW + i]
+            floats[STATE + i] = floats[NEW + i]
         if h == remaining:
-            real[VELOCITY], real[LOAD] = v1, w1
+            floats[VELOCITY], floats[LOAD] = v1, w1
         else:
             s += h
-            real[VELOCITY], real[LOAD] = v0 + s * real[VELOCITY_RATE], w0 + s * real[LOAD_RATE]
+            floats[VELOCITY], floats[LOAD] = v0 + s * floats[VELOCITY_RATE], w0 + s * floats[LOAD_RATE]
         if fallen:
-            switch_fallen(real, whole, side)
+            switch_fallen(floats, ints, side)
         if h == remaining:
             return
 
 
-def cover(real, whole, side, span, v1, w1):
+def cover(floats, ints, side, span, v1, w1):
     """Follow the law over a time `span` on one side, to velocity v1 and load w1.
 
     Where the contact passes the speed below which friction drops, the time is cut: a long step from rest to far beyond
     would have no stage where friction changes, and not see it. Below that speed steps are bounded for the same reason.
     """
-    visible, v0, end = real[VISIBLE_SPEED], side * real[VELOCITY], side * v1
+    visible, v0, end = floats[VISIBLE_SPEED], side * floats[VELOCITY], side * v1
     change = abs(end - v0)
     if change <= RESOLVED * visible or min(v0, end) >= visible:
-        stretch(real, whole, side, span, math.inf, v1, w1)
+        stretch(floats, ints, side, span, math.inf, v1, w1)
         return
     longest = RESOLVED * visible / change * span
     share = (visible - v0) / (end - v0)
     if not (0.0 < share < 1.0):
-        stretch(real, whole, side, span, longest, v1, w1)
+        stretch(floats, ints, side, span, longest, v1, w1)
         return
-    w = real[LOAD] + share * (w1 - real[LOAD])
-    stretch(real, whole, side, share * span, longest if v0 < end else math.inf, side * visible, w)
-    stretch(real, whole, side, span - share * span, math.inf if v0 < end else longest, v1, w1)
+    w = floats[LOAD] + share * (w1 - floats[LOAD])
+    stretch(floats, ints, side, share * span, longest if v0 < end else math.inf, side * visible, w)
+    stretch(floats, ints, side, span - share * span, math.inf if v0 < end else longest, v1, w1)
 
 
 def sign(v):
@@ -184,60 +186,60 @@ def sign(v):
     return -1.0 if v < 0.0 else 0.0
 
 
-def first_side(tape, samples):
+def first_side(trace, samples):
     """Side of the first motion; +1 where there is none."""
     for i in range(samples):
-        side = sign(tape[samples + i])
+        side = sign(trace[samples + i])
         if side != 0.0:
             return side
     return 1.0
 
 
-def write(real, whole, tape, i, value):
-    """Put the force and the internal states of sample i on the tape."""
-    tape[whole[FORCE_START] + i] = value
-    start = whole[INTERNAL_START]
+def write(floats, ints, trace, i, value):
+    """Put the force and the internal states of sample i on the trace."""
+    trace[ints[FORCE_START] + i] = value
+    start = ints[INTERNAL_START]
     if start >= 0:
         for j in range(STATES):
-            tape[start + i * STATES + j] = real[STATE + j]
+            trace[start + i * STATES + j] = floats[STATE + j]
 
 
-def follow(real, whole, tape, samples):
+def follow(floats, ints, trace, samples):
     """Follow the law through all samples, from the states at STATE; returns the number of samples completed."""
-    side = first_side(tape, samples)
-    freeze(real, side)
+    side = first_side(trace, samples)
+    freeze(floats, side)
     moved = not SET_VALUED
-    real[VELOCITY], real[LOAD] = tape[samples], tape[2 * samples]
+    floats[VELOCITY], floats[LOAD] = trace[samples], trace[2 * samples]
     if GUARDS > 0:
-        switch_fallen(real, whole, side)
+        switch_fallen(floats, ints, side)
     for i in range(samples):
         if i > 0:
-            whole[JUMPS] = 0
-            span = tape[i] - tape[i - 1]
-            v0, w0 = tape[samples + i - 1], tape[2 * samples + i - 1]
-            v1, w1 = tape[samples + i], tape[2 * samples + i]
+            ints[JUMPS] = 0
+            span = trace[i] - trace[i - 1]
+            v0, w0 = trace[samples + i - 1], trace[2 * samples + i - 1]
+            v1, w1 = trace[samples + i], trace[2 * samples + i]
             before, after = sign(v0), sign(v1)
             if before * after < 0.0:  # it turns within the interval
                 share = v0 / (v0 - v1)
                 if share > 0.0:
-                    cover(real, whole, side, share * span, 0.0, w0 + share * (w1 - w0))
-                real[VELOCITY] = 0.0
+                    cover(floats, ints, side, share * span, 0.0, w0 + share * (w1 - w0))
+                floats[VELOCITY] = 0.0
                 span *= 1.0 - share
             present = after if after != 0.0 else before
             if present * side < 0.0:
                 side = present
-                freeze(real, side)
-                reverse(real, STATE, real[LOAD], side)
+                freeze(floats, side)
+                reverse(floats, STATE, floats[LOAD], side)
             if span > 0.0:
-                cover(real, whole, side, span, v1, w1)
-            real[VELOCITY], real[LOAD] = v1, w1
-        if whole[STATUS] != RUNNING:
+                cover(floats, ints, side, span, v1, w1)
+            floats[VELOCITY], floats[LOAD] = v1, w1
+        if ints[STATUS] != RUNNING:
             return i
-        moved = moved or real[VELOCITY] != 0.0
-        value = force(real, STATE, real[VELOCITY], real[LOAD], side) if moved else 0.0
+        moved = moved or floats[VELOCITY] != 0.0
+        value = force(floats, STATE, floats[VELOCITY], floats[LOAD], side) if moved else 0.0
         if not (abs(value) <= 1e300):
-            whole[STATUS] = NOT_FINITE
+            ints[STATUS] = NOT_FINITE
             return i
-        write(real, whole, tape, i, value)
-    whole[STATUS] = DONE
+        write(floats, ints, trace, i, value)
+    ints[STATUS] = DONE
     return samples

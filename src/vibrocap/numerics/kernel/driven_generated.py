@@ -9,36 +9,36 @@ MOVING = 1  # how many states move
 SET_VALUED = False
 SHARP_INTERNAL = False  # whether a sharp function depends on an internal state, see `resolution.py`
 
-STATUS = STEPS = REFUSED = STEP_LIMIT = JUMPS = FORCE_START = INTERNAL_START = 0  # places in `whole`
-PARAMETER = FROZEN = STATE = NEW = INVERSE_SCALE = 0  # places in `real`
+STATUS = STEPS = REFUSED = STEP_LIMIT = JUMPS = FORCE_START = INTERNAL_START = 0  # places in `ints`
+PARAMETER = FROZEN = STATE = NEW = INVERSE_SCALE = 0  # places in `floats`
 VELOCITY = LOAD = VELOCITY_RATE = LOAD_RATE = STEP = VISIBLE_SPEED = LEAP = 0
 
 
-def freeze(real, side):
+def freeze(floats, side):
     """Compute what depends on parameters and the side only, from PARAMETER to FROZEN."""
     raise NotImplementedError
 
 
-def attempt(real, side, h) -> float:
+def attempt(floats, side, h) -> float:
     """Step of length h from STATE to NEW, VELOCITY and LOAD changing at their rates; returns error over tolerance."""
     raise NotImplementedError
 
 
-def force(real, at, v, w, side) -> float:
-    """Friction force with the states at real[at:at + STATES], velocity v and load w."""
+def force(floats, at, v, w, side) -> float:
+    """Friction force with the states at floats[at:at + STATES], velocity v and load w."""
     raise NotImplementedError
 
 
-def least_guard(real, at, v, w, side) -> tuple:
+def least_guard(floats, at, v, w, side) -> tuple:
     """(value, number) of the guard that is least."""
     raise NotImplementedError
 
 
-def switch(real, at, which, v, w, side):
-    """Change the states at real[at:at + STATES] to those after guard `which` has fallen."""
+def switch(floats, at, which, v, w, side):
+    """Change the states at floats[at:at + STATES] to those after guard `which` has fallen."""
     raise NotImplementedError
 
 
-def reverse(real, at, w, side):
-    """Change the states at real[at:at + STATES] to those after the contact has turned to `side`."""
+def reverse(floats, at, w, side):
+    """Change the states at floats[at:at + STATES] to those after the contact has turned to `side`."""
     raise NotImplementedError

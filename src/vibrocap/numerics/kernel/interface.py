@@ -7,17 +7,17 @@ here; linking puts the definitions of the chosen module in their place.
 # How far the next step goes, and by which method.
 
 
-def chosen_step(real, whole, lane, remaining) -> float:
+def chosen_step(floats, ints, lane, remaining) -> float:
     """Length of the next step, no longer than `remaining`, with its series in memory."""
     raise NotImplementedError
 
 
-def polished_step(real, whole, lane, h, longest) -> tuple:
+def polished_step(floats, ints, lane, h, longest) -> tuple:
     """(event, length) of the step, made again where it has to be, that ends at the event found at h."""
     raise NotImplementedError
 
 
-def repeat_to(real, whole, lane, h) -> None:
+def repeat_to(floats, ints, lane, h) -> None:
     """Make the present step anew with length h where its series holds for its own length only."""
     raise NotImplementedError
 
@@ -25,32 +25,32 @@ def repeat_to(real, whole, lane, h) -> None:
 # The branches of the law on each side of rest, and the bounds of the equations.
 
 
-def within_bounds(real, whole, tape, lane) -> bool:
+def within_bounds(floats, ints, trace, lane) -> bool:
     """Whether the equations hold at the start of the step; if not, the run ends."""
     raise NotImplementedError
 
 
-def branch_holds(real, whole, tape, lane) -> bool:
+def branch_holds(floats, ints, trace, lane) -> bool:
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     raise NotImplementedError
 
 
-def first_switch(real, lane, event, h) -> tuple:
+def first_switch(floats, lane, event, h) -> tuple:
     """(event, instant): the event known so far, or that of a branch that ends before."""
     raise NotImplementedError
 
 
-def begin_branch(real, whole, tape, lane, which) -> None:
+def begin_branch(floats, ints, trace, lane, which) -> None:
     """Begin the branch that follows guard number `which`."""
     raise NotImplementedError
 
 
-def turned(real, lane) -> None:
+def turned(floats, lane) -> None:
     """Change what a reversal changes in the law, besides the side."""
     raise NotImplementedError
 
 
-def interpolated_guards(real, lane, h) -> None:
+def interpolated_guards(floats, lane, h) -> None:
     """Write the series of the branches' guards over an implicit step of length h."""
     raise NotImplementedError
 
@@ -58,17 +58,17 @@ def interpolated_guards(real, lane, h) -> None:
 # The corners of the drive.
 
 
-def begin_drive(real, whole, tape, lane, run) -> None:
+def begin_drive(floats, ints, trace, lane, run) -> None:
     """A run begins on a lane, which stands at its time."""
     raise NotImplementedError
 
 
-def at_corner(real, whole, tape, lane) -> bool:
+def at_corner(floats, ints, trace, lane) -> bool:
     """Whether the lane, at the end of a step to UNTIL, stands at a corner within the period; then it is turned."""
     raise NotImplementedError
 
 
-def begin_drive_period(real, whole, tape, lane) -> None:
+def begin_drive_period(floats, ints, trace, lane) -> None:
     """A period begins, at time 0."""
     raise NotImplementedError
 
@@ -76,22 +76,22 @@ def begin_drive_period(real, whole, tape, lane) -> None:
 # The tangent of the motion.
 
 
-def tangent_waits(whole, lane) -> bool:
+def tangent_waits(ints, lane) -> bool:
     """Whether the tangent has yet to enter the present piece."""
     raise NotImplementedError
 
 
-def leave_piece(real, whole, lane, event, h) -> None:
+def leave_piece(floats, ints, lane, event, h) -> None:
     """At an event, at time h of the series: the tangent becomes the change of the state at the event."""
     raise NotImplementedError
 
 
-def enter_piece(real, whole, lane) -> None:
+def enter_piece(floats, ints, lane) -> None:
     """A piece begins, whose series stands in memory: the change at the event becomes one at one time."""
     raise NotImplementedError
 
 
-def tangents_wait(whole, plain):
+def tangents_wait(ints, plain):
     """Of all lanes: those of `plain` whose tangent does not wait."""
     raise NotImplementedError
 
@@ -99,39 +99,39 @@ def tangents_wait(whole, plain):
 # What is kept of a motion.
 
 
-def has_room(real, whole, tape, lane) -> bool:
+def has_room(floats, ints, trace, lane) -> bool:
     """Whether one more step can be kept; if not, the lane waits."""
     raise NotImplementedError
 
 
-def on_piece(real, whole, tape, lane, h) -> None:
+def on_piece(floats, ints, trace, lane, h) -> None:
     """After a step of length h, whose series is in memory."""
     raise NotImplementedError
 
 
-def on_event(real, whole, tape, lane, kind, s) -> None:
+def on_event(floats, ints, trace, lane, kind, s) -> None:
     """At an event of this kind, s after the start of the present step."""
     raise NotImplementedError
 
 
-def on_jump(real, whole, lane, gained) -> None:
+def on_jump(floats, ints, lane, gained) -> None:
     """At an impact, which changes the energy of the machine at one instant."""
     raise NotImplementedError
 
 
-def on_period(real, whole, tape, lane) -> None:
+def on_period(floats, ints, trace, lane) -> None:
     """At the start of a run and at the end of each whole period."""
     raise NotImplementedError
 
 
-def fitting_point(real, whole, lane, s, point) -> None:
-    """Move the state at real[point:point + STATES], that of the series at time s, to where the law is asked."""
+def fitting_point(floats, ints, lane, s, point) -> None:
+    """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
     raise NotImplementedError
 
 
 # The loop over the lanes.
 
 
-def advance(real, whole, tape, rounds) -> None:
+def advance(floats, ints, trace, rounds) -> None:
     """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
     raise NotImplementedError

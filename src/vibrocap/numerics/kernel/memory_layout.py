@@ -1,8 +1,8 @@
-"""The memory of a run: what each lane carries from step to step, and the tape on which a motion is recorded.
+"""The memory of a run: what each lane carries from step to step, and the trace on which a motion is recorded.
 
-A kernel gets three flat arrays, since every further one costs at each call: `real` and `whole` hold the lanes, item i
-of an entry at `ENTRY + i * LANES + lane`; `tape` holds what is recorded, or the runs of an ensemble with their results.
-The places are constants of the linked kernel.
+A kernel gets three flat arrays, since every further one costs at each call: `floats` and `ints` hold the lanes, item i
+of an entry at `ENTRY + i * LANES + lane`; `trace` what is recorded, or the runs of an ensemble with their results. The
+places are constants of the linked kernel.
 """
 
 import dataclasses
@@ -12,8 +12,8 @@ import numpy as np
 
 from vibrocap.numerics.kernel.codes import WORD_PLACES
 
-# Entries of `whole`, one number per lane each.
-WHOLE = (
+# Entries of `ints`, one number per lane each.
+INT_ENTRIES = (
     "STATUS",
     "PERIOD_COUNT",  # whole periods completed
     "WHOLE_PERIODS",  # periods to run
@@ -27,14 +27,14 @@ WHOLE = (
     "EVENT_LIMIT",  # most events allowed in a period
     "IDLE",  # decisions in a row that did not advance time
     "PENDING",  # 1: the tangent has left a piece and not begun the next one
-    "PIECES",  # written to the tape
+    "PIECES",  # written to the trace
     "PIECE_LIMIT",
-    "RECORDED_EVENTS",  # written to the tape
+    "RECORDED_EVENTS",  # written to the trace
     "RECORDED_EVENT_LIMIT",
-    "PIECE_START",  # place of the first piece on the tape
-    "RECORDED_EVENT_START",  # place of the first event on the tape
+    "PIECE_START",  # place of the first piece on the trace
+    "RECORDED_EVENT_START",  # place of the first event on the trace
     # of an ensemble only
-    "RUN",  # which run of the tape the lane is on; -1: none
+    "RUN",  # which run of the trace the lane is on; -1: none
     "STEP_LIMIT",
     "WINDOW",  # periods over which is measured where nothing settles
     "WINDOW_START",  # period at which measuring began; -1: not yet
@@ -42,20 +42,20 @@ WHOLE = (
     "SINCE",  # period from which on it was settled
     "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
     "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
-    "RESULT_START",  # place of the first result on the tape
-    "NEXT_RUN",  # first run of the tape that no lane has begun
+    "RESULT_START",  # place of the first result on the trace
+    "NEXT_RUN",  # first run of the trace that no lane has begun
     "LAST_RUN",  # end of the runs to begin
     "MORE",  # 1: come back for more runs as soon as a lane is free
     # of drives with corners only
     "SEGMENT",  # present one of the drive
     "CYCLE",  # whole periods of the drive since the period of the run began
-    "TABLE",  # place of the run's table of segments on the tape
+    "TABLE",  # place of the run's table of segments on the trace
     "SEGMENT_COUNT",  # of a table (of lane 0, for all lanes, like all below)
-    "TABLE_START",  # place of the first table on the tape
+    "TABLE_START",  # place of the first table on the trace
     "TABLE_STRIDE",  # from the table of a run to that of the next; 0: one serves all runs
 )
-# Entries of `real`, one number per lane each unless sized in `Layout`.
-REAL = (
+# Entries of `floats`, one number per lane each unless sized in `Layout`.
+FLOAT_ENTRIES = (
     "TIME",  # since the start of the period
     "PERIOD",  # length of a period
     "HOLD_RATE",  # by which the last term of a holding force follows from the last but two, see `taylor.taylor_step`
@@ -88,8 +88,8 @@ REAL = (
     "SERIES",  # [(rows + 4 + switches) * (order + 1)] coefficients of the present step
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
-PIECE_HEAD = 5  # a piece on the tape: period, time, length, side, method, then the coefficients of its series
-# The first numbers of a result of a run on the tape; its window ends with the run.
+PIECE_HEAD = 5  # a piece on the trace: period, time, length, side, method, then the coefficients of its series
+# The first numbers of a result of a run on the trace; its window ends with the run.
 RESULT_HEAD = (
     "status",
     "periods",  # completed
@@ -103,7 +103,7 @@ RESULT_HEAD = (
     "contact_residual",
 )
 RESULT_HEAD_SIZE = len(RESULT_HEAD)
-EVENT_HEAD = 3  # an event on the tape: period, time, kind, then states and integrals
+EVENT_HEAD = 3  # an event on the trace: period, time, kind, then states and integrals
 
 
 def gathered_entries(
@@ -172,7 +172,7 @@ class Layout:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Items per entry of `real` that have more than one."""
+        """Items per entry of `floats` that have more than one."""
         return {
             "STATE": self.rows,
             "PARAMETER": self.parameters,
@@ -208,40 +208,40 @@ class Layout:
 
     @property
     def piece_size(self) -> int:
-        """Numbers per piece on the tape."""
+        """Numbers per piece on the trace."""
         return PIECE_HEAD + self.rows * (self.order + 1)
 
     @property
     def event_size(self) -> int:
-        """Numbers per event on the tape."""
+        """Numbers per event on the trace."""
         return EVENT_HEAD + self.rows
 
     @property
     def run_size(self) -> int:
-        """Numbers per run of an ensemble on the tape: state, parameters, scales, time, period, side."""
+        """Numbers per run of an ensemble on the trace: state, parameters, scales, time, period, side."""
         return 2 * self.states + self.parameters + 3
 
     @property
     def result_size(self) -> int:
-        """Numbers per result of a run on the tape: RESULT_HEAD, states at the window's start and end, measured."""
+        """Numbers per result of a run on the trace: RESULT_HEAD, states at the window's start and end, measured."""
         return len(RESULT_HEAD) + 2 * self.states + self.measured
 
     @property
     def real_size(self) -> int:
-        """Numbers in `real`."""
+        """Numbers in `floats`."""
         return self.places["WORK"] + self.work_size
 
     @property
     def whole_size(self) -> int:
-        """Numbers in `whole`."""
-        return len(WHOLE) * self.lanes
+        """Numbers in `ints`."""
+        return len(INT_ENTRIES) * self.lanes
 
     @functools.cached_property
     def places(self) -> dict[str, int]:
-        """Offset of each entry of `whole` and of `real`."""
-        found = {name: i * self.lanes for i, name in enumerate(WHOLE)}
+        """Offset of each entry of `ints` and of `floats`."""
+        found = {name: i * self.lanes for i, name in enumerate(INT_ENTRIES)}
         place = 0
-        for name in REAL:
+        for name in FLOAT_ENTRIES:
             found[name] = place
             place += self.sizes.get(name, 1) * self.lanes
         place = found["MEASURED"]
@@ -251,7 +251,7 @@ class Layout:
         return found
 
     def allocated(self) -> tuple[np.ndarray, np.ndarray]:
-        """(real, whole) with everything zero."""
+        """(floats, ints) with everything zero."""
         return _aligned_zeros(self.real_size, np.float64), _aligned_zeros(self.whole_size, np.int64)
 
     def constants(self) -> dict[str, int]:

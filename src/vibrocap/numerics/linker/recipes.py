@@ -88,12 +88,12 @@ def ensemble_recipe(
 ) -> Recipe:
     """Many motions, of which measures are kept. tangent: whether each carries one along.
 
-    loop: "ensemble", one by one; "abreast", all lanes at once; "card", one by one on a thread of a graphics card;
+    loop: "ensemble", one by one; "simd", all lanes at once; "card", one by one on a thread of a graphics card;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, corners, tangent), point)
-    if loop == "abreast":
+    if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)
     if loop == "card":

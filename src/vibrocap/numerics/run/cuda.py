@@ -227,19 +227,19 @@ def _chunk_run(
 ) -> np.ndarray:
     """Results of runs that fit on the card, launch after launch."""
     count = len(runs)
-    real, whole = prepared_lanes(layout, budget, count, tables)
+    floats, ints = prepared_lanes(layout, budget, count, tables)
     blocks = -(-min(threads, count) // BLOCK)
     kept = 8 * blocks * BLOCK
     queue = np.array([0, count, 0], dtype=np.int64)
     results = np.empty((count, layout.result_size))
     sizes = (
         runs.nbytes + results.nbytes + tables.nbytes,
-        *(queue.nbytes, real.nbytes, whole.nbytes, kept * layout.places["WORK"], kept * len(whole)),
+        *(queue.nbytes, floats.nbytes, ints.nbytes, kept * layout.places["WORK"], kept * len(ints)),
     )
     with card.arrays(*sizes) as addresses:
-        tape, on_card, start_real, start_whole, *_ = addresses
-        table = tape + runs.nbytes + results.nbytes
-        sent = (tape, runs), (table, tables.ravel()), (start_real, real), (start_whole, whole)
+        trace, on_card, start_real, start_whole, *_ = addresses
+        table = trace + runs.nbytes + results.nbytes
+        sent = (trace, runs), (table, tables.ravel()), (start_real, floats), (start_whole, ints)
         for address, values in sent:
             if values.size:
                 card.send(address, values)
@@ -256,7 +256,7 @@ def _chunk_run(
                 break
             rounds = next_rounds(rounds, time.perf_counter() - began)
             fresh = 0
-        card.fetch(results, tape + runs.nbytes)
+        card.fetch(results, trace + runs.nbytes)
     return results
 
 

@@ -61,8 +61,8 @@ def driven_runs(
     layout, follow = driven_kernel(equations, plain)
     place, (runs, states), samples = layout.places, internal.shape, signals.shape[1]
     kept = states if keep_internal else 0
-    tape = np.full((3 + runs * (1 + kept)) * samples, np.nan)
-    tape[: 3 * samples] = signals.ravel()
+    trace = np.full((3 + runs * (1 + kept)) * samples, np.nan)
+    trace[: 3 * samples] = signals.ravel()
     order = np.array(equations.order, dtype=int)
     load = float(signals[2].max())
     inverse_scales = _inverse_scales(equations, parameters, load, tolerance)
@@ -70,20 +70,20 @@ def driven_runs(
     status, steps, refused = (np.zeros(runs, dtype=np.int64) for _ in range(3))
 
     def run(i: int) -> None:
-        real, whole = layout.allocated()
-        real[place["PARAMETER"] :][: parameters.shape[1]] = parameters[i]
-        real[place["STATE"] + order] = internal[i]
-        real[place["INVERSE_SCALE"] :][:states] = inverse_scales[:, i]
-        real[place["STEP"]], real[place["VISIBLE_SPEED"]] = np.inf, visible[i]
-        real[place["LEAP"]] = LEAP / tolerance
-        whole[place["STEP_LIMIT"]] = STEPS_PER_SAMPLE * samples
-        whole[place["FORCE_START"]] = (3 + i) * samples
-        whole[place["INTERNAL_START"]] = (3 + runs + i * kept) * samples if kept else -1
-        follow(real, whole, tape, samples)
-        status[i], steps[i], refused[i] = (whole[place[name]] for name in ("STATUS", "STEPS", "REFUSED"))
+        floats, ints = layout.allocated()
+        floats[place["PARAMETER"] :][: parameters.shape[1]] = parameters[i]
+        floats[place["STATE"] + order] = internal[i]
+        floats[place["INVERSE_SCALE"] :][:states] = inverse_scales[:, i]
+        floats[place["STEP"]], floats[place["VISIBLE_SPEED"]] = np.inf, visible[i]
+        floats[place["LEAP"]] = LEAP / tolerance
+        ints[place["STEP_LIMIT"]] = STEPS_PER_SAMPLE * samples
+        ints[place["FORCE_START"]] = (3 + i) * samples
+        ints[place["INTERNAL_START"]] = (3 + runs + i * kept) * samples if kept else -1
+        follow(floats, ints, trace, samples)
+        status[i], steps[i], refused[i] = (ints[place[name]] for name in ("STATUS", "STEPS", "REFUSED"))
 
     _over_threads(run, runs, threads)
-    force, rest = tape[3 * samples :][: runs * samples], tape[(3 + runs) * samples :]
+    force, rest = trace[3 * samples :][: runs * samples], trace[(3 + runs) * samples :]
     return DrivenRuns(
         force=force.reshape(runs, samples),
         internal=rest.reshape(runs, samples, states)[:, :, order] if kept else None,

@@ -1,4 +1,4 @@
-"""Runs the kernel for many motions: side by side in lanes, over threads, a measure or two of each instead of a tape."""
+"""Runs the kernel for many motions: side by side in lanes, over threads, a few measures of each, not a trace."""
 
 import dataclasses
 import functools
@@ -66,7 +66,7 @@ def ensemble_source(
     integrands: with functions of one's own, which a kernel of their own gathers; by default the standard ones
     loop: "card" for a thread of a graphics card, "browser" for a page; else as the lanes say, see `ensemble_recipe`
     """
-    loop = loop or ("ensemble" if lanes == 1 else "abreast")
+    loop = loop or ("ensemble" if lanes == 1 else "simd")
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     own_switches = len(equations.switches) - equations.law_switches
@@ -110,10 +110,10 @@ def ensemble_run(
     count = len(initial)
     tables = drive_tables(equations, parameters)
     results_end = count * (layout.run_size + layout.result_size)
-    tape = np.empty(results_end + tables.size)
-    runs = tape[: count * layout.run_size].reshape(count, -1)
+    trace = np.empty(results_end + tables.size)
+    runs = trace[: count * layout.run_size].reshape(count, -1)
     write_runs(runs, equations, parameters, initial, start)
-    tape[results_end:] = tables.ravel()
+    trace[results_end:] = tables.ravel()
     if mark_distance is not None:
         runs[:, -2] = mark_distance
     workers = max(1, min(threads or available_threads(), -(-count // layout.lanes)))
@@ -132,26 +132,26 @@ def ensemble_run(
         return start, end
 
     def work(stop: threading.Event) -> None:
-        real, whole = prepared_lanes(layout, budget, count, tables)
+        floats, ints = prepared_lanes(layout, budget, count, tables)
         place = layout.places
-        whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]] = next_block()
+        ints[place["NEXT_RUN"]], ints[place["LAST_RUN"]] = next_block()
         while not stop.is_set():
-            running = advance(real, whole, tape, TURNS)
+            running = advance(floats, ints, trace, TURNS)
             if not running:
                 return
-            if whole[place["MORE"]] and whole[place["NEXT_RUN"]] >= whole[place["LAST_RUN"]]:
+            if ints[place["MORE"]] and ints[place["NEXT_RUN"]] >= ints[place["LAST_RUN"]]:
                 start, end = next_block()
-                whole[place["NEXT_RUN"]], whole[place["LAST_RUN"]], whole[place["MORE"]] = start, end, start < end
+                ints[place["NEXT_RUN"]], ints[place["LAST_RUN"]], ints[place["MORE"]] = start, end, start < end
 
     share(work, workers)
-    return RunResults(layout, tape[count * layout.run_size : results_end].reshape(count, -1))
+    return RunResults(layout, trace[count * layout.run_size : results_end].reshape(count, -1))
 
 
 def prepared_lanes(
     layout: Layout, budget: Budget, count: int, tables: np.ndarray = NO_TABLES
 ) -> tuple[np.ndarray, np.ndarray]:
     """The memory of the lanes of one thread, all of them free; tables: as of `drive_tables`, behind the results."""
-    real, whole = layout.allocated()
+    floats, ints = layout.allocated()
     for name, value in (
         ("STATUS", codes.DONE),
         ("RUN", -1),
@@ -159,7 +159,7 @@ def prepared_lanes(
         ("STEP_LIMIT", budget.max_steps),
         ("WINDOW", budget.window),
     ):
-        whole[layout.places[name] :][: layout.lanes] = value
+        ints[layout.places[name] :][: layout.lanes] = value
     for name, value in (
         ("PERIOD_BUDGET", budget.periods),
         ("ASKED", budget.asked),
@@ -169,15 +169,15 @@ def prepared_lanes(
         ("SEGMENT_COUNT", tables.shape[1]),
         ("MORE", 1),
     ):
-        whole[layout.places[name]] = value
+        ints[layout.places[name]] = value
     for name, value in (
         ("TOLERANCE", budget.tolerance),
         ("THRESHOLD", budget.threshold),
         ("SCALE", 1.0),  # free lanes are computed along with the others
         ("PERIOD", 1.0),
     ):
-        real[layout.places[name] :][: layout.lanes] = value
-    return real, whole
+        floats[layout.places[name] :][: layout.lanes] = value
+    return floats, ints
 
 
 def drive_tables(equations: Any, parameters: np.ndarray) -> np.ndarray:

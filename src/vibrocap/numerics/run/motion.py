@@ -1,4 +1,4 @@
-"""Runs the kernel for one motion and returns its tape as arrays."""
+"""Runs the kernel for one motion and returns its trace as arrays."""
 
 import dataclasses
 import functools
@@ -17,7 +17,7 @@ from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_
 from vibrocap.numerics.linker.recipes import motion_recipe
 from vibrocap.resources import check_memory
 
-ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the tape
+ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the trace
 EVENT_ROOM = 2_000
 PIECE_ROOM = 20_000
 
@@ -130,78 +130,78 @@ def recorded_run(
     order = series_order(tolerance) if order is None else order
     layout, advance = kernel(equations, order, plain, literal)
     place, rows = layout.places, layout.rows
-    real, whole = layout.allocated()
+    floats, ints = layout.allocated()
     marks = phase + periods  # of the drive, at the end
     whole_periods = int(np.floor(marks + 1e-12))
-    _fill(real, place["STATE"], initial)
-    _fill(real, place["PARAMETER"], parameters)
+    _fill(floats, place["STATE"], initial)
+    _fill(floats, place["PARAMETER"], parameters)
     scales = evaluate(equations.scales, 0.0, initial, 1.0, parameters)
-    _fill(real, place["SCALE"], scales)
-    real[place["UNSAFE_SPEED"]] = real[place["FAR_SPEED"]] = np.inf
-    real[place["PERIOD"]] = period
-    real[place["TIME"]] = phase * period
-    real[place["HOLD_RATE"]] = hold_rate(period, order)
-    real[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
-    real[place["TOLERANCE"]] = tolerance
-    whole[place["WHOLE_PERIODS"]] = whole_periods
-    whole[place["EVENT_LIMIT"]] = max_events_per_period
-    whole[place["STEP_LIMIT"]] = max_steps
+    _fill(floats, place["SCALE"], scales)
+    floats[place["UNSAFE_SPEED"]] = floats[place["FAR_SPEED"]] = np.inf
+    floats[place["PERIOD"]] = period
+    floats[place["TIME"]] = phase * period
+    floats[place["HOLD_RATE"]] = hold_rate(period, order)
+    floats[place["TAIL"]] = max(0.0, (marks - whole_periods) * period) if marks - whole_periods > 1e-12 else 0.0
+    floats[place["TOLERANCE"]] = tolerance
+    ints[place["WHOLE_PERIODS"]] = whole_periods
+    ints[place["EVENT_LIMIT"]] = max_events_per_period
+    ints[place["STEP_LIMIT"]] = max_steps
     table = np.empty((0, 0))
     if equations.corners is not None:
-        table = _start_drive(equations.corners, real, whole, place, parameters)
-        parameters = real[place["PARAMETER"] : place["PARAMETER"] + len(parameters)].tolist()
-    _start_contact(equations, real, whole, place, initial, parameters)
-    whole_tape = 8.0 * whole_periods * rows
-    check_memory(whole_tape + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
+        table = _start_drive(equations.corners, floats, ints, place, parameters)
+        parameters = floats[place["PARAMETER"] : place["PARAMETER"] + len(parameters)].tolist()
+    _start_contact(equations, floats, ints, place, initial, parameters)
+    whole_trace = 8.0 * whole_periods * rows
+    check_memory(whole_trace + keep_pieces * FEWEST_PIECES * periods * 8.0 * layout.piece_size)
     piece_room = int(min(PIECE_ROOM, 250 * periods + 200))
     event_start = (whole_periods + 1) * rows
     piece_start = event_start + EVENT_ROOM * layout.event_size
     table_start = piece_start + piece_room * layout.piece_size
-    tape = np.empty(table_start + table.size)
-    tape[table_start:] = table.ravel()
-    whole[place["TABLE"]] = table_start
-    tape[:rows] = real[place["STATE"] : place["STATE"] + rows]
-    whole[place["RECORDED_EVENT_START"]], whole[place["RECORDED_EVENT_LIMIT"]] = event_start, EVENT_ROOM
-    whole[place["PIECE_START"]], whole[place["PIECE_LIMIT"]] = piece_start, piece_room
+    trace = np.empty(table_start + table.size)
+    trace[table_start:] = table.ravel()
+    ints[place["TABLE"]] = table_start
+    trace[:rows] = floats[place["STATE"] : place["STATE"] + rows]
+    ints[place["RECORDED_EVENT_START"]], ints[place["RECORDED_EVENT_LIMIT"]] = event_start, EVENT_ROOM
+    ints[place["PIECE_START"]], ints[place["PIECE_LIMIT"]] = piece_start, piece_room
 
     pieces, events = [], []
     status = codes.RUNNING
     while status == codes.RUNNING:
-        advance(real, whole, tape, ROUNDS)
-        status = int(whole[place["STATUS"]])
-        full = status == codes.TAPE_FULL
+        advance(floats, ints, trace, ROUNDS)
+        status = int(ints[place["STATUS"]])
+        full = status == codes.TRACE_FULL
         if status != codes.RUNNING or not keep_pieces:
-            if keep_pieces:  # a tape that is used again is copied
-                pieces.append(_cut(tape, piece_start, whole[place["PIECES"]], layout.piece_size, full))
-                events.append(_cut(tape, event_start, whole[place["RECORDED_EVENTS"]], layout.event_size, full))
-            whole[place["PIECES"]] = whole[place["RECORDED_EVENTS"]] = 0
+            if keep_pieces:  # a trace that is used again is copied
+                pieces.append(_cut(trace, piece_start, ints[place["PIECES"]], layout.piece_size, full))
+                events.append(_cut(trace, event_start, ints[place["RECORDED_EVENTS"]], layout.event_size, full))
+            ints[place["PIECES"]] = ints[place["RECORDED_EVENTS"]] = 0
         if full:
-            whole[place["STATUS"]] = status = codes.RUNNING
-            share = (whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period) / periods
+            ints[place["STATUS"]] = status = codes.RUNNING
+            share = (ints[place["PERIOD_COUNT"]] + floats[place["TIME"]] / period) / periods
             held = sum(part.nbytes for part in pieces) + sum(part.nbytes for part in events)
             if pieces and share > 0.0:  # to be joined in the end, which takes the same again
                 check_memory(held * (2.0 / share - 1.0), held)  # a motion may begin with very many short steps
         if progress is not None:
-            progress((whole[place["PERIOD_COUNT"]] + real[place["TIME"]] / period - phase) / periods)
-    completed = int(whole[place["PERIOD_COUNT"]])
+            progress((ints[place["PERIOD_COUNT"]] + floats[place["TIME"]] / period - phase) / periods)
+    completed = int(ints[place["PERIOD_COUNT"]])
     return Recorded(
         status=status,
         pieces=_joined(pieces, layout.piece_size),
         events=_joined(events, layout.event_size),
-        sections=tape[: (completed + 1) * rows].reshape(-1, rows).copy(),
-        final=real[place["STATE"] : place["STATE"] + rows].copy(),
-        contact_residual=float(real[place["CONTACT_RESIDUAL"]]),
-        taylor_steps=int(whole[place["TAYLOR_STEPS"]]),
-        implicit_steps=int(whole[place["IMPLICIT_STEPS"]]),
+        sections=trace[: (completed + 1) * rows].reshape(-1, rows).copy(),
+        final=floats[place["STATE"] : place["STATE"] + rows].copy(),
+        contact_residual=float(floats[place["CONTACT_RESIDUAL"]]),
+        taylor_steps=int(ints[place["TAYLOR_STEPS"]]),
+        implicit_steps=int(ints[place["IMPLICIT_STEPS"]]),
     )
 
 
-def _fill(real: np.ndarray, start: int, values: Any) -> None:
-    real[start : start + len(values)] = values
+def _fill(floats: np.ndarray, start: int, values: Any) -> None:
+    floats[start : start + len(values)] = values
 
 
-def _cut(tape: np.ndarray, start: int, count: int, size: int, copy: bool) -> np.ndarray:
-    part = tape[start : start + count * size].reshape(-1, size)
+def _cut(trace: np.ndarray, start: int, count: int, size: int, copy: bool) -> np.ndarray:
+    part = trace[start : start + count * size].reshape(-1, size)
     return part.copy() if copy else part
 
 
@@ -212,26 +212,26 @@ def _joined(parts: list[np.ndarray], size: int) -> np.ndarray:
 
 
 def _start_drive(
-    corners: Any, real: np.ndarray, whole: np.ndarray, place: dict, parameters: Sequence[float]
+    corners: Any, floats: np.ndarray, ints: np.ndarray, place: dict, parameters: Sequence[float]
 ) -> np.ndarray:
     """Put the segment of the drive that holds at the start in place; the table of all."""
-    start, period = real[place["TIME"]], real[place["PERIOD"]]
+    start, period = floats[place["TIME"]], floats[place["PERIOD"]]
     tables, periods = corners.of_one(tuple(parameters))
     (number,), present = corners.present(tables, periods, np.array([start]))
-    _fill(real, place["PARAMETER"] + corners.place, present[:, 0])
-    whole[place["SEGMENT"]], whole[place["SEGMENT_COUNT"]] = number, tables.shape[1]
+    _fill(floats, place["PARAMETER"] + corners.place, present[:, 0])
+    ints[place["SEGMENT"]], ints[place["SEGMENT_COUNT"]] = number, tables.shape[1]
     last = number == tables.shape[1] - 1
-    real[place["UNTIL"]] = period if last else min(tables[0, number, 0] * periods[0], period)
+    floats[place["UNTIL"]] = period if last else min(tables[0, number, 0] * periods[0], period)
     return tables[0]
 
 
-def _start_contact(equations: Any, real: Any, whole: Any, place: dict, initial: Any, parameters: Any) -> None:
+def _start_contact(equations: Any, floats: Any, ints: Any, place: dict, initial: Any, parameters: Any) -> None:
     """Side at the start: that of the velocity; at rest, the kernel decides."""
-    velocity = evaluate([equations.contact_velocity], real[place["TIME"]], initial, 1.0, parameters)[0]
+    velocity = evaluate([equations.contact_velocity], floats[place["TIME"]], initial, 1.0, parameters)[0]
     if velocity != 0.0:
-        real[place["SIDE"]] = 1.0 if velocity > 0.0 else -1.0
+        floats[place["SIDE"]] = 1.0 if velocity > 0.0 else -1.0
     elif equations.hold is not None:
-        whole[place["ARRIVING"]] = 1
+        ints[place["ARRIVING"]] = 1
     else:
-        real[place["SIDE"]] = 1.0
-        whole[place["ZEROS"]] = 1
+        floats[place["SIDE"]] = 1.0
+        ints[place["ZEROS"]] = 1

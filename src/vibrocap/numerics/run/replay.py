@@ -32,14 +32,14 @@ def replayed(
     switch_times: when each guard of the machine fell to zero
     """
     layout, kernel = _hooks(equations, motion.coefficients.shape[2] - 1, integrands)
-    real, whole = layout.allocated()
+    floats, ints = layout.allocated()
     tables = drive_tables(equations, np.array([parameters]))
-    tape = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
+    trace = np.concatenate((np.zeros(layout.result_size), tables.ravel()))
     place = layout.places
     states, length = layout.states, layout.order + 1
 
     def fill(entry: str, given: Any) -> None:
-        real[place[entry] : place[entry] + np.size(given)] = given
+        floats[place[entry] : place[entry] + np.size(given)] = given
 
     fill("PARAMETER", parameters)
     fill("SCALE", evaluate(equations.scales, 0.0, motion.sections[0], 1.0, parameters))
@@ -56,42 +56,42 @@ def replayed(
         ("TABLE_START", layout.result_size),
         ("SEGMENT_COUNT", tables.shape[1]),
     ):
-        whole[place[entry]] = number
-    kernel["begin_drive"](real, whole, tape, 0, 0)
-    kernel["on_period"](real, whole, tape, 0)
+        ints[place[entry]] = number
+    kernel["begin_drive"](floats, ints, trace, 0, 0)
+    kernel["on_period"](floats, ints, trace, 0)
     methods = motion.piece_implicit.astype(int).tolist()
     jumps = [*motion.piece_jumps, 0.0] if equations.impact >= 0 else [0.0] * len(methods)  # at the end of each piece
     lengths, sides = motion.piece_length.tolist(), motion.piece_side.tolist()
     pieces = zip(lengths, sides, methods, jumps, motion.coefficients, strict=True)
     count, budget, time, until = place["PERIOD_COUNT"], place["WHOLE_PERIODS"], place["TIME"], kernel["UNTIL"]
-    while whole[count] < whole[budget]:
+    while ints[count] < ints[budget]:
         h, side, method, jump, coefficients = next(pieces)
         fill("SIDE", side)
-        whole[place["STIFF"]] = method
-        if whole[place["WINDOW_START"]] >= 0:
+        ints[place["STIFF"]] = method
+        if ints[place["WINDOW_START"]] >= 0:
             fill("SERIES", coefficients[:states, :length].ravel())
-            kernel["on_piece"](real, whole, tape, 0, h)
+            kernel["on_piece"](floats, ints, trace, 0, h)
         if jump != 0.0:
-            kernel["on_jump"](real, whole, 0, jump)
-        remaining = real[until] - real[time]
-        real[time] += h
+            kernel["on_jump"](floats, ints, 0, jump)
+        remaining = floats[until] - floats[time]
+        floats[time] += h
         near = remaining - h <= 2.0 * EPSILON * motion.period  # as in `one_step.step`
-        if near and not kernel["at_corner"](real, whole, tape, 0):
-            whole[count] += 1
-            real[time] = 0.0
-            fill("STATE", motion.sections[whole[count]])
-            kernel["begin_drive_period"](real, whole, tape, 0)
-            kernel["on_period"](real, whole, tape, 0)
+        if near and not kernel["at_corner"](floats, ints, trace, 0):
+            ints[count] += 1
+            floats[time] = 0.0
+            fill("STATE", motion.sections[ints[count]])
+            kernel["begin_drive_period"](floats, ints, trace, 0)
+            kernel["on_period"](floats, ints, trace, 0)
     if "OCCURRED" in place:
-        begun = motion.start_time + whole[place["WINDOW_START"]] * motion.period
+        begun = motion.start_time + ints[place["WINDOW_START"]] * motion.period
         fill("OCCURRED", [np.sum(times > begun) for times in switch_times])
     if "UNLOADED" in place:
-        begun = motion.start_time + whole[place["WINDOW_START"]] * motion.period
+        begun = motion.start_time + ints[place["WINDOW_START"]] * motion.period
         index = np.flatnonzero(motion.piece_start >= begun - 2.0 * EPSILON * motion.period)
         loads = motion.piece_observables(("reaction",), index, 0.0 * index)
         fill("UNLOADED", HEAVY - np.min(loads))
-    kernel["end_run"](real, whole, tape, 0)
-    return RunResults(layout, tape[None, : layout.result_size])
+    kernel["end_run"](floats, ints, trace, 0)
+    return RunResults(layout, trace[None, : layout.result_size])
 
 
 @functools.lru_cache(maxsize=16)

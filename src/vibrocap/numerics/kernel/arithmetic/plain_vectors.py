@@ -16,45 +16,45 @@ def align_stack():
     """Nothing to align."""
 
 
-def load(real, place):
+def load(floats, place):
     """The numbers of all lanes at a place."""
-    return real[place : place + WIDTH].copy()
+    return floats[place : place + WIDTH].copy()
 
 
-def store(real, place, numbers):
+def store(floats, place, numbers):
     """Write the numbers of all lanes."""
-    real[place : place + WIDTH] = numbers
+    floats[place : place + WIDTH] = numbers
 
 
-def whole_equal(whole, place, value):
-    """In which lanes the entry of `whole` is the value."""
-    return whole[place : place + WIDTH] == value
+def whole_equal(ints, place, value):
+    """In which lanes the entry of `ints` is the value."""
+    return ints[place : place + WIDTH] == value
 
 
-def whole_above(whole, place, value):
-    """In which lanes the entry of `whole` is greater than the value."""
-    return whole[place : place + WIDTH] > value
+def whole_above(ints, place, value):
+    """In which lanes the entry of `ints` is greater than the value."""
+    return ints[place : place + WIDTH] > value
 
 
-def whole_reached(whole, first, second, least):
+def whole_reached(ints, first, second, least):
     """Where the sum of two entries is at least a third."""
-    return whole[first : first + WIDTH] + whole[second : second + WIDTH] >= whole[least : least + WIDTH]
+    return ints[first : first + WIDTH] + ints[second : second + WIDTH] >= ints[least : least + WIDTH]
 
 
-def whole_add(whole, place, value, choices):
+def whole_add(ints, place, value, choices):
     """Add the value to the entry of the chosen lanes."""
-    whole[place : place + WIDTH][choices] += value
+    ints[place : place + WIDTH][choices] += value
 
 
-def whole_set(whole, place, value, choices):
+def whole_set(ints, place, value, choices):
     """Put the value into the entry of the chosen lanes."""
-    whole[place : place + WIDTH][choices] = value
+    ints[place : place + WIDTH][choices] = value
 
 
-def take(whole, place, amount):
+def take(ints, place, amount):
     """Add an amount to an entry at once, whoever else does, and return what stood there before."""
-    before = whole[place]
-    whole[place] = before + amount
+    before = ints[place]
+    ints[place] = before + amount
     return before
 
 

@@ -116,73 +116,73 @@ def halve(b, start, degree, right):
             b[start + i] = 0.5 * (b[start + i - 1] + b[start + i])
 
 
-def later_terms(real, row, degree, start, h):
+def later_terms(floats, row, degree, start, h):
     """Sum over k >= start of |c_k| h^(k - start + 2), even and odd powers apart: half as many dependent operations."""
     square = h * h
     one = 0.0
     other = 0.0
     for i in range(degree, start, -2):
-        one = one * square + abs(real[row + i * LANES])
-        other = other * square + abs(real[row + (i - 1) * LANES])
+        one = one * square + abs(floats[row + i * LANES])
+        other = other * square + abs(floats[row + (i - 1) * LANES])
     total = other + h * one
     if (degree - start) % 2 == 0:
-        total = total * h + abs(real[row + start * LANES])
+        total = total * h + abs(floats[row + start * LANES])
     return total * square
 
 
-def first_root(real, row, degree, sign, zeros, h):
+def first_root(floats, row, degree, sign, zeros, h):
     """First time in (0, h] at which sign * polynomial falls to zero; the first `zeros` coefficients are taken as zero.
 
-    real[row + k * LANES]: coefficient of s^k.
+    floats[row + k * LANES]: coefficient of s^k.
     Returns (root, touch): the root, or -1 where there is none, and the first place where the polynomial touches zero to
     rounding level without falling below, or -1.
     """
     n = degree - zeros
-    first = sign * real[row + zeros * LANES]
-    line = first + sign * real[row + (zeros + 1) * LANES] * h
-    if min(first, line) > later_terms(real, row, degree, zeros + 2, h):  # a line outweighs all others: no root
+    first = sign * floats[row + zeros * LANES]
+    line = first + sign * floats[row + (zeros + 1) * LANES] * h
+    if min(first, line) > later_terms(floats, row, degree, zeros + 2, h):  # a line outweighs all others: no root
         return -1.0, -1.0
     a = WORK  # coefficients over the unit interval
     total = 0.0
     power = 1.0
     for i in range(n + 1):
-        term = sign * real[row + (zeros + i) * LANES] * power
-        real[a + i] = term
+        term = sign * floats[row + (zeros + i) * LANES] * power
+        floats[a + i] = term
         total += abs(term)
         power *= h
     noise = 8.0 * EPSILON * total
     stride = n + 2  # Bernstein coefficients and the width of their interval
     now = a + n + 1
     for i in range(n + 1):
-        real[now + i] = real[a + i] * INVERSE_BINOMIALS[n, i]
+        floats[now + i] = floats[a + i] * INVERSE_BINOMIALS[n, i]
     for level in range(1, n + 1):
         for i in range(n, level - 1, -1):
-            real[now + i] += real[now + i - 1]
+            floats[now + i] += floats[now + i - 1]
     low, width, waiting, touch = 0.0, 1.0, 0, -1.0
     while True:
-        changes = sign_changes(real, now, n)
-        if changes == 1 and real[now] > 0.0:
-            return h * polished_root(real, a, n, low, low + width), touch
-        if changes >= 2 and (turns(real, now, n) == 1 or width < NARROWEST):
-            place = minimum(real, a, n, low, low + width)
-            least = value(real, a, n, place)
+        changes = sign_changes(floats, now, n)
+        if changes == 1 and floats[now] > 0.0:
+            return h * polished_root(floats, a, n, low, low + width), touch
+        if changes >= 2 and (turns(floats, now, n) == 1 or width < NARROWEST):
+            place = minimum(floats, a, n, low, low + width)
+            least = value(floats, a, n, place)
             if least < -noise:
-                return h * polished_root(real, a, n, low, place), touch
+                return h * polished_root(floats, a, n, low, place), touch
             if least <= noise and touch < 0.0:
                 touch = h * place
             changes = 0
-        if changes == 0 or real[now] <= 0.0:
+        if changes == 0 or floats[now] <= 0.0:
             if waiting == 0:
                 return -1.0, touch
             low += width
             following = now + waiting * stride
             for i in range(n + 1):
-                real[now + i] = real[following + i]
-            width = real[following + n + 1]
+                floats[now + i] = floats[following + i]
+            width = floats[following + n + 1]
             waiting -= 1
         else:
             waiting += 1
             width *= 0.5
             following = now + waiting * stride
-            halve(real, now, n, following)
-            real[following + n + 1] = width
+            halve(floats, now, n, following)
+            floats[following + n + 1] = width

@@ -60,131 +60,131 @@ ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is on
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
 
-def within_bounds(real, whole, tape, lane):
+def within_bounds(floats, ints, trace, lane):
     """Whether the equations hold at the start of the step; if not, the run ends."""
     for i in range(BRANCHES, SWITCHES):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         least = 0.0
         if FOLLOWS_LOAD and i == BRANCHES:  # its slope stands in the last place of its row
-            least = max(0.0, -(real[row + ORDER * LANES] * (AT_ONCE * real[PERIOD + lane])))
-        if not (real[row] > least):
-            begin_branch(real, whole, tape, lane, i)
+            least = max(0.0, -(floats[row + ORDER * LANES] * (AT_ONCE * floats[PERIOD + lane])))
+        if not (floats[row] > least):
+            begin_branch(floats, ints, trace, lane, i)
             return False
     return True
 
 
-def branch_holds(real, whole, tape, lane):
+def branch_holds(floats, ints, trace, lane):
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
-        if real[row] > (0.0 if i < LAW_BRANCHES else ROUNDING):
+        if floats[row] > (0.0 if i < LAW_BRANCHES else ROUNDING):
             continue
-        if i >= LAW_BRANCHES and begins(real, row, min(taylor_step(real, whole, lane), real[PERIOD + lane])):
+        if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane])):
             continue
-        whole[IDLE + lane] += 1
-        begin_branch(real, whole, tape, lane, i)
+        ints[IDLE + lane] += 1
+        begin_branch(floats, ints, trace, lane, i)
         return False
     return True
 
 
-def begins(real, row, h):
+def begins(floats, row, h):
     """Whether a guard grows from zero: its first coefficient that is no rounding over the step h is positive."""
-    zeros = vanishing(real, row, h)
-    return zeros == ORDER or real[row + zeros * LANES] > 0.0
+    zeros = vanishing(floats, row, h)
+    return zeros == ORDER or floats[row + zeros * LANES] > 0.0
 
 
-def vanishing(real, row, h):
+def vanishing(floats, row, h):
     """How many leading coefficients of a guard of the machine move it by rounding only over the step h."""
     zeros = 0
     power = 1.0
     for k in range(ORDER):
-        if zeros == k and abs(real[row + k * LANES]) * power <= ROUNDING:
+        if zeros == k and abs(floats[row + k * LANES]) * power <= ROUNDING:
             zeros = k + 1
         power *= h
     return zeros
 
 
-def first_switch(real, lane, event, h):
+def first_switch(floats, lane, event, h):
     """(event, time): the first guard that falls to zero before the event known so far, as FIRST_SWITCH + its number."""
     for i in range(SWITCHES):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         zeros = 0
         if LAW_BRANCHES <= i < BRANCHES:
-            zeros = min(vanishing(real, row, h), ORDER - 2)
-            while zeros > 0 and not (real[row + zeros * LANES] > 0.0):
+            zeros = min(vanishing(floats, row, h), ORDER - 2)
+            while zeros > 0 and not (floats[row + zeros * LANES] > 0.0):
                 zeros -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
-        root, _touch = first_root(real, row, ORDER - 1, 1.0, zeros, h)
+        root, _touch = first_root(floats, row, ORDER - 1, 1.0, zeros, h)
         if root >= 0.0 and (root < h or event == 0):
             event = FIRST_SWITCH + i
             h = root
     return event, h
 
 
-def begin_branch(real, whole, tape, lane, which):
+def begin_branch(floats, ints, trace, lane, which):
     """The states become those after switch `which`; behind a bound the run ends."""
     if which >= BRANCHES:
-        on_event(real, whole, tape, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], 0.0)
-        whole[STATUS + lane] = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
+        on_event(floats, ints, trace, lane, BOUND_REACHED + BOUND_KINDS[which - BRANCHES], 0.0)
+        ints[STATUS + lane] = BEYOND_BOUND + BOUND_KINDS[which - BRANCHES]
         return
-    whole[EVENTS + lane] += 1
-    if whole[EVENTS + lane] > whole[EVENT_LIMIT + lane]:
-        whole[STATUS + lane] = TOO_MANY_EVENTS
+    ints[EVENTS + lane] += 1
+    if ints[EVENTS + lane] > ints[EVENT_LIMIT + lane]:
+        ints[STATUS + lane] = TOO_MANY_EVENTS
         return
     for i in range(STATES):
-        real[WORK + i] = real[STATE + i * LANES + lane]
-    after_switch(real, real[TIME + lane], WORK, real[SIDE + lane], lane, which, WORK + STATES)
+        floats[WORK + i] = floats[STATE + i * LANES + lane]
+    after_switch(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, which, WORK + STATES)
     for i in range(STATES):
-        real[STATE + i * LANES + lane] = real[WORK + STATES + i]
+        floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]
     strikes = False
     if which >= LAW_BRANCHES:
-        strikes = hits(real, whole, lane)
-    chosen = whole[TAYLOR_STEPS + lane] + whole[IMPLICIT_STEPS + lane] == 0
+        strikes = hits(floats, ints, lane)
+    chosen = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == 0
     if which < LAW_BRANCHES:
-        on_event(real, whole, tape, lane, SWITCHED, 0.0)
-    elif not (chosen and real[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
-        on_event(real, whole, tape, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, 0.0)
-        if OCCURRED >= 0 and whole[WINDOW_START + lane] >= 0:
-            real[OCCURRED + (which - LAW_BRANCHES) * LANES + lane] += 1.0
+        on_event(floats, ints, trace, lane, SWITCHED, 0.0)
+    elif not (chosen and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):
+        on_event(floats, ints, trace, lane, MACHINE_SWITCHED + which - LAW_BRANCHES, 0.0)
+        if OCCURRED >= 0 and ints[WINDOW_START + lane] >= 0:
+            floats[OCCURRED + (which - LAW_BRANCHES) * LANES + lane] += 1.0
     # else nothing happens: it is the branch in which the run starts
     if strikes:
-        jumped(real, whole, tape, lane)
+        jumped(floats, ints, trace, lane)
 
 
-def hits(real, whole, lane):
+def hits(floats, ints, lane):
     """Whether a switch of the machine, from the states in WORK to those behind them, changes the contact velocity.
 
     The energy that it takes is told to the observer.
     """
-    time = real[TIME + lane]
+    time = floats[TIME + lane]
     if IMPACT >= 0:
-        gained = machine_energy(real, time, WORK + STATES, lane) - machine_energy(real, time, WORK, lane)
-        on_jump(real, whole, lane, gained)
-    return contact_velocity(real, time, WORK + STATES, lane) != contact_velocity(real, time, WORK, lane)
+        gained = machine_energy(floats, time, WORK + STATES, lane) - machine_energy(floats, time, WORK, lane)
+        on_jump(floats, ints, lane, gained)
+    return contact_velocity(floats, time, WORK + STATES, lane) != contact_velocity(floats, time, WORK, lane)
 
 
-def turned(real, lane):
+def turned(floats, lane):
     """The states become those after a reversal to the present side."""
     for i in range(STATES):
-        real[WORK + i] = real[STATE + i * LANES + lane]
-    after_reversal(real, real[TIME + lane], WORK, real[SIDE + lane], lane, WORK + STATES)
+        floats[WORK + i] = floats[STATE + i * LANES + lane]
+    after_reversal(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, WORK + STATES)
     for i in range(STATES):
-        real[STATE + i * LANES + lane] = real[WORK + STATES + i]
+        floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]
 
 
-def guards_at(real, lane, s, out):
+def guards_at(floats, lane, s, out):
     """Write the guards at time s of the present series."""
     for i in range(STATES):
-        real[WORK + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    switches(real, real[TIME + lane] + s, WORK, real[SIDE + lane], lane, out)
+        floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    switches(floats, floats[TIME + lane] + s, WORK, floats[SIDE + lane], lane, out)
 
 
-def interpolated_guards(real, lane, h):
+def interpolated_guards(floats, lane, h):
     """Write the series of the guards along an implicit step, through five points of its dense output."""
     out = WORK + STATES
     for point in range(5):
-        guards_at(real, lane, 0.25 * point * h, out + point * SWITCHES)
+        guards_at(floats, lane, 0.25 * point * h, out + point * SWITCHES)
     for i in range(SWITCHES):
         start = SWITCH + i * (ORDER + 1) * LANES + lane
-        v0, v1, v2 = real[out + i], real[out + SWITCHES + i], real[out + 2 * SWITCHES + i]
-        v3, v4 = real[out + 3 * SWITCHES + i], real[out + 4 * SWITCHES + i]
-        through_five(real, start, v0, v1, v2, v3, v4, h)
+        v0, v1, v2 = floats[out + i], floats[out + SWITCHES + i], floats[out + 2 * SWITCHES + i]
+        v3, v4 = floats[out + 3 * SWITCHES + i], floats[out + 4 * SWITCHES + i]
+        through_five(floats, start, v0, v1, v2, v3, v4, h)

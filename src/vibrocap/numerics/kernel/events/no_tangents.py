@@ -1,19 +1,19 @@
 """Motions without a tangent: what `tangents.py` does is nothing for them."""
 
 
-def tangent_waits(whole, lane):
+def tangent_waits(ints, lane):
     """Never."""
     return False
 
 
-def leave_piece(real, whole, lane, event, h):
+def leave_piece(floats, ints, lane, event, h):
     """Nothing to carry over."""
 
 
-def enter_piece(real, whole, lane):
+def enter_piece(floats, ints, lane):
     """Nothing to carry over."""
 
 
-def tangents_wait(whole, plain):
+def tangents_wait(ints, plain):
     """The lanes that are plain stay so."""
     return plain

@@ -1,28 +1,28 @@
 """Laws of one branch on each side: what `law_branches.py` does is nothing for them."""
 
 
-def within_bounds(real, whole, tape, lane):
+def within_bounds(floats, ints, trace, lane):
     """Always."""
     return True
 
 
-def branch_holds(real, whole, tape, lane):
+def branch_holds(floats, ints, trace, lane):
     """Always."""
     return True
 
 
-def first_switch(real, lane, event, h):
+def first_switch(floats, lane, event, h):
     """The event known so far."""
     return event, h
 
 
-def begin_branch(real, whole, tape, lane, which):
+def begin_branch(floats, ints, trace, lane, which):
     """There is none to begin."""
 
 
-def turned(real, lane):
+def turned(floats, lane):
     """A reversal changes nothing but the side."""
 
 
-def interpolated_guards(real, lane, h):
+def interpolated_guards(floats, lane, h):
     """There is none."""

@@ -35,52 +35,52 @@ from vibrocap.numerics.kernel.generated import (
 )
 
 
-def tangent_waits(whole, lane):
+def tangent_waits(ints, lane):
     """Whether the tangent has yet to enter the present piece."""
-    return whole[PENDING + lane] == 1
+    return ints[PENDING + lane] == 1
 
 
-def leave_piece(real, whole, lane, event, h):
+def leave_piece(floats, ints, lane, event, h):
     """At an event, at time h of the series: the tangent becomes the change of the state at the event."""
     for i in range(STATES):
-        real[WORK + i] = real[STATE + i * LANES + lane]
+        floats[WORK + i] = floats[STATE + i * LANES + lane]
     out = WORK + STATES
-    guard_tangents(real, real[TIME + lane], WORK, real[SIDE + lane], lane, out)
+    guard_tangents(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, out)
     if event == 1:
-        change, slope = real[out], series_slope(real, VELOCITY + lane, h)
+        change, slope = floats[out], series_slope(floats, VELOCITY + lane, h)
     elif event >= FIRST_SWITCH:
         which = event - FIRST_SWITCH
-        change, slope = real[out + 3 + which], series_slope(real, SWITCH + which * (ORDER + 1) * LANES + lane, h)
+        change, slope = floats[out + 3 + which], series_slope(floats, SWITCH + which * (ORDER + 1) * LANES + lane, h)
     else:
         push = 1.0 if event > 0 else -1.0
-        change = real[out + 2] - push * real[out + 1]
-        slope = series_slope(real, LIMIT + lane, h) - push * series_slope(real, HOLD + lane, h)
+        change = floats[out + 2] - push * floats[out + 1]
+        slope = series_slope(floats, LIMIT + lane, h) - push * series_slope(floats, HOLD + lane, h)
     delay = -change / slope if slope != 0.0 else 0.0
     for i in range(BASE):
-        rate = series_slope(real, SERIES + i * (ORDER + 1) * LANES + lane, h)
-        real[STATE + (BASE + i) * LANES + lane] += rate * delay
+        rate = series_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, h)
+        floats[STATE + (BASE + i) * LANES + lane] += rate * delay
     if event == 1:
-        real[STATE + (BASE + CONTACT_STATE) * LANES + lane] = 0.0  # to rounding
-    real[DELAY + lane] = delay
-    whole[PENDING + lane] = 1
+        floats[STATE + (BASE + CONTACT_STATE) * LANES + lane] = 0.0  # to rounding
+    floats[DELAY + lane] = delay
+    ints[PENDING + lane] = 1
 
 
-def enter_piece(real, whole, lane):
+def enter_piece(floats, ints, lane):
     """A piece begins, whose series stands in memory: the change at the event becomes one at one time."""
     for i in range(BASE):
-        rate = real[SERIES + (i * (ORDER + 1) + 1) * LANES + lane]
-        real[STATE + (BASE + i) * LANES + lane] -= rate * real[DELAY + lane]
-    whole[PENDING + lane] = 0
+        rate = floats[SERIES + (i * (ORDER + 1) + 1) * LANES + lane]
+        floats[STATE + (BASE + i) * LANES + lane] -= rate * floats[DELAY + lane]
+    ints[PENDING + lane] = 0
 
 
-def series_slope(real, row, s):
-    """Slope at time s of the series whose first coefficient stands at real[row]."""
-    result = ORDER * real[row + ORDER * LANES]
+def series_slope(floats, row, s):
+    """Slope at time s of the series whose first coefficient stands at floats[row]."""
+    result = ORDER * floats[row + ORDER * LANES]
     for k in range(ORDER - 1, 0, -1):
-        result = result * s + k * real[row + k * LANES]
+        result = result * s + k * floats[row + k * LANES]
     return result
 
 
-def tangents_wait(whole, plain):
+def tangents_wait(ints, plain):
     """The plain lanes whose tangents are within a piece."""
-    return plain & whole_equal(whole, PENDING, 0)
+    return plain & whole_equal(ints, PENDING, 0)

@@ -12,37 +12,37 @@ from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
 
 # Places of `queue`.
 NEXT, END, BUSY = 0, 1, 2  # first run that no thread has begun; end of the runs; threads that go on in another launch
-WHOLE_SIZE = 0  # numbers in `whole`; set behind this text
+WHOLE_SIZE = 0  # numbers in `ints`; set behind this text
 
 
 def run_thread(
-    real, whole, tape, queue, start_real, start_whole, kept_real, kept_whole, thread, threads, fresh, rounds
+    floats, ints, trace, queue, start_real, start_whole, kept_real, kept_whole, thread, threads, fresh, rounds
 ):
-    """Make up to `rounds` steps, through run after run of the tape, until the queue is empty.
+    """Make up to `rounds` steps, through run after run of the trace, until the queue is empty.
 
     kept_real, kept_whole: [entries, threads] what the threads carry between launches; fresh: begin from start_* instead
     """
     for i in range(WORK):
-        real[i] = start_real[i] if fresh != 0 else kept_real[i * threads + thread]
+        floats[i] = start_real[i] if fresh != 0 else kept_real[i * threads + thread]
     for i in range(WHOLE_SIZE):
-        whole[i] = start_whole[i] if fresh != 0 else kept_whole[i * threads + thread]
+        ints[i] = start_whole[i] if fresh != 0 else kept_whole[i * threads + thread]
     running = True
     for _ in range(rounds):
-        if whole[STATUS] != RUNNING:
-            if whole[RUN] >= 0:
-                end_run(real, whole, tape, 0)
+        if ints[STATUS] != RUNNING:
+            if ints[RUN] >= 0:
+                end_run(floats, ints, trace, 0)
             run = take(queue, NEXT, 1)
             if run >= queue[END]:
                 running = False
                 break
-            begin_run(real, whole, tape, 0, run)
-        advance(real, whole, tape, 1)
+            begin_run(floats, ints, trace, 0, run)
+        advance(floats, ints, trace, 1)
     if running:
         take(queue, BUSY, 1)
     for i in range(WORK):
-        kept_real[i * threads + thread] = real[i]
+        kept_real[i * threads + thread] = floats[i]
     for i in range(WHOLE_SIZE):
-        kept_whole[i * threads + thread] = whole[i]
+        kept_whole[i * threads + thread] = ints[i]
 
 
 def sine(x):

@@ -64,117 +64,117 @@ NEAR = 0.03
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
 
 
-def step(real, whole, tape, lane):
+def step(floats, ints, trace, lane):
     """One step of one lane: choose the side if it is open, step to the first event or the end of the step."""
-    if whole[IDLE + lane] > MOST_IDLE:
-        whole[STATUS + lane] = UNDECIDED
+    if ints[IDLE + lane] > MOST_IDLE:
+        ints[STATUS + lane] = UNDECIDED
         return
-    if not within_bounds(real, whole, tape, lane):
+    if not within_bounds(floats, ints, trace, lane):
         return
-    if (KINKED or SET_VALUED) and not side_holds(real, whole, tape, lane):
+    if (KINKED or SET_VALUED) and not side_holds(floats, ints, trace, lane):
         return  # the series must be made anew for the other side
-    if not branch_holds(real, whole, tape, lane):
+    if not branch_holds(floats, ints, trace, lane):
         return
-    if tangent_waits(whole, lane):
-        enter_piece(real, whole, lane)
+    if tangent_waits(ints, lane):
+        enter_piece(floats, ints, lane)
         return
-    remaining = real[UNTIL + lane] - real[TIME + lane]
-    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
-        remaining = min(remaining, real[TAIL + lane] - real[TIME + lane])
-    h = chosen_step(real, whole, lane, remaining)
+    remaining = floats[UNTIL + lane] - floats[TIME + lane]
+    if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
+        remaining = min(remaining, floats[TAIL + lane] - floats[TIME + lane])
+    h = chosen_step(floats, ints, lane, remaining)
     if not (h > 0.0):
-        whole[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
+        ints[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
         return
     h = min(h, remaining)
-    if h <= 4.0 * EPSILON * real[PERIOD + lane] and h < remaining:
-        whole[STATUS + lane] = STEP_UNDERFLOW
+    if h <= 4.0 * EPSILON * floats[PERIOD + lane] and h < remaining:
+        ints[STATUS + lane] = STEP_UNDERFLOW
         return
-    while whole[STIFF + lane] == 0 and not resolved(real, lane, h):
+    while ints[STIFF + lane] == 0 and not resolved(floats, lane, h):
         h *= 0.5
     longest = h
-    event, h, touch = first_event(real, whole, lane, h)
+    event, h, touch = first_event(floats, ints, lane, h)
     if 0.0 <= touch < h:
-        on_event(real, whole, tape, lane, GRAZE, touch)
+        on_event(floats, ints, trace, lane, GRAZE, touch)
     if abs(event) == 2 and h > NEAR * longest:
         event, h = 0, (1.0 - 0.5 * NEAR) * h
     if event == 1:
-        event, h = polished_step(real, whole, lane, h, longest)
+        event, h = polished_step(floats, ints, lane, h, longest)
     elif event >= FIRST_SWITCH:
-        repeat_to(real, whole, lane, h)
-    on_piece(real, whole, tape, lane, h)
-    if whole[STIFF + lane] == 0:
-        whole[TAYLOR_STEPS + lane] += 1
+        repeat_to(floats, ints, lane, h)
+    on_piece(floats, ints, trace, lane, h)
+    if ints[STIFF + lane] == 0:
+        ints[TAYLOR_STEPS + lane] += 1
     else:
-        whole[IMPLICIT_STEPS + lane] += 1
-    move_to(real, whole, lane, h)
+        ints[IMPLICIT_STEPS + lane] += 1
+    move_to(floats, ints, lane, h)
     for i in range(STATES):
-        if not (abs(real[STATE + i * LANES + lane]) <= 1e300):
-            whole[STATUS + lane] = NOT_FINITE
+        if not (abs(floats[STATE + i * LANES + lane]) <= 1e300):
+            ints[STATUS + lane] = NOT_FINITE
             return
-    whole[ZEROS + lane] = 0
-    whole[IDLE + lane] = 0
+    ints[ZEROS + lane] = 0
+    ints[IDLE + lane] = 0
     if event != 0:
-        cross(real, whole, tape, lane, event, h)
-        if whole[STATUS + lane] != RUNNING:
+        cross(floats, ints, trace, lane, event, h)
+        if ints[STATUS + lane] != RUNNING:
             return
-    if remaining - h <= 2.0 * EPSILON * real[PERIOD + lane]:
-        turn(real, whole, tape, lane)
+    if remaining - h <= 2.0 * EPSILON * floats[PERIOD + lane]:
+        turn(floats, ints, trace, lane)
 
 
-def turn(real, whole, tape, lane):
+def turn(floats, ints, trace, lane):
     """What lies beyond a step that went as far as it could: a corner of the drive, or the next period."""
-    if not at_corner(real, whole, tape, lane):
-        turn_period(real, whole, tape, lane)
+    if not at_corner(floats, ints, trace, lane):
+        turn_period(floats, ints, trace, lane)
 
 
-def turn_period(real, whole, tape, lane):
+def turn_period(floats, ints, trace, lane):
     """Begin the next period, or end the run."""
-    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane]:
-        whole[STATUS + lane] = DONE
+    if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
+        ints[STATUS + lane] = DONE
         return
-    whole[PERIOD_COUNT + lane] += 1
-    real[TIME + lane] = 0.0
-    whole[EVENTS + lane] = 0
-    begin_drive_period(real, whole, tape, lane)
-    on_period(real, whole, tape, lane)
-    if whole[PERIOD_COUNT + lane] == whole[WHOLE_PERIODS + lane] and real[TAIL + lane] <= 0.0:
-        whole[STATUS + lane] = DONE
+    ints[PERIOD_COUNT + lane] += 1
+    floats[TIME + lane] = 0.0
+    ints[EVENTS + lane] = 0
+    begin_drive_period(floats, ints, trace, lane)
+    on_period(floats, ints, trace, lane)
+    if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane] and floats[TAIL + lane] <= 0.0:
+        ints[STATUS + lane] = DONE
 
 
-def first_event(real, whole, lane, h):
+def first_event(floats, ints, lane, h):
     """First event within the step, its time, and where a guard only touched zero (-1: nowhere).
 
     Events: 0: none, 1: velocity zero, +2 or -2: the hold gives way to that side, from FIRST_SWITCH on: a guard of the
     law's pieces or of the equations' bounds.
     """
     if not SET_VALUED and not KINKED:
-        event, h = first_switch(real, lane, 0, h)
+        event, h = first_switch(floats, lane, 0, h)
         return event, h, -1.0
-    side = real[SIDE + lane]
+    side = floats[SIDE + lane]
     if side != 0.0:
-        root, touch = first_root(real, VELOCITY + lane, ORDER, side, whole[ZEROS + lane], h)
+        root, touch = first_root(floats, VELOCITY + lane, ORDER, side, ints[ZEROS + lane], h)
         event, h = (0, h) if root < 0.0 else (1, root)
-        event, h = first_switch(real, lane, event, h)
+        event, h = first_switch(floats, lane, event, h)
         return event, h, touch
-    event, h, touch = first_release(real, lane, h)
-    event, h = first_switch(real, lane, event, h)
+    event, h, touch = first_release(floats, lane, h)
+    event, h = first_switch(floats, lane, event, h)
     return event, h, touch
 
 
-def first_release(real, lane, h):
+def first_release(floats, lane, h):
     """As `first_event`, of a contact that sticks: where its hold gives way."""
     event = 0
     earliest = -1.0
     growth = 0.0
     for k in range(ORDER - 1, 0, -1):  # can the force come near the limit at all?
-        growth = growth * h + (abs(real[HOLD + k * LANES + lane]) + abs(real[LIMIT + k * LANES + lane]))
-    if abs(real[HOLD + lane]) + growth * h < real[LIMIT + lane]:
+        growth = growth * h + (abs(floats[HOLD + k * LANES + lane]) + abs(floats[LIMIT + k * LANES + lane]))
+    if abs(floats[HOLD + lane]) + growth * h < floats[LIMIT + lane]:
         return 0, h, -1.0
     for direction in range(-1, 2, 2):
-        zeros = guard_series(real, lane, direction, h)
-        if zeros > ORDER - 2 or real[GUARD + zeros * LANES + lane] < 0.0:
+        zeros = guard_series(floats, lane, direction, h)
+        if zeros > ORDER - 2 or floats[GUARD + zeros * LANES + lane] < 0.0:
             continue  # `decide` has settled this start
-        root, touch = first_root(real, GUARD + lane, ORDER - 1, 1.0, zeros, h)
+        root, touch = first_root(floats, GUARD + lane, ORDER - 1, 1.0, zeros, h)
         if touch >= 0.0 and (earliest < 0.0 or touch < earliest):
             earliest = touch
         if root >= 0.0 and (event == 0 or root < h):

@@ -56,7 +56,7 @@ from vibrocap.numerics.kernel.step.taylor import hold_rate
 ROUNDS = 1000  # steps of all lanes at a time, unless a lane stops before
 
 
-def advance_ensemble(real, whole, tape, turns):
+def advance_ensemble(floats, ints, trace, turns):
     """Advance all lanes, each through run after run, until no run is left; come back to the caller after many steps.
 
     Where MORE is set it also comes back as soon as a lane finds no run to begin. Returns whether a lane is running.
@@ -64,90 +64,90 @@ def advance_ensemble(real, whole, tape, turns):
     for _ in range(turns):
         busy = False
         for lane in range(LANES):
-            if whole[STATUS + lane] != RUNNING:
-                if whole[RUN + lane] >= 0:
-                    end_run(real, whole, tape, lane)
-                if whole[NEXT_RUN] < whole[LAST_RUN]:
-                    begin_run(real, whole, tape, lane, whole[NEXT_RUN])
-                    whole[NEXT_RUN] += 1
-                elif whole[MORE] != 0:
+            if ints[STATUS + lane] != RUNNING:
+                if ints[RUN + lane] >= 0:
+                    end_run(floats, ints, trace, lane)
+                if ints[NEXT_RUN] < ints[LAST_RUN]:
+                    begin_run(floats, ints, trace, lane, ints[NEXT_RUN])
+                    ints[NEXT_RUN] += 1
+                elif ints[MORE] != 0:
                     return True
-            busy = busy or whole[STATUS + lane] == RUNNING
+            busy = busy or ints[STATUS + lane] == RUNNING
         if not busy:
             return False
-        advance(real, whole, tape, ROUNDS)
+        advance(floats, ints, trace, ROUNDS)
     return True
 
 
-def begin_run(real, whole, tape, lane, run):
-    """Put a run of the tape on a lane, at its start."""
+def begin_run(floats, ints, trace, lane, run):
+    """Put a run of the trace on a lane, at its start."""
     place = run * RUN_SIZE
     for i in range(STATES):
-        real[STATE + i * LANES + lane] = tape[place + i]
+        floats[STATE + i * LANES + lane] = trace[place + i]
     place += STATES
     for i in range(PARAMETERS):
-        real[PARAMETER + i * LANES + lane] = tape[place + i]
+        floats[PARAMETER + i * LANES + lane] = trace[place + i]
     place += PARAMETERS
     for i in range(STATES):
-        real[SCALE + i * LANES + lane] = tape[place + i]
-        real[INVERSE_SCALE + i * LANES + lane] = 1.0 / tape[place + i]
+        floats[SCALE + i * LANES + lane] = trace[place + i]
+        floats[INVERSE_SCALE + i * LANES + lane] = 1.0 / trace[place + i]
     place += STATES
-    real[TIME + lane] = tape[place]
-    real[PERIOD + lane] = tape[place + 1]
-    real[HOLD_RATE + lane] = hold_rate(tape[place + 1], ORDER)
-    real[SIDE + lane] = tape[place + 2]
-    forget(real, lane)
-    real[CAME_FROM + lane] = 0.0
-    begin_drive(real, whole, tape, lane, run)
-    real[REMAINING + lane] = 0.0
-    real[CONTACT_RESIDUAL + lane] = 0.0
-    whole[ARRIVING + lane] = 0
-    whole[ZEROS + lane] = 0
-    if real[SIDE + lane] == 0.0:  # at rest
+    floats[TIME + lane] = trace[place]
+    floats[PERIOD + lane] = trace[place + 1]
+    floats[HOLD_RATE + lane] = hold_rate(trace[place + 1], ORDER)
+    floats[SIDE + lane] = trace[place + 2]
+    forget(floats, lane)
+    floats[CAME_FROM + lane] = 0.0
+    begin_drive(floats, ints, trace, lane, run)
+    floats[REMAINING + lane] = 0.0
+    floats[CONTACT_RESIDUAL + lane] = 0.0
+    ints[ARRIVING + lane] = 0
+    ints[ZEROS + lane] = 0
+    if floats[SIDE + lane] == 0.0:  # at rest
         if SET_VALUED:
-            whole[ARRIVING + lane] = 1
+            ints[ARRIVING + lane] = 1
         else:
-            real[SIDE + lane] = 1.0
-            whole[ZEROS + lane] = 1
-    whole[STATUS + lane] = RUNNING
-    whole[RUN + lane] = run
-    whole[PERIOD_COUNT + lane] = 0
-    whole[STIFF + lane] = 0
-    whole[PATIENCE + lane] = 0
-    whole[TAYLOR_STEPS + lane] = 0
-    whole[IMPLICIT_STEPS + lane] = 0
-    whole[EVENTS + lane] = 0
-    whole[IDLE + lane] = 0
-    whole[PENDING + lane] = 0
-    whole[RESPONSE + lane] = 0
-    whole[SINCE + lane] = 0
-    whole[WHOLE_PERIODS + lane] = whole[PERIOD_BUDGET]
-    whole[WINDOW_START + lane] = -1
+            floats[SIDE + lane] = 1.0
+            ints[ZEROS + lane] = 1
+    ints[STATUS + lane] = RUNNING
+    ints[RUN + lane] = run
+    ints[PERIOD_COUNT + lane] = 0
+    ints[STIFF + lane] = 0
+    ints[PATIENCE + lane] = 0
+    ints[TAYLOR_STEPS + lane] = 0
+    ints[IMPLICIT_STEPS + lane] = 0
+    ints[EVENTS + lane] = 0
+    ints[IDLE + lane] = 0
+    ints[PENDING + lane] = 0
+    ints[RESPONSE + lane] = 0
+    ints[SINCE + lane] = 0
+    ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]
+    ints[WINDOW_START + lane] = -1
     for i in range(STATES):  # of the run before
-        real[START_STATE + i * LANES + lane] = real[STATE + i * LANES + lane]
+        floats[START_STATE + i * LANES + lane] = floats[STATE + i * LANES + lane]
     for i in range(MEASURED_COUNT):
-        real[MEASURED + i * LANES + lane] = 0.0
-    on_period(real, whole, tape, lane)
+        floats[MEASURED + i * LANES + lane] = 0.0
+    on_period(floats, ints, trace, lane)
 
 
-def end_run(real, whole, tape, lane):
-    """Write the result of the run on a lane to the tape, and free the lane."""
-    place = whole[RESULT_START] + whole[RUN + lane] * RESULT_SIZE
-    tape[place] = whole[STATUS + lane]
-    tape[place + 1] = whole[PERIOD_COUNT + lane]
-    tape[place + 2] = real[TIME + lane]
-    tape[place + 3] = whole[RESPONSE + lane]
-    tape[place + 4] = whole[SINCE + lane]
-    tape[place + 5] = real[REMAINING + lane]
-    tape[place + 6] = whole[WINDOW_START + lane]
-    tape[place + 7] = whole[TAYLOR_STEPS + lane]
-    tape[place + 8] = whole[IMPLICIT_STEPS + lane]
-    tape[place + 9] = real[CONTACT_RESIDUAL + lane]
+def end_run(floats, ints, trace, lane):
+    """Write the result of the run on a lane to the trace, and free the lane."""
+    place = ints[RESULT_START] + ints[RUN + lane] * RESULT_SIZE
+    trace[place] = ints[STATUS + lane]
+    trace[place + 1] = ints[PERIOD_COUNT + lane]
+    trace[place + 2] = floats[TIME + lane]
+    trace[place + 3] = ints[RESPONSE + lane]
+    trace[place + 4] = ints[SINCE + lane]
+    trace[place + 5] = floats[REMAINING + lane]
+    trace[place + 6] = ints[WINDOW_START + lane]
+    trace[place + 7] = ints[TAYLOR_STEPS + lane]
+    trace[place + 8] = ints[IMPLICIT_STEPS + lane]
+    trace[place + 9] = floats[CONTACT_RESIDUAL + lane]
     place += RESULT_HEAD_SIZE
     for i in range(STATES):
-        tape[place + i] = real[START_STATE + i * LANES + lane]
-        tape[place + STATES + i] = real[STATE + i * LANES + lane]
+        trace[place + i] = floats[START_STATE + i * LANES + lane]
+        trace[place + STATES + i] = floats[STATE + i * LANES + lane]
     place += 2 * STATES
     for i in range(MEASURED_COUNT):
-        tape[place + i] = real[MEASURED + i * LANES + lane]
-    whole[RUN + lane] = -1
+        trace[place + i] = floats[MEASURED + i * LANES + lane]
+    ints[RUN + lane] = -1

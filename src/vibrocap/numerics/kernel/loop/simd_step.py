@@ -56,13 +56,13 @@ from vibrocap.numerics.kernel.generated import (
     WINDOW_START,
     WORK,
     ZEROS,
-    guard_abreast,
     guard_at,
+    guard_simd,
     jet,
 )
 from vibrocap.numerics.kernel.interface import on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
-from vibrocap.numerics.kernel.step.resolved_simd import excursion_abreast, resolved_abreast
+from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser, series_values, taylor_steps
@@ -70,119 +70,119 @@ from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser, series_va
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
 
-def advance(real, whole, tape, rounds):
+def advance(floats, ints, trace, rounds):
     """Advance all running lanes by up to `rounds` steps, or until the first of them stops."""
-    running = whole_equal(whole, STATUS, RUNNING)
+    running = whole_equal(ints, STATUS, RUNNING)
     all_running = bits(running)
     for _ in range(rounds):
-        jet(real)
-        waiting = all_running ^ step_abreast(real, whole, tape, running)
+        jet(floats)
+        waiting = all_running ^ step_simd(floats, ints, trace, running)
         if waiting != 0:
             for lane in range(LANES):
                 if (waiting >> lane) & 1:
-                    step(real, whole, tape, lane)
-        running = whole_equal(whole, STATUS, RUNNING)
-        over = running & whole_reached(whole, TAYLOR_STEPS, IMPLICIT_STEPS, STEP_LIMIT)
-        whole_set(whole, STATUS, TOO_MANY_STEPS, over)
+                    step(floats, ints, trace, lane)
+        running = whole_equal(ints, STATUS, RUNNING)
+        over = running & whole_reached(ints, TAYLOR_STEPS, IMPLICIT_STEPS, STEP_LIMIT)
+        whole_set(ints, STATUS, TOO_MANY_STEPS, over)
         if bits(running & ~over) != all_running:
             return
 
 
-def step_abreast(real, whole, tape, running):
+def step_simd(floats, ints, trace, running):
     """One step of all lanes on which it is plain; returns these lanes, as bits."""
     align_stack()
-    side = load(real, SIDE)
-    period = load(real, PERIOD)
-    remaining = load(real, UNTIL) - load(real, TIME)
-    longest, last, before = taylor_steps(real, side)
-    start = load(real, VELOCITY)
+    side = load(floats, SIDE)
+    period = load(floats, PERIOD)
+    remaining = load(floats, UNTIL) - load(floats, TIME)
+    longest, last, before = taylor_steps(floats, side)
+    start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
     if KINKED:
-        change = abs(load(real, VELOCITY + LANES)) * longest
-        moving = running & (0.1 * (abs(start) + change) >= load(real, TOLERANCE))
+        change = abs(load(floats, VELOCITY + LANES)) * longest
+        moving = running & (0.1 * (abs(start) + change) >= load(floats, TOLERANCE))
     if not SET_VALUED:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
-        rate = load(real, DECAY_RATE)
+        rate = load(floats, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
-        gentle = gentle | whole_above(whole, ZEROS, 0) | (longest >= remaining)
-        moving = moving & whole_equal(whole, STIFF, 0) & (gentle | whole_above(whole, PATIENCE, 1))
-        longest, damped = stabilised_steps(real, rate, longest, moving & ~gentle)
+        gentle = gentle | whole_above(ints, ZEROS, 0) | (longest >= remaining)
+        moving = moving & whole_equal(ints, STIFF, 0) & (gentle | whole_above(ints, PATIENCE, 1))
+        longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
-    plain = plain & ~whole_above(whole, ZEROS, 2) & whole_equal(whole, ARRIVING, 0)
-    plain = tangents_wait(whole, plain)
+    plain = plain & ~whole_above(ints, ZEROS, 2) & whole_equal(ints, ARRIVING, 0)
+    plain = tangents_wait(ints, plain)
     for i in range(SWITCHES):
-        plain = plain & within_piece(real, SWITCH + i * (ORDER + 1) * LANES, h)
+        plain = plain & within_piece(floats, SWITCH + i * (ORDER + 1) * LANES, h)
     event = plain & ~plain
     if KINKED or SET_VALUED:
-        one = whole_equal(whole, ZEROS, 1)
-        two = whole_equal(whole, ZEROS, 2)
+        one = whole_equal(ints, ZEROS, 1)
+        two = whole_equal(ints, ZEROS, 2)
         if SPARSE:
             plain = plain & ~two
         stuck = event
         push = side
         if SET_VALUED:
             stuck = side == 0.0
-            push, sure = hold_abreast(real, stuck, two, longest, h)
+            push, sure = hold_simd(floats, stuck, two, longest, h)
             plain = plain & sure
-        ahead, change = ahead_abreast(real, side, stuck, one, two, h)
+        ahead, change = ahead_simd(floats, side, stuck, one, two, h)
         if SHARP:
-            plain = plain & resolved_abreast(real, side, start, change, h, plain)
+            plain = plain & resolved_simd(floats, side, start, change, h, plain)
         clear = ~plain | ahead
         if bits(~clear) != 0:
-            leading, last, changes = guard_abreast(real, side, stuck, push, one, two, h)
+            leading, last, changes = guard_simd(floats, side, stuck, push, one, two, h)
             plain = plain & (clear | ((leading > 0.0) & (changes <= 1.0)))
             event = plain & ~clear & (changes == 1.0)
             if bits(event) != 0:
-                root = root_abreast(real, leading, last, event)
+                root = root_simd(floats, leading, last, event)
                 early = event & stuck & (root > NEAR)  # as in `one_step.step`: the last stretch is a step of its own
                 h = where(event, h * root, h)
                 h = where(early, (1.0 - 0.5 * NEAR) * h, h)
                 event = event & ~early
     elif SHARP:
-        plain = plain & resolved_abreast(real, side, start, excursion_abreast(real, VELOCITY, h), h, plain)
-    end = series_values(real, VELOCITY, h)
+        plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
+    end = series_values(floats, VELOCITY, h)
     if not SET_VALUED:
-        store(real, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
-    move_abreast(real, whole, tape, plain, h, end)
-    finish_abreast(real, whole, tape, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
+        store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
+    move_simd(floats, ints, trace, plain, h, end)
+    finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
     return bits(plain)
 
 
-def within_piece(real, row, h):
+def within_piece(floats, row, h):
     """Where a guard stays positive over the step beyond doubt, so that its branch lasts.
 
-    As in `ahead_abreast`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
+    As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
     all others, which is largest at the end of the step.
     """
-    others = abs(load(real, row + (ORDER - 1) * LANES))
+    others = abs(load(floats, row + (ORDER - 1) * LANES))
     for k in range(ORDER - 2, 3, -1):
-        others = others * h + abs(load(real, row + k * LANES))
-    first = load(real, row)
-    second = load(real, row + LANES) * h
-    third = load(real, row + 2 * LANES) * h * h
-    fourth = (load(real, row + 3 * LANES) - others * h) * h * h * h
+        others = others * h + abs(load(floats, row + k * LANES))
+    first = load(floats, row)
+    second = load(floats, row + LANES) * h
+    third = load(floats, row + 2 * LANES) * h * h
+    fourth = (load(floats, row + 3 * LANES) - others * h) * h * h * h
     early = first + second * (1.0 / 3.0)
     late = early + (second + third) * (1.0 / 3.0)
     return lesser(lesser(first, early), lesser(late, first + second + third + fourth)) > 0.0
 
 
-def ahead_abreast(real, side, stuck, one, two, h):
+def ahead_simd(floats, side, stuck, one, two, h):
     """(where a slide lasts the step beyond doubt, bound of how far its velocity goes).
 
     It lasts where the velocity's first four terms stay above the sum of all others. As Bernstein coefficients those
     four are a bound from below, see `roots.py`.
     """
-    others = abs(load(real, VELOCITY + ORDER * LANES))
+    others = abs(load(floats, VELOCITY + ORDER * LANES))
     for k in range(ORDER - 1, 5, -1):
-        others = others * h + abs(load(real, VELOCITY + k * LANES))
-    v1, v2, v3 = load(real, VELOCITY + LANES), load(real, VELOCITY + 2 * LANES), load(real, VELOCITY + 3 * LANES)
-    v4, v5 = load(real, VELOCITY + 4 * LANES), load(real, VELOCITY + 5 * LANES)
+        others = others * h + abs(load(floats, VELOCITY + k * LANES))
+    v1, v2, v3 = load(floats, VELOCITY + LANES), load(floats, VELOCITY + 2 * LANES), load(floats, VELOCITY + 3 * LANES)
+    v4, v5 = load(floats, VELOCITY + 4 * LANES), load(floats, VELOCITY + 5 * LANES)
     after_five = others * h + abs(v5)
     after_four = after_five * h + abs(v4)
     change = (((after_four * h + abs(v3)) * h + abs(v2)) * h + abs(v1)) * h
     others = where(two, others, where(one, after_five, after_four))
-    first = side * where(two, v2, where(one, v1, load(real, VELOCITY)))
+    first = side * where(two, v2, where(one, v1, load(floats, VELOCITY)))
     second = side * where(two, v3, where(one, v2, v1)) * h
     third = side * where(two, v4, where(one, v3, v2)) * h * h
     fourth = (side * where(two, v5, where(one, v4, v3)) - others * h) * h * h * h
@@ -193,40 +193,40 @@ def ahead_abreast(real, side, stuck, one, two, h):
     return (least > 0.0) & ~stuck, change
 
 
-def hold_abreast(real, stuck, two, longest, h):
+def hold_simd(floats, stuck, two, longest, h):
     """(direction in which a stuck contact is pushed, where nothing but a slip to that side need be looked for)."""
-    limit = load(real, LIMIT)
-    hold = load(real, HOLD)
+    limit = load(floats, LIMIT)
+    hold = load(floats, HOLD)
     growth = 0.0 * h
     change = 0.0 * h
     for k in range(ORDER - 1, 0, -1):
-        force = load(real, HOLD + k * LANES)
+        force = load(floats, HOLD + k * LANES)
         term = abs(force)
         if not LIMIT_CONSTANT:
-            term = term + abs(load(real, LIMIT + k * LANES))
+            term = term + abs(load(floats, LIMIT + k * LANES))
         growth = growth * h + term
         change = change * h + force
     push = where(hold + 0.5 * h * change > 0.0, 1.0, -1.0)
     sure = (abs(hold) < (1.0 - 1e-12) * limit) & (limit + push * hold > growth * h)
     # A contact that starts with an acceleration, though it left stick, has dropped from static to kinetic friction.
-    threshold = greater(abs(load(real, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
-    steady = ~two | (abs(load(real, VELOCITY + LANES)) <= JUMP * threshold)
+    threshold = greater(abs(load(floats, VELOCITY + 2 * LANES)) * longest, 1e-4 * limit)
+    steady = ~two | (abs(load(floats, VELOCITY + LANES)) <= JUMP * threshold)
     return push, where(stuck, where(sure, 1.0, 0.0), where(steady, 1.0, 0.0)) > 0.0
 
 
-def root_abreast(real, first, last, wanted):
+def root_simd(floats, first, last, wanted):
     """The root of the polynomial in WORK, over the unit interval, in the lanes that have one there.
 
     first, last: its values at both ends. As `roots.polished_root`: Newton's method, kept inside the bracket by halving,
     from the root of the parabola with the same ends and the same slope at the start.
     """
-    slope = load(real, WORK + LANES)
+    slope = load(floats, WORK + LANES)
     x = 2.0 * first / (square_root(slope * slope - 4.0 * first * (last - first - slope)) - slope)
     low = 0.0 * x
     high = low + 1.0
     x = where((x > 0.0) & (x < 1.0), x, 0.5)
     for _ in range(80):
-        y, d = guard_at(real, x)
+        y, d = guard_at(floats, x)
         above = y > 0.0
         low = where(above, x, low)
         high = where(above, high, x)
@@ -243,42 +243,42 @@ def root_abreast(real, first, last, wanted):
     return x
 
 
-def move_abreast(real, whole, tape, plain, h, end):
+def move_simd(floats, ints, trace, plain, h, end):
     """Put the lanes at the ends of their steps, with the contact velocity `end`, after the hook for measuring saw the
     pieces."""
-    store(real, STEP, h)
-    measuring = bits(plain & whole_above(whole, WINDOW_START, -1))
+    store(floats, STEP, h)
+    measuring = bits(plain & whole_above(ints, WINDOW_START, -1))
     if measuring != 0:
         for lane in range(LANES):
             if (measuring >> lane) & 1:
-                on_piece(real, whole, tape, lane, real[STEP + lane])
+                on_piece(floats, ints, trace, lane, floats[STEP + lane])
     finite = plain
     for i in range(ROWS):
         row = SERIES + i * (ORDER + 1) * LANES
-        following = end if row == VELOCITY else series_values(real, row, h)
+        following = end if row == VELOCITY else series_values(floats, row, h)
         finite = finite & (abs(following) <= 1e300)
-        store(real, STATE + i * LANES, where(plain, following, load(real, STATE + i * LANES)))
-    time = load(real, TIME)
-    store(real, TIME, where(plain, time + h, time))
-    whole_set(whole, STATUS, NOT_FINITE, plain & ~finite)
-    whole_set(whole, ZEROS, 0, plain)
-    whole_set(whole, IDLE, 0, plain)
-    whole_add(whole, TAYLOR_STEPS, 1, plain)
+        store(floats, STATE + i * LANES, where(plain, following, load(floats, STATE + i * LANES)))
+    time = load(floats, TIME)
+    store(floats, TIME, where(plain, time + h, time))
+    whole_set(ints, STATUS, NOT_FINITE, plain & ~finite)
+    whole_set(ints, ZEROS, 0, plain)
+    whole_set(ints, IDLE, 0, plain)
+    whole_add(ints, TAYLOR_STEPS, 1, plain)
     if not SET_VALUED:
-        whole_add(whole, PATIENCE, -1, plain)
+        whole_add(ints, PATIENCE, -1, plain)
 
 
-def finish_abreast(real, whole, tape, events, turns):
+def finish_simd(floats, ints, trace, events, turns):
     """What follows a step: the contact comes to rest or slips, a segment of the drive or the period is over."""
     both = events | turns
     if both == 0:
         return
     for lane in range(LANES):
-        if (both >> lane) & 1 and whole[STATUS + lane] == RUNNING:
+        if (both >> lane) & 1 and ints[STATUS + lane] == RUNNING:
             if (events >> lane) & 1:
                 event = 1
-                if real[SIDE + lane] == 0.0:
-                    event = 2 if series_value(real, HOLD + lane, real[STEP + lane]) > 0.0 else -2
-                cross(real, whole, tape, lane, event, real[STEP + lane])
+                if floats[SIDE + lane] == 0.0:
+                    event = 2 if series_value(floats, HOLD + lane, floats[STEP + lane]) > 0.0 else -2
+                cross(floats, ints, trace, lane, event, floats[STEP + lane])
             if (turns >> lane) & 1:
-                turn(real, whole, tape, lane)
+                turn(floats, ints, trace, lane)

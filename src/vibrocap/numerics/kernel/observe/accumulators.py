@@ -57,25 +57,25 @@ ONCE = VALUES + POINTS * INTEGRANDS
 FITTED = ONCE + INTEGRANDS
 
 
-def gather_functions(real, whole, lane, h):
+def gather_functions(floats, ints, lane, h):
     """Add a piece to the integrals and peaks that are asked for."""
-    asked = whole[ASKED]
-    real[STEP + lane] = h
+    asked = ints[ASKED]
+    floats[STEP + lane] = h
     for j in range(POINTS):
-        look(real, whole, lane, SHARES[j] * h, VALUES + j * INTEGRANDS)
+        look(floats, ints, lane, SHARES[j] * h, VALUES + j * INTEGRANDS)
     if asked & ASK_INTEGRALS != 0:
         for i in range(SUMMED):
-            real[INTEGRAL + i * LANES + lane] += h * lobatto_sum(real, i)
+            floats[INTEGRAL + i * LANES + lane] += h * lobatto_sum(floats, i)
     if asked & ASK_MAGNITUDE != 0:
-        real[MAGNITUDE + lane] += magnitude(real, whole, lane, h)
+        floats[MAGNITUDE + lane] += magnitude(floats, ints, lane, h)
     if asked & ASK_PEAK != 0:
-        raise_peak(real, whole, lane, h, FRICTION, PEAK + lane, True)
+        raise_peak(floats, ints, lane, h, FRICTION, PEAK + lane, True)
         for i in range(INTEGRANDS - SUMMED):
-            raise_peak(real, whole, lane, h, SUMMED + i, PEAK + (1 + i) * LANES + lane, False)
+            raise_peak(floats, ints, lane, h, SUMMED + i, PEAK + (1 + i) * LANES + lane, False)
 
 
-def look(real, whole, lane, s, out):
-    """Values of the functions at time s of the piece, written to real[out:out + INTEGRANDS].
+def look(floats, ints, lane, s, out):
+    """Values of the functions at time s of the piece, written to floats[out:out + INTEGRANDS].
 
     On an implicit step they are asked at the state that fits to its slopes, see `stiff_point.py`.
 
@@ -83,111 +83,111 @@ def look(real, whole, lane, s, out):
     on v alone.
     """
     for i in range(STATES):
-        real[INSTANT + i] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    fitting_point(real, whole, lane, s, INSTANT)
-    integrands(real, real[TIME + lane] + s, INSTANT, real[SIDE + lane], lane, out)
+        floats[INSTANT + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    fitting_point(floats, ints, lane, s, INSTANT)
+    integrands(floats, floats[TIME + lane] + s, INSTANT, floats[SIDE + lane], lane, out)
     row = SERIES + CONTACT_STATE * (ORDER + 1) * LANES + lane
-    real[out + FRICTION + 2] *= polynomial_slope(real, row, LANES, ORDER, s)
+    floats[out + FRICTION + 2] *= polynomial_slope(floats, row, LANES, ORDER, s)
 
 
-def lobatto_sum(real, i):
+def lobatto_sum(floats, i):
     """Mean of function i over the piece."""
     total = 0.0
     for j in range(POINTS):
-        total += SHARE_WEIGHTS[j] * real[VALUES + j * INTEGRANDS + i]
+        total += SHARE_WEIGHTS[j] * floats[VALUES + j * INTEGRANDS + i]
     return total
 
 
-def largest_change(real, i):
+def largest_change(floats, i):
     """Largest change of function i from point to point: it is nowhere farther from the values at the points."""
     change = 0.0
     for j in range(1, POINTS):
-        change = max(change, abs(real[VALUES + j * INTEGRANDS + i] - real[VALUES + (j - 1) * INTEGRANDS + i]))
+        change = max(change, abs(floats[VALUES + j * INTEGRANDS + i] - floats[VALUES + (j - 1) * INTEGRANDS + i]))
     return change
 
 
-def fit(real, i):
+def fit(floats, i):
     """The polynomial in the share of the piece through the points of function i, by divided differences."""
     for j in range(POINTS):
-        real[FITTED + j] = real[VALUES + j * INTEGRANDS + i]
+        floats[FITTED + j] = floats[VALUES + j * INTEGRANDS + i]
     for level in range(1, POINTS):
         for j in range(POINTS - 1, level - 1, -1):
-            real[FITTED + j] = (real[FITTED + j] - real[FITTED + j - 1]) / (SHARES[j] - SHARES[j - level])
+            floats[FITTED + j] = (floats[FITTED + j] - floats[FITTED + j - 1]) / (SHARES[j] - SHARES[j - level])
     for level in range(POINTS - 2, -1, -1):  # from Newton's form to powers
         for j in range(level, POINTS - 1):
-            real[FITTED + j] -= SHARES[level] * real[FITTED + j + 1]
+            floats[FITTED + j] -= SHARES[level] * floats[FITTED + j + 1]
 
 
-def magnitude(real, whole, lane, h):
+def magnitude(floats, ints, lane, h):
     """Integral of |R| over the piece, cut where R changes its sign."""
     closest = math.inf
     for j in range(POINTS):
-        closest = min(closest, abs(real[VALUES + j * INTEGRANDS + FRICTION]))
-    if closest > largest_change(real, FRICTION):
-        return h * abs(lobatto_sum(real, FRICTION))
-    fit(real, FRICTION)
+        closest = min(closest, abs(floats[VALUES + j * INTEGRANDS + FRICTION]))
+    if closest > largest_change(floats, FRICTION):
+        return h * abs(lobatto_sum(floats, FRICTION))
+    fit(floats, FRICTION)
     total = 0.0
     start, monotone_from = 0.0, 0.0
     for cell in range(CELLS):
         end = (cell + 1.0) / CELLS
-        turn = turning_point(real, FITTED, 1, POINTS - 1, float(cell) / CELLS, end)
+        turn = turning_point(floats, FITTED, 1, POINTS - 1, float(cell) / CELLS, end)
         for part in range(2):
             monotone_to = turn if part == 0 else end
             if monotone_to < 0.0:
                 continue
-            cut = sign_change(real, FITTED, 1, POINTS - 1, monotone_from, monotone_to)
+            cut = sign_change(floats, FITTED, 1, POINTS - 1, monotone_from, monotone_to)
             if cut >= 0.0:
-                total += abs(friction_impulse(real, whole, lane, start * h, cut * h))
+                total += abs(friction_impulse(floats, ints, lane, start * h, cut * h))
                 start = cut
             monotone_from = monotone_to
-    return total + abs(friction_impulse(real, whole, lane, start * h, h))
+    return total + abs(friction_impulse(floats, ints, lane, start * h, h))
 
 
-def friction_impulse(real, whole, lane, start, end):
+def friction_impulse(floats, ints, lane, start, end):
     """Integral of R over a part of the piece."""
     total = 0.0
     for j in range(POINTS):
-        look(real, whole, lane, start + SHARES[j] * (end - start), ONCE)
-        total += SHARE_WEIGHTS[j] * real[ONCE + FRICTION]
+        look(floats, ints, lane, start + SHARES[j] * (end - start), ONCE)
+        total += SHARE_WEIGHTS[j] * floats[ONCE + FRICTION]
     return total * (end - start)
 
 
-def raise_peak(real, whole, lane, h, i, place, of_magnitude):
+def raise_peak(floats, ints, lane, h, i, place, of_magnitude):
     """Raise the number at a place to the largest value of function i, or of its magnitude, on the piece."""
     here = -math.inf
     for j in range(POINTS):
-        value = real[VALUES + j * INTEGRANDS + i]
+        value = floats[VALUES + j * INTEGRANDS + i]
         here = max(here, abs(value) if of_magnitude else value)
-    best = max(real[place], here)
-    if here + largest_change(real, i) > best:
-        fit(real, i)
-        if may_turn(real, FITTED, 1, POINTS - 1, 1.0):
+    best = max(floats[place], here)
+    if here + largest_change(floats, i) > best:
+        fit(floats, i)
+        if may_turn(floats, FITTED, 1, POINTS - 1, 1.0):
             for cell in range(CELLS):
-                turn = turning_point(real, FITTED, 1, POINTS - 1, float(cell) / CELLS, (cell + 1.0) / CELLS)
+                turn = turning_point(floats, FITTED, 1, POINTS - 1, float(cell) / CELLS, (cell + 1.0) / CELLS)
                 if turn >= 0.0:
-                    look(real, whole, lane, turn * h, ONCE)
-                    value = real[ONCE + i]
+                    look(floats, ints, lane, turn * h, ONCE)
+                    value = floats[ONCE + i]
                     best = max(best, abs(value) if of_magnitude else value)
-    real[place] = best
+    floats[place] = best
 
 
-def gather_extremes(real, lane, h):
+def gather_extremes(floats, lane, h):
     """Widen the ranges of the states by a piece."""
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
-        largest, least = real[LARGEST + i * LANES + lane], real[LEAST + i * LANES + lane]
+        largest, least = floats[LARGEST + i * LANES + lane], floats[LEAST + i * LANES + lane]
         away = 0.0  # how far the state may get from where it is
         for k in range(ORDER, 0, -1):
-            away = (away + abs(real[row + k * LANES])) * h
-        if real[row] + away <= largest and real[row] - away >= least:
+            away = (away + abs(floats[row + k * LANES])) * h
+        if floats[row] + away <= largest and floats[row] - away >= least:
             continue
-        end = series_value(real, row, h)
+        end = series_value(floats, row, h)
         largest, least = max(largest, end), min(least, end)
-        if may_turn(real, row, LANES, ORDER, h):
+        if may_turn(floats, row, LANES, ORDER, h):
             for cell in range(CELLS):
-                turn = turning_point(real, row, LANES, ORDER, cell * h / CELLS, (cell + 1.0) * h / CELLS)
+                turn = turning_point(floats, row, LANES, ORDER, cell * h / CELLS, (cell + 1.0) * h / CELLS)
                 if turn >= 0.0:
-                    value = polynomial_value(real, row, LANES, ORDER, turn)
+                    value = polynomial_value(floats, row, LANES, ORDER, turn)
                     largest, least = max(largest, value), min(least, value)
-        real[LARGEST + i * LANES + lane] = largest
-        real[LEAST + i * LANES + lane] = least
+        floats[LARGEST + i * LANES + lane] = largest
+        floats[LEAST + i * LANES + lane] = least

@@ -28,49 +28,49 @@ INSTANT = WORK
 SEEN = INSTANT + STATES
 
 
-def begin(real, whole, tape, out):
-    """Write to the tape: room and natural sizes of the states, period, contact velocity, holding rate, segments.
+def begin(floats, ints, trace, out):
+    """Write to the trace: room and natural sizes of the states, period, contact velocity, holding rate, segments.
 
     From `out` on, of the parameters and the states in memory; the sizes are put where the run looks for them, too.
     """
     for i in range(STATES):
-        real[INSTANT + i] = real[STATE + i * LANES]
-    beginning(real, 0.0, INSTANT, 1.0, 0, SEEN)
+        floats[INSTANT + i] = floats[STATE + i * LANES]
+    beginning(floats, 0.0, INSTANT, 1.0, 0, SEEN)
     for i in range(ROOM + STATES + 2):
-        tape[out + i] = real[SEEN + i]
-    tape[out + ROOM + STATES + 2] = hold_rate(real[SEEN + ROOM + STATES], ORDER)
+        trace[out + i] = floats[SEEN + i]
+    trace[out + ROOM + STATES + 2] = hold_rate(floats[SEEN + ROOM + STATES], ORDER)
     for i in range(STATES):
-        real[SCALE + i * LANES] = real[SEEN + ROOM + i]
-    drive_table(real, 0.0, INSTANT, 1.0, 0, SEEN)
+        floats[SCALE + i * LANES] = floats[SEEN + ROOM + i]
+    drive_table(floats, 0.0, INSTANT, 1.0, 0, SEEN)
     for i in range(TABLE_NUMBERS):
-        tape[out + ROOM + STATES + 3 + i] = real[SEEN + i]
+        trace[out + ROOM + STATES + 3 + i] = floats[SEEN + i]
 
 
-def take_piece(real, whole, tape, place):
-    """Put the piece that begins at tape[place] into memory, as if the run stood at its start.
+def take_piece(floats, ints, trace, place):
+    """Put the piece that begins at trace[place] into memory, as if the run stood at its start.
 
     Of a drive with corners the table stands at TABLE_START, and the segment of the piece becomes the present one.
     """
-    real[TIME] = tape[place + 1]
-    begin_drive(real, whole, tape, 0, 0)
-    real[STEP] = tape[place + 2]
-    real[SIDE] = tape[place + 3]
-    whole[STIFF] = 1 if tape[place + 4] != 0.0 else 0
+    floats[TIME] = trace[place + 1]
+    begin_drive(floats, ints, trace, 0, 0)
+    floats[STEP] = trace[place + 2]
+    floats[SIDE] = trace[place + 3]
+    ints[STIFF] = 1 if trace[place + 4] != 0.0 else 0
     for i in range(ROWS * (ORDER + 1)):
-        real[SERIES + i] = tape[place + PIECE_HEAD + i]
+        floats[SERIES + i] = trace[place + PIECE_HEAD + i]
 
 
-def look_at(real, whole, tape, share, out):
-    """Write states, then observables, at a share of the way through the piece in memory to the tape from `out` on.
+def look_at(floats, ints, trace, share, out):
+    """Write states, then observables, at a share of the way through the piece in memory to the trace from `out` on.
 
     What depends on the law's forces is asked at a state that fits to the slopes, see `stiff_point.py`.
     """
-    s = share * real[STEP]
+    s = share * floats[STEP]
     for i in range(STATES):
-        state = series_value(real, SERIES + i * (ORDER + 1), s)
-        tape[out + i] = state
-        real[INSTANT + i] = state
-    fitting_point(real, whole, 0, s, INSTANT)
-    observables(real, real[TIME] + s, INSTANT, real[SIDE], 0, SEEN)
+        state = series_value(floats, SERIES + i * (ORDER + 1), s)
+        trace[out + i] = state
+        floats[INSTANT + i] = state
+    fitting_point(floats, ints, 0, s, INSTANT)
+    observables(floats, floats[TIME] + s, INSTANT, floats[SIDE], 0, SEEN)
     for i in range(OBSERVABLES):
-        tape[out + STATES + i] = real[SEEN + i]
+        trace[out + STATES + i] = floats[SEEN + i]

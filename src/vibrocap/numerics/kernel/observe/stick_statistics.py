@@ -23,55 +23,55 @@ NO_SIDE = 2.0  # before the first phase
 NOT_SPELLING = -1.0  # count of letters before the last period
 
 
-def begin_phases(real, lane):
+def begin_phases(floats, lane):
     """The window begins."""
-    real[PHASE_SIDE + lane] = NO_SIDE
-    real[LETTER_COUNT + lane] = NOT_SPELLING
+    floats[PHASE_SIDE + lane] = NO_SIDE
+    floats[LETTER_COUNT + lane] = NOT_SPELLING
 
 
-def begin_word(real, lane):
+def begin_word(floats, lane):
     """The last period begins."""
-    real[LETTER_SIDE + lane] = NO_SIDE
-    real[LETTER_LENGTH + lane] = 0.0
-    real[LETTER_COUNT + lane] = 0.0
+    floats[LETTER_SIDE + lane] = NO_SIDE
+    floats[LETTER_LENGTH + lane] = 0.0
+    floats[LETTER_COUNT + lane] = 0.0
 
 
-def spell(real, lane, h):
+def spell(floats, lane, h):
     """A piece of length h."""
-    side = real[SIDE + lane]
-    if side != real[PHASE_SIDE + lane]:
-        end_phase(real, lane)
-        real[PHASE_SIDE + lane] = side
-        real[PHASE_LENGTH + lane] = 0.0
-    real[PHASE_LENGTH + lane] += h
-    if real[LETTER_COUNT + lane] == NOT_SPELLING:
+    side = floats[SIDE + lane]
+    if side != floats[PHASE_SIDE + lane]:
+        end_phase(floats, lane)
+        floats[PHASE_SIDE + lane] = side
+        floats[PHASE_LENGTH + lane] = 0.0
+    floats[PHASE_LENGTH + lane] += h
+    if floats[LETTER_COUNT + lane] == NOT_SPELLING:
         return
-    if side != real[LETTER_SIDE + lane]:
-        end_letter(real, lane)
-        real[LETTER_SIDE + lane] = side
-        real[LETTER_LENGTH + lane] = 0.0
-    real[LETTER_LENGTH + lane] += h
+    if side != floats[LETTER_SIDE + lane]:
+        end_letter(floats, lane)
+        floats[LETTER_SIDE + lane] = side
+        floats[LETTER_LENGTH + lane] = 0.0
+    floats[LETTER_LENGTH + lane] += h
 
 
-def end_phases(real, lane):
+def end_phases(floats, lane):
     """The window ends, and with it the last phase and letter."""
-    end_phase(real, lane)
-    end_letter(real, lane)
+    end_phase(floats, lane)
+    end_letter(floats, lane)
 
 
-def end_phase(real, lane):
+def end_phase(floats, lane):
     """Count the present phase of the window if it is a rest."""
-    if real[PHASE_SIDE + lane] == 0.0 and real[PHASE_LENGTH + lane] > SLIVER * real[PERIOD + lane]:
-        real[STICK_TIME + lane] += real[PHASE_LENGTH + lane]
-        real[STICK_PHASES + lane] += 1.0
+    if floats[PHASE_SIDE + lane] == 0.0 and floats[PHASE_LENGTH + lane] > SLIVER * floats[PERIOD + lane]:
+        floats[STICK_TIME + lane] += floats[PHASE_LENGTH + lane]
+        floats[STICK_PHASES + lane] += 1.0
 
 
-def end_letter(real, lane):
+def end_letter(floats, lane):
     """Write the letter of the present phase: 1 forward, 2 stuck, 3 back, as the last two bits of a place."""
-    if real[LETTER_SIDE + lane] == NO_SIDE or real[LETTER_LENGTH + lane] <= SLIVER * real[PERIOD + lane]:
+    if floats[LETTER_SIDE + lane] == NO_SIDE or floats[LETTER_LENGTH + lane] <= SLIVER * floats[PERIOD + lane]:
         return
-    count = int(real[LETTER_COUNT + lane])
+    count = int(floats[LETTER_COUNT + lane])
     if count < WORD_PLACES * LETTERS_PER_PLACE:
         place = LETTERS + count // LETTERS_PER_PLACE * LANES + lane
-        real[place] = 4.0 * real[place] + (2.0 - real[LETTER_SIDE + lane])
-    real[LETTER_COUNT + lane] = count + 1.0
+        floats[place] = 4.0 * floats[place] + (2.0 - floats[LETTER_SIDE + lane])
+    floats[LETTER_COUNT + lane] = count + 1.0

@@ -36,54 +36,54 @@ NEWTON_STEPS = 2
 INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond
 
 
-def fitting_point(real, whole, lane, s, point):
-    """Move the state at real[point:point + STATES], that of the series at time s, to where the law is asked."""
-    if whole[STIFF + lane] == 0:
+def fitting_point(floats, ints, lane, s, point):
+    """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
+    if ints[STIFF + lane] == 0:
         return
-    time, inverse = real[TIME + lane] + s, 1.0 / real[STEP + lane]
+    time, inverse = floats[TIME + lane] + s, 1.0 / floats[STEP + lane]
     for i in range(STATES):
-        real[POINT + i] = real[point + i]
+        floats[POINT + i] = floats[point + i]
     reach, way = 0.0, 0.0
     for i in range(NEWTON_STEPS):
-        left = newton_step(real, lane, s, time, inverse, point)
+        left = newton_step(floats, lane, s, time, inverse, point)
         if not (left <= 1e300):
             return
         if i == 0:
             reach = left
         if KINKED:
-            before = real[SIDE + lane] * contact_velocity(real, time, point, lane)
-            after = real[SIDE + lane] * contact_velocity(real, time, POINT, lane)
+            before = floats[SIDE + lane] * contact_velocity(floats, time, point, lane)
+            after = floats[SIDE + lane] * contact_velocity(floats, time, POINT, lane)
             if after < 0.0:
                 share = INSIDE * before / (before - after) if before > 0.0 else 0.0
                 for i in range(STATES):
-                    real[POINT + i] = real[point + i] + share * (real[POINT + i] - real[point + i])
+                    floats[POINT + i] = floats[point + i] + share * (floats[POINT + i] - floats[point + i])
     for i in range(STATES):
-        way = max(way, abs(real[POINT + i] - real[point + i]) / real[SCALE + i * LANES + lane])
+        way = max(way, abs(floats[POINT + i] - floats[point + i]) / floats[SCALE + i * LANES + lane])
     if way <= reach:
         for i in range(STATES):
-            real[point + i] = real[POINT + i]
+            floats[point + i] = floats[POINT + i]
 
 
-def newton_step(real, lane, s, time, inverse, point):
-    """Move real[POINT:POINT + STATES] by a step of Newton's method; returns h |f - y'| before, infinite if it fails."""
-    rates(real, time, POINT, real[SIDE + lane], lane, RATE)
-    jacobian(real, time, POINT, real[SIDE + lane], lane, JACOBIAN)
+def newton_step(floats, lane, s, time, inverse, point):
+    """Move floats[POINT:POINT + STATES] by a step of Newton's method; returns h |f - y'| before, or infinity."""
+    rates(floats, time, POINT, floats[SIDE + lane], lane, RATE)
+    jacobian(floats, time, POINT, floats[SIDE + lane], lane, JACOBIAN)
     largest = 0.0
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
-        change = real[POINT + i] - real[point + i]
-        real[STAGE + i] = real[RATE + i] - polynomial_slope(real, row, LANES, ORDER, s) - change * inverse
-        largest = max(largest, abs(real[STAGE + i]) / (inverse * real[SCALE + i * LANES + lane]))
+        change = floats[POINT + i] - floats[point + i]
+        floats[STAGE + i] = floats[RATE + i] - polynomial_slope(floats, row, LANES, ORDER, s) - change * inverse
+        largest = max(largest, abs(floats[STAGE + i]) / (inverse * floats[SCALE + i * LANES + lane]))
         for j in range(STATES):
-            real[MATRIX + i * STATES + j] = -real[JACOBIAN + i * WIDTH + j]
-        real[MATRIX + i * STATES + i] += inverse
+            floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
+        floats[MATRIX + i * STATES + i] += inverse
     for i in range(STATES, ROWS):
-        real[STAGE + i] = 0.0
-    factorise(real)
-    solve(real, STAGE)
+        floats[STAGE + i] = 0.0
+    factorise(floats)
+    solve(floats, STAGE)
     for i in range(STATES):
-        if not (abs(real[STAGE + i]) <= 1e300):
+        if not (abs(floats[STAGE + i]) <= 1e300):
             return math.inf
     for i in range(STATES):
-        real[POINT + i] += real[STAGE + i]
+        floats[POINT + i] += floats[STAGE + i]
     return largest

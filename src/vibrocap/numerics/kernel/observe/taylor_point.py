@@ -1,5 +1,5 @@
 """Where the law is asked on a Taylor step: at the state of its series."""
 
 
-def fitting_point(real, whole, lane, s, point):
+def fitting_point(floats, ints, lane, s, point):
     """The state stays where it is."""

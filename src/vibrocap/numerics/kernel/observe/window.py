@@ -46,82 +46,84 @@ from vibrocap.numerics.kernel.step.taylor import series_value
 FAR = 1e300  # beyond any number that is measured
 
 
-def has_room(real, whole, tape, lane):
+def has_room(floats, ints, trace, lane):
     """Nothing is recorded, so there is always room."""
     return True
 
 
-def on_piece(real, whole, tape, lane, h):
+def on_piece(floats, ints, trace, lane, h):
     """A step of length h was accepted; its series still stands in memory, the lane at its start."""
-    asked = whole[ASKED]
-    if asked == 0 or whole[WINDOW_START + lane] < 0:
+    asked = ints[ASKED]
+    if asked == 0 or ints[WINDOW_START + lane] < 0:
         return
     if asked & (ASK_INTEGRALS | ASK_MAGNITUDE | ASK_PEAK) != 0:
-        gather_functions(real, whole, lane, h)
+        gather_functions(floats, ints, lane, h)
     if asked & ASK_EXTREMES != 0:
-        gather_extremes(real, lane, h)
+        gather_extremes(floats, lane, h)
     if asked & ASK_WORD != 0:
-        spell(real, lane, h)
+        spell(floats, lane, h)
     if asked & ASK_SYMMETRY != 0:
-        half = 0.5 * real[PERIOD + lane]
-        if real[TIME + lane] <= half < real[TIME + lane] + h:
-            real[ASYMMETRY + lane] = min(real[ASYMMETRY + lane], asymmetry(real, lane, half - real[TIME + lane]))
+        half = 0.5 * floats[PERIOD + lane]
+        if floats[TIME + lane] <= half < floats[TIME + lane] + h:
+            floats[ASYMMETRY + lane] = min(
+                floats[ASYMMETRY + lane], asymmetry(floats, lane, half - floats[TIME + lane])
+            )
 
 
-def on_event(real, whole, tape, lane, kind, s):
+def on_event(floats, ints, trace, lane, kind, s):
     """Events are not recorded."""
 
 
-def on_jump(real, whole, lane, gained):
+def on_jump(floats, ints, lane, gained):
     """Energy that an impact takes is work of a channel of its own."""
-    if whole[ASKED] & ASK_INTEGRALS != 0 and whole[WINDOW_START + lane] >= 0:
-        real[INTEGRAL + IMPACT * LANES + lane] += gained
+    if ints[ASKED] & ASK_INTEGRALS != 0 and ints[WINDOW_START + lane] >= 0:
+        floats[INTEGRAL + IMPACT * LANES + lane] += gained
 
 
-def on_period(real, whole, tape, lane):
+def on_period(floats, ints, trace, lane):
     """A period begins; the lane stands at its start."""
-    done = whole[PERIOD_COUNT + lane]
-    threshold = real[THRESHOLD + lane]
-    if threshold > 0.0 and whole[RESPONSE + lane] == 0:
-        remember(real, lane, done)
-        response, since, remaining = settled_response(real, lane, done, threshold, real[TOLERANCE + lane])
-        if response > 0 and done + response <= whole[WHOLE_PERIODS + lane]:
-            whole[RESPONSE + lane] = response
-            whole[SINCE + lane] = since
-            real[REMAINING + lane] = remaining
-            whole[WHOLE_PERIODS + lane] = done + response
-            begin_window(real, whole, lane)
-    left = whole[WHOLE_PERIODS + lane] - done
-    if whole[WINDOW_START + lane] < 0 and left == whole[WINDOW + lane]:
-        begin_window(real, whole, lane)
+    done = ints[PERIOD_COUNT + lane]
+    threshold = floats[THRESHOLD + lane]
+    if threshold > 0.0 and ints[RESPONSE + lane] == 0:
+        remember(floats, lane, done)
+        response, since, remaining = settled_response(floats, lane, done, threshold, floats[TOLERANCE + lane])
+        if response > 0 and done + response <= ints[WHOLE_PERIODS + lane]:
+            ints[RESPONSE + lane] = response
+            ints[SINCE + lane] = since
+            floats[REMAINING + lane] = remaining
+            ints[WHOLE_PERIODS + lane] = done + response
+            begin_window(floats, ints, lane)
+    left = ints[WHOLE_PERIODS + lane] - done
+    if ints[WINDOW_START + lane] < 0 and left == ints[WINDOW + lane]:
+        begin_window(floats, ints, lane)
     if left == 1:
-        begin_word(real, lane)
+        begin_word(floats, lane)
     elif left == 0:
-        end_phases(real, lane)
+        end_phases(floats, lane)
 
 
-def begin_window(real, whole, lane):
+def begin_window(floats, ints, lane):
     """Measure from here on; what was measured before is forgotten."""
-    whole[WINDOW_START + lane] = whole[PERIOD_COUNT + lane]
+    ints[WINDOW_START + lane] = ints[PERIOD_COUNT + lane]
     for i in range(MEASURED_COUNT):
-        real[MEASURED + i * LANES + lane] = 0.0
+        floats[MEASURED + i * LANES + lane] = 0.0
     for i in range(STATES):
-        state = real[STATE + i * LANES + lane]
-        real[START_STATE + i * LANES + lane] = state
-        real[LARGEST + i * LANES + lane] = state
-        real[LEAST + i * LANES + lane] = state
+        state = floats[STATE + i * LANES + lane]
+        floats[START_STATE + i * LANES + lane] = state
+        floats[LARGEST + i * LANES + lane] = state
+        floats[LEAST + i * LANES + lane] = state
     for i in range(INTEGRANDS - SUMMED):
-        real[PEAK + (1 + i) * LANES + lane] = -FAR
-    real[ASYMMETRY + lane] = FAR
-    begin_phases(real, lane)
+        floats[PEAK + (1 + i) * LANES + lane] = -FAR
+    floats[ASYMMETRY + lane] = FAR
+    begin_phases(floats, lane)
 
 
-def asymmetry(real, lane, s):
+def asymmetry(floats, lane, s):
     """Distance, over natural sizes, of the state at time s of the piece from the mirrored one at the window's start."""
     largest = 0.0
     for i in range(STATES):
         if i != CYCLIC:
-            state = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
-            away = abs(state - MIRROR[i] * real[START_STATE + i * LANES + lane])
-            largest = max(largest, away / real[SCALE + i * LANES + lane])
+            state = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+            away = abs(state - MIRROR[i] * floats[START_STATE + i * LANES + lane])
+            largest = max(largest, away / floats[SCALE + i * LANES + lane])
     return largest

@@ -9,16 +9,16 @@ from vibrocap.numerics.kernel.step.stabilised import series_step
 FOR_GOOD = 2**40  # steps
 
 
-def chosen_step(real, whole, lane, remaining):
+def chosen_step(floats, ints, lane, remaining):
     """The step of the series, and no look at any other."""
-    whole[PATIENCE + lane] = FOR_GOOD
-    return series_step(real, whole, lane, remaining)[0]
+    ints[PATIENCE + lane] = FOR_GOOD
+    return series_step(floats, ints, lane, remaining)[0]
 
 
-def polished_step(real, whole, lane, h, longest):
+def polished_step(floats, ints, lane, h, longest):
     """A Taylor series needs no repeated step: its root is the event."""
     return 1, h
 
 
-def repeat_to(real, whole, lane, h):
+def repeat_to(floats, ints, lane, h):
     """Nothing to repeat."""

@@ -96,80 +96,80 @@ POINT = STAGE + STAGES * ROWS
 RATE = POINT + ROWS
 
 
-def factorise(real):
+def factorise(floats):
     """LU decomposition of the matrix in the work space, in place, without pivoting.
 
     1/(gamma h) dominates the diagonal for the steps that the error control takes; a vanishing pivot shows as a stage
     that is not finite, and the step is refused.
     """
     for j in range(STATES):
-        pivot = 1.0 / real[MATRIX + j * STATES + j]
+        pivot = 1.0 / floats[MATRIX + j * STATES + j]
         for i in range(j + 1, STATES):
-            factor = real[MATRIX + i * STATES + j] * pivot
-            real[MATRIX + i * STATES + j] = factor
+            factor = floats[MATRIX + i * STATES + j] * pivot
+            floats[MATRIX + i * STATES + j] = factor
             if factor != 0.0:
                 for k in range(j + 1, STATES):
-                    real[MATRIX + i * STATES + k] -= factor * real[MATRIX + j * STATES + k]
+                    floats[MATRIX + i * STATES + k] -= factor * floats[MATRIX + j * STATES + k]
 
 
-def solve(real, start):
-    """Solve for the right-hand side at real[start:start + ROWS], in place; the rows after the states are integrals."""
+def solve(floats, start):
+    """Solve for the right-hand side at floats[start:start + ROWS], in place; rows after the states are integrals."""
     for i in range(STATES):
         for j in range(i):
-            real[start + i] -= real[MATRIX + i * STATES + j] * real[start + j]
+            floats[start + i] -= floats[MATRIX + i * STATES + j] * floats[start + j]
     for i in range(STATES - 1, -1, -1):
         for j in range(i + 1, STATES):
-            real[start + i] -= real[MATRIX + i * STATES + j] * real[start + j]
-        real[start + i] /= real[MATRIX + i * STATES + i]
+            floats[start + i] -= floats[MATRIX + i * STATES + j] * floats[start + j]
+        floats[start + i] /= floats[MATRIX + i * STATES + i]
 
 
-def implicit_stages(real, whole, lane, h):
+def implicit_stages(floats, ints, lane, h):
     """The stages of a step of length h; returns the error estimate over the tolerance."""
-    t, side = real[TIME + lane], real[SIDE + lane]
+    t, side = floats[TIME + lane], floats[SIDE + lane]
     inverse = 1.0 / (GAMMA * h)
     for i in range(STATES):
         for j in range(STATES):
-            real[MATRIX + i * STATES + j] = -real[JACOBIAN + i * WIDTH + j]
-        real[MATRIX + i * STATES + i] += inverse
-    factorise(real)
+            floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
+        floats[MATRIX + i * STATES + i] += inverse
+    factorise(floats)
     for stage in range(STAGES):
         for i in range(ROWS):
-            total = real[STATE + i * LANES + lane]
+            total = floats[STATE + i * LANES + lane]
             for j in range(stage):
-                total += STAGE_WEIGHTS[stage, j] * real[STAGE + j * ROWS + i]
-            real[POINT + i] = total
-        rates(real, t + NODES[stage] * h, POINT, side, lane, RATE)
+                total += STAGE_WEIGHTS[stage, j] * floats[STAGE + j * ROWS + i]
+            floats[POINT + i] = total
+        rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
         start = STAGE + stage * ROWS
         for i in range(ROWS):
-            total = real[RATE + i] + h * TIME_WEIGHTS[stage] * real[JACOBIAN + i * WIDTH + STATES]
+            total = floats[RATE + i] + h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + STATES]
             for j in range(stage):
-                total += COUPLING[stage, j] / h * real[STAGE + j * ROWS + i]
-            real[start + i] = total
-        solve(real, start)
+                total += COUPLING[stage, j] / h * floats[STAGE + j * ROWS + i]
+            floats[start + i] = total
+        solve(floats, start)
         for i in range(STATES, ROWS):
             for j in range(STATES):
-                real[start + i] += real[JACOBIAN + i * WIDTH + j] * real[start + j]
-            real[start + i] /= inverse
+                floats[start + i] += floats[JACOBIAN + i * WIDTH + j] * floats[start + j]
+            floats[start + i] /= inverse
     error = 0.0
     for i in range(STATES):
-        estimate = abs(real[STAGE + (STAGES - 1) * ROWS + i]) / real[SCALE + i * LANES + lane]
+        estimate = abs(floats[STAGE + (STAGES - 1) * ROWS + i]) / floats[SCALE + i * LANES + lane]
         if not (estimate <= 1e300):
             return math.inf
         error = max(error, estimate)
-    return error / real[TOLERANCE + lane]
+    return error / floats[TOLERANCE + lane]
 
 
-def implicit_series(real, whole, lane, h):
+def implicit_series(floats, ints, lane, h):
     """Write the dense output of the step as a series in s (degree 4) to c, the contact velocity included.
 
     With x = s/h: y = (1-x) y0 + x [y1 + (1-x) (K1 + x (K2 + x K3))].
     """
     for i in range(ROWS):
-        y0 = real[STATE + i * LANES + lane]
+        y0 = floats[STATE + i * LANES + lane]
         change = 0.0  # y1 - y0
         k1, k2, k3 = 0.0, 0.0, 0.0
         for j in range(STAGES):
-            stage = real[STAGE + j * ROWS + i]
+            stage = floats[STAGE + j * ROWS + i]
             weight = 1.0 if j >= STAGES - 3 else STAGE_WEIGHTS[STAGES - 1, j]
             change += weight * stage
             k1 += DENSE[0, j] * stage
@@ -177,78 +177,78 @@ def implicit_series(real, whole, lane, h):
             k3 += DENSE[2, j] * stage
         start = i * (ORDER + 1)
         for k in range(5, ORDER + 1):
-            real[SERIES + (start + k) * LANES + lane] = 0.0
-        real[SERIES + start * LANES + lane] = y0
-        real[SERIES + (start + 1) * LANES + lane] = (change + k1) / h
-        real[SERIES + (start + 2) * LANES + lane] = (k2 - k1) / (h * h)
-        real[SERIES + (start + 3) * LANES + lane] = (k3 - k2) / (h * h * h)
-        real[SERIES + (start + 4) * LANES + lane] = -k3 / (h * h * h * h)
+            floats[SERIES + (start + k) * LANES + lane] = 0.0
+        floats[SERIES + start * LANES + lane] = y0
+        floats[SERIES + (start + 1) * LANES + lane] = (change + k1) / h
+        floats[SERIES + (start + 2) * LANES + lane] = (k2 - k1) / (h * h)
+        floats[SERIES + (start + 3) * LANES + lane] = (k3 - k2) / (h * h * h)
+        floats[SERIES + (start + 4) * LANES + lane] = -k3 / (h * h * h * h)
 
 
-def velocity_series(real, whole, lane, h):
+def velocity_series(floats, ints, lane, h):
     """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output."""
     if VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
         return  # it is a state
-    v0 = velocity_at(real, whole, lane, 0.0)
-    v1 = velocity_at(real, whole, lane, 0.25 * h)
-    v2 = velocity_at(real, whole, lane, 0.5 * h)
-    v3 = velocity_at(real, whole, lane, 0.75 * h)
-    v4 = velocity_at(real, whole, lane, h)
-    through_five(real, VELOCITY + lane, v0, v1, v2, v3, v4, h)
+    v0 = velocity_at(floats, ints, lane, 0.0)
+    v1 = velocity_at(floats, ints, lane, 0.25 * h)
+    v2 = velocity_at(floats, ints, lane, 0.5 * h)
+    v3 = velocity_at(floats, ints, lane, 0.75 * h)
+    v4 = velocity_at(floats, ints, lane, h)
+    through_five(floats, VELOCITY + lane, v0, v1, v2, v3, v4, h)
 
 
-def velocity_at(real, whole, lane, s):
+def velocity_at(floats, ints, lane, s):
     """Contact velocity at time s of the present series."""
     for i in range(STATES):
         start = i * (ORDER + 1)
-        result = real[SERIES + (start + 4) * LANES + lane]
+        result = floats[SERIES + (start + 4) * LANES + lane]
         for k in range(3, -1, -1):
-            result = result * s + real[SERIES + (start + k) * LANES + lane]
-        real[POINT + i] = result
-    return contact_velocity(real, real[TIME + lane] + s, POINT, lane)
+            result = result * s + floats[SERIES + (start + k) * LANES + lane]
+        floats[POINT + i] = result
+    return contact_velocity(floats, floats[TIME + lane] + s, POINT, lane)
 
 
-def implicit_step(real, whole, lane, longest):
+def implicit_step(floats, ints, lane, longest):
     """Take the series of an implicit step of at most `longest`; returns its length, or 0 where none succeeds."""
-    return attempted_step(real, whole, lane, longest, 60)
+    return attempted_step(floats, ints, lane, longest, 60)
 
 
-def attempted_step(real, whole, lane, longest, tries):
+def attempted_step(floats, ints, lane, longest, tries):
     """The same in at most so many attempts, each shorter than the one before."""
     for i in range(ROWS):
-        real[POINT + i] = real[STATE + i * LANES + lane]
-    jacobian(real, real[TIME + lane], POINT, real[SIDE + lane], lane, JACOBIAN)
-    h = min(real[IMPLICIT_STEP + lane], longest)
+        floats[POINT + i] = floats[STATE + i * LANES + lane]
+    jacobian(floats, floats[TIME + lane], POINT, floats[SIDE + lane], lane, JACOBIAN)
+    h = min(floats[IMPLICIT_STEP + lane], longest)
     for _ in range(tries):
-        error = implicit_stages(real, whole, lane, h)
+        error = implicit_stages(floats, ints, lane, h)
         factor = 0.9 * error ** (-0.2) if error > 1e-10 else 6.0
         factor = min(6.0, max(0.2, factor))
         if error <= 1.0:
             if h < longest or factor < 1.0:
-                real[IMPLICIT_STEP + lane] = h * factor
-            implicit_series(real, whole, lane, h)
-            velocity_series(real, whole, lane, h)
-            if resolved(real, lane, h):
-                interpolated_guards(real, lane, h)
+                floats[IMPLICIT_STEP + lane] = h * factor
+            implicit_series(floats, ints, lane, h)
+            velocity_series(floats, ints, lane, h)
+            if resolved(floats, lane, h):
+                interpolated_guards(floats, lane, h)
                 return h
             factor = 0.5
         h *= factor
     return 0.0
 
 
-def spectral_radius(real, whole, lane):
+def spectral_radius(floats, ints, lane):
     """Estimate of the largest |eigenvalue| of the Jacobian: the eighth root of a norm of its eighth power."""
     for i in range(ROWS):
-        real[POINT + i] = real[STATE + i * LANES + lane]
-    jacobian(real, real[TIME + lane], POINT, real[SIDE + lane], lane, JACOBIAN)
+        floats[POINT + i] = floats[STATE + i * LANES + lane]
+    jacobian(floats, floats[TIME + lane], POINT, floats[SIDE + lane], lane, JACOBIAN)
     for i in range(STATES):
         for j in range(STATES):
-            real[MATRIX + i * STATES + j] = real[JACOBIAN + i * WIDTH + j]
+            floats[MATRIX + i * STATES + j] = floats[JACOBIAN + i * WIDTH + j]
     scaling = 0.0  # logarithm of what was divided out
     for squaring in range(3):
         largest = 0.0
         for i in range(STATES * STATES):
-            largest = max(largest, abs(real[MATRIX + i]))
+            largest = max(largest, abs(floats[MATRIX + i]))
         if not (0.0 < largest <= 1e300):
             return 0.0
         scaling += math.log(largest) * 2.0 ** (-squaring)
@@ -256,11 +256,11 @@ def spectral_radius(real, whole, lane):
             for j in range(STATES):
                 total = 0.0
                 for k in range(STATES):
-                    total += real[MATRIX + i * STATES + k] * real[MATRIX + k * STATES + j]
-                real[STAGE + i * STATES + j] = total / (largest * largest)
+                    total += floats[MATRIX + i * STATES + k] * floats[MATRIX + k * STATES + j]
+                floats[STAGE + i * STATES + j] = total / (largest * largest)
         for i in range(STATES * STATES):
-            real[MATRIX + i] = real[STAGE + i]
+            floats[MATRIX + i] = floats[STAGE + i]
     largest = 0.0
     for i in range(STATES * STATES):
-        largest = max(largest, abs(real[MATRIX + i]))
+        largest = max(largest, abs(floats[MATRIX + i]))
     return math.exp(scaling + math.log(largest) / 8.0) if largest > 0.0 else 0.0

@@ -34,116 +34,116 @@ REACH = 2.0  # times the time to rest: the longest implicit step towards a rever
 IMPLICIT_COST = 5.0  # in Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused
 
 
-def chosen_step(real, whole, lane, remaining):
+def chosen_step(floats, ints, lane, remaining):
     """Step length by the method that is cheaper here; an implicit step replaces the series in memory.
 
     The implicit method is tried where stability, not accuracy, bounds the Taylor step, and kept while its steps are
     longer by more than it costs. A start from rest is a Taylor step: |v| = 0 is never stiff. The eigenvalues of the
     Jacobian are looked at now and then, and only where its trace or the last terms say so, see `series_step`.
     """
-    if whole[ZEROS + lane] > 0:
-        whole[STIFF + lane] = 0
-    whole[PATIENCE + lane] -= 1
-    if whole[STIFF + lane] == 0:
-        explicit, gentle = series_step(real, whole, lane, remaining)
-        if gentle or whole[PATIENCE + lane] > 0:
+    if ints[ZEROS + lane] > 0:
+        ints[STIFF + lane] = 0
+    ints[PATIENCE + lane] -= 1
+    if ints[STIFF + lane] == 0:
+        explicit, gentle = series_step(floats, ints, lane, remaining)
+        if gentle or ints[PATIENCE + lane] > 0:
             return explicit
-        whole[PATIENCE + lane] = LOOK
-        stretch = explicit * spectral_radius(real, whole, lane)
+        ints[PATIENCE + lane] = LOOK
+        stretch = explicit * spectral_radius(floats, ints, lane)
         if stretch < GENTLE:
             if stretch < 0.5 * GENTLE:
-                whole[PATIENCE + lane] = rest_steps(whole, lane)
+                ints[PATIENCE + lane] = rest_steps(ints, lane)
             return explicit
-        real[EXPLICIT_STEP + lane] = explicit
-        real[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
-        whole[PATIENCE + lane] = 0  # one step tells whether it pays
-        h = attempted_step(real, whole, lane, min(remaining, REACH * time_to_rest(real, lane)), 1)
+        floats[EXPLICIT_STEP + lane] = explicit
+        floats[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
+        ints[PATIENCE + lane] = 0  # one step tells whether it pays
+        h = attempted_step(floats, ints, lane, min(remaining, REACH * time_to_rest(floats, lane)), 1)
         if h == 0.0:
-            whole[PATIENCE + lane] = rest_steps(whole, lane)
+            ints[PATIENCE + lane] = rest_steps(ints, lane)
             return explicit
-        whole[STIFF + lane] = 1
+        ints[STIFF + lane] = 1
     else:
-        h = implicit_step(real, whole, lane, min(remaining, REACH * time_to_rest(real, lane)))
-    if whole[PATIENCE + lane] <= 0:
-        whole[PATIENCE + lane] = LOOK
-        reach = real[IMPLICIT_STEP + lane] / IMPLICIT_COST
-        lost = reach < real[EXPLICIT_STEP + lane]
-        if lost or reach * spectral_radius(real, whole, lane) < STABILITY:
-            whole[STIFF + lane] = 0
-            whole[PATIENCE + lane] = rest_steps(whole, lane) if lost else LOOK
+        h = implicit_step(floats, ints, lane, min(remaining, REACH * time_to_rest(floats, lane)))
+    if ints[PATIENCE + lane] <= 0:
+        ints[PATIENCE + lane] = LOOK
+        reach = floats[IMPLICIT_STEP + lane] / IMPLICIT_COST
+        lost = reach < floats[EXPLICIT_STEP + lane]
+        if lost or reach * spectral_radius(floats, ints, lane) < STABILITY:
+            ints[STIFF + lane] = 0
+            ints[PATIENCE + lane] = rest_steps(ints, lane) if lost else LOOK
     return h
 
 
-def rest_steps(whole, lane):
+def rest_steps(ints, lane):
     """Steps until the implicit method is tried again: the more, the longer a run has done without it."""
-    if whole[IMPLICIT_STEPS + lane] > 0:
+    if ints[IMPLICIT_STEPS + lane] > 0:
         return REST
-    return max(REST, min(whole[TAYLOR_STEPS + lane] // 2, MOST_REST))
+    return max(REST, min(ints[TAYLOR_STEPS + lane] // 2, MOST_REST))
 
 
-def time_to_rest(real, lane):
+def time_to_rest(floats, lane):
     """Time in which the contact velocity would vanish at its present rate; infinite if it grows.
 
     Beyond rest the equations of this side mean nothing (bristles of a LuGre contact would grow without bound), so an
     implicit step should not go far beyond. The series in memory need not be that of the present state: only its first
     two coefficients are used, which the Taylor series of every step provides.
     """
-    v, slope = real[VELOCITY + lane], real[VELOCITY + LANES + lane]
+    v, slope = floats[VELOCITY + lane], floats[VELOCITY + LANES + lane]
     return -v / slope if v * slope < 0.0 else math.inf
 
 
-def polished_step(real, whole, lane, h, longest):
+def polished_step(floats, ints, lane, h, longest):
     """(event, length) of an implicit step that ends where the contact velocity vanishes.
 
     The dense output is less exact than the step, so the step is repeated with the length at which the velocity vanishes
     at its very end. Where that step would not be exact enough, or where only the dense output saw an event, a shorter
     step without an event is made instead.
     """
-    if whole[STIFF + lane] == 0:
+    if ints[STIFF + lane] == 0:
         return 1, h
-    rest = length_to_rest(real, whole, lane, h, longest)
+    rest = length_to_rest(floats, ints, lane, h, longest)
     h = rest if rest > 0.0 else longest
-    error = implicit_stages(real, whole, lane, h)
+    error = implicit_stages(floats, ints, lane, h)
     if rest > 0.0 and error <= 1.0:
         return 1, h
     for _ in range(60):
         h *= max(0.2, min(0.8, 0.9 * error ** (-0.2)))
-        v = real[SIDE + lane] * end_velocity(real, whole, lane, h)
-        error = implicit_stages(real, whole, lane, h)
-        root, _touch = first_root(real, VELOCITY + lane, ORDER, real[SIDE + lane], 0, h)
+        v = floats[SIDE + lane] * end_velocity(floats, ints, lane, h)
+        error = implicit_stages(floats, ints, lane, h)
+        root, _touch = first_root(floats, VELOCITY + lane, ORDER, floats[SIDE + lane], 0, h)
         if error <= 1.0 and v > 0.0 and root < 0.0:
             break
-    real[IMPLICIT_STEP + lane] = h
+    floats[IMPLICIT_STEP + lane] = h
     return 0, h
 
 
-def repeat_to(real, whole, lane, h):
+def repeat_to(floats, ints, lane, h):
     """Repeat an implicit step up to an event within it: its dense output is less exact than its end."""
-    if whole[STIFF + lane] == 1:
-        implicit_stages(real, whole, lane, h)
-        implicit_series(real, whole, lane, h)
+    if ints[STIFF + lane] == 1:
+        implicit_stages(floats, ints, lane, h)
+        implicit_series(floats, ints, lane, h)
 
 
-def length_to_rest(real, whole, lane, h, longest):
+def length_to_rest(floats, ints, lane, h, longest):
     """Length within (0, longest] of the implicit step that ends at rest, whose series is written, or 0 without one.
 
     Newton's method from a guess h, by halving where that is slow.
     """
-    side = real[SIDE + lane]
+    side = floats[SIDE + lane]
     low, high = 0.0, longest
     before = math.inf
     for _ in range(200):
-        v = side * end_velocity(real, whole, lane, h)
+        v = side * end_velocity(floats, ints, lane, h)
         if v > 0.0:
             low = h
         else:
             high = h
         slope = 0.0
         for k in range(4, 0, -1):
-            slope = slope * h + side * k * real[VELOCITY + k * LANES + lane]
+            slope = slope * h + side * k * floats[VELOCITY + k * LANES + lane]
         newton = slope != 0.0 and abs(v) < 0.5 * before
         following = h - v / slope if newton else low
-        if newton and abs(following - h) <= EPSILON * (real[TIME + lane] + h):
+        if newton and abs(following - h) <= EPSILON * (floats[TIME + lane] + h):
             return h
         if not (low < following < high):
             following = 0.5 * (low + high)
@@ -151,12 +151,12 @@ def length_to_rest(real, whole, lane, h, longest):
                 break
         before = abs(v)
         h = following
-    return high if side * end_velocity(real, whole, lane, high) <= 0.0 else 0.0
+    return high if side * end_velocity(floats, ints, lane, high) <= 0.0 else 0.0
 
 
-def end_velocity(real, whole, lane, h):
+def end_velocity(floats, ints, lane, h):
     """Contact velocity at the end of an implicit step of length h, whose series is written."""
-    implicit_stages(real, whole, lane, h)
-    implicit_series(real, whole, lane, h)
-    velocity_series(real, whole, lane, h)
-    return series_value(real, VELOCITY + lane, h)
+    implicit_stages(floats, ints, lane, h)
+    implicit_series(floats, ints, lane, h)
+    velocity_series(floats, ints, lane, h)
+    return series_value(floats, VELOCITY + lane, h)

@@ -33,89 +33,92 @@ FAINT = 0.01  # share of the velocity that the last terms of its series may have
 FAR_RANGE = 4.0  # far is from FAR_SPEED to so many times as much
 
 
-def excursion(real, row, h):
+def excursion(floats, row, h):
     """Bound of |y(s) - y(0)| over a step of length h, of the series y: the sum of |c_k| h^k."""
-    return later_terms(real, row, ORDER, 2, h) + abs(real[row + LANES]) * h
+    return later_terms(floats, row, ORDER, 2, h) + abs(floats[row + LANES]) * h
 
 
-def velocity_tail(real, row, h):
+def velocity_tail(floats, row, h):
     """Sum of the last two terms of the series y over a step of length h, without signs."""
     power = h
     for _ in range(ORDER - 2):
         power = power * h
-    return (abs(real[row + ORDER * LANES]) * h + abs(real[row + (ORDER - 1) * LANES])) * power
+    return (abs(floats[row + ORDER * LANES]) * h + abs(floats[row + (ORDER - 1) * LANES])) * power
 
 
-def resolved(real, lane, h):
+def resolved(floats, lane, h):
     """Whether the series in memory sees all that the law holds over a step of length h."""
-    if not SHARP or (real[SIDE + lane] == 0.0 and not SHARP_INTERNAL):
+    if not SHARP or (floats[SIDE + lane] == 0.0 and not SHARP_INTERNAL):
         return True  # nothing to see; or at rest for the whole step
-    start = real[VELOCITY + lane]
-    change = excursion(real, VELOCITY + lane, h)
+    start = floats[VELOCITY + lane]
+    change = excursion(floats, VELOCITY + lane, h)
     # An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn.
-    if SPARSE and velocity_tail(real, VELOCITY + lane, h) > FAINT * (abs(start) + change):
-        return h <= 8.0 * EPSILON * real[PERIOD + lane]
+    if SPARSE and velocity_tail(floats, VELOCITY + lane, h) > FAINT * (abs(start) + change):
+        return h <= 8.0 * EPSILON * floats[PERIOD + lane]
     if not SHARP_INTERNAL:
-        if known(real, lane, abs(start) - change, abs(start) + change):
+        if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
-        learn(real, lane, h, abs(start) - change, abs(start) + change)
-        if known(real, lane, abs(start) - change, abs(start) + change):
+        learn(floats, lane, h, abs(start) - change, abs(start) + change)
+        if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
     low, high = start - change, start + change
     if KINKED or SET_VALUED:  # the side lasts the step
-        if real[SIDE + lane] > 0.0:
+        if floats[SIDE + lane] > 0.0:
             low = max(low, 0.0)
         else:
             high = min(high, 0.0)
-    return unresolved(real, lane, h, h, start, start, low, high, 0.0) == 0.0 or h <= 8.0 * EPSILON * real[PERIOD + lane]
+    return (
+        unresolved(floats, lane, h, h, start, start, low, high, 0.0) == 0.0
+        or h <= 8.0 * EPSILON * floats[PERIOD + lane]
+    )
 
 
-def known(real, lane, least, most):
+def known(floats, lane, least, most):
     """Whether nothing can hide within a step whose speed stays between these two."""
-    far = real[FAR_SPEED + lane]
-    return most <= real[SAFE_SPEED + lane] or (least >= far and most <= FAR_RANGE * far)
+    far = floats[FAR_SPEED + lane]
+    return most <= floats[SAFE_SPEED + lane] or (least >= far and most <= FAR_RANGE * far)
 
 
-def learn(real, lane, h, least, most):
+def learn(floats, lane, h, least, most):
     """Widen the ranges of speed about which something is known to a step whose speed stays between these two."""
-    lasting = max(h, LEAST_SHARE * real[PERIOD + lane])
+    lasting = max(h, LEAST_SHARE * floats[PERIOD + lane])
     tried = 8.0 * most
-    if tried >= real[UNSAFE_SPEED + lane]:
-        tried = 0.5 * (most + real[UNSAFE_SPEED + lane])
-    while most <= tried < real[UNSAFE_SPEED + lane]:
-        if hidden(real, lane, h, lasting, 0.0, tried) == 0.0:
-            real[SAFE_SPEED + lane] = tried
+    if tried >= floats[UNSAFE_SPEED + lane]:
+        tried = 0.5 * (most + floats[UNSAFE_SPEED + lane])
+    while most <= tried < floats[UNSAFE_SPEED + lane]:
+        if hidden(floats, lane, h, lasting, 0.0, tried) == 0.0:
+            floats[SAFE_SPEED + lane] = tried
             return
-        real[UNSAFE_SPEED + lane] = tried
+        floats[UNSAFE_SPEED + lane] = tried
         tried = max(most, 0.5 * tried)
     tried = least
     for _ in range(4):
-        if not (real[NEAR_SPEED + lane] < tried < real[FAR_SPEED + lane]):
+        if not (floats[NEAR_SPEED + lane] < tried < floats[FAR_SPEED + lane]):
             return
-        if hidden(real, lane, h, lasting, tried, FAR_RANGE * tried) > 0.0:
-            real[NEAR_SPEED + lane] = tried
+        if hidden(floats, lane, h, lasting, tried, FAR_RANGE * tried) > 0.0:
+            floats[NEAR_SPEED + lane] = tried
             return
-        real[FAR_SPEED + lane] = tried
+        floats[FAR_SPEED + lane] = tried
         tried *= 0.6
 
 
-def hidden(real, lane, h, lasting, least, most):
+def hidden(floats, lane, h, lasting, least, most):
     """How many functions might hide within some step whose speed stays between these two, to either side."""
     if not (KINKED or SET_VALUED) and least == 0.0:
-        return unresolved(real, lane, h, lasting, -most, most, -most, most, WIDE)
-    side = real[SIDE + lane]
-    real[SIDE + lane] = 1.0
-    count = unresolved(real, lane, h, lasting, least, most, least, most, WIDE)
+        return unresolved(floats, lane, h, lasting, -most, most, -most, most, WIDE)
+    side = floats[SIDE + lane]
+    floats[SIDE + lane] = 1.0
+    count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
     if not MIRRORED:
-        real[SIDE + lane] = -1.0
-        count += unresolved(real, lane, h, lasting, -most, -least, -most, -least, WIDE)
-    real[SIDE + lane] = side
+        floats[SIDE + lane] = -1.0
+        count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
+    floats[SIDE + lane] = side
     return count
 
 
-def forget(real, lane):
+def forget(floats, lane):
     """Nothing is known of the law yet."""
-    real[SAFE_SPEED + lane] = 0.0
-    real[UNSAFE_SPEED + lane] = math.inf
-    real[FAR_SPEED + lane] = math.inf
-    real[NEAR_SPEED + lane] = 0.0
+    floats[SAFE_SPEED + lane] = 0.0
+    floats[UNSAFE_SPEED + lane] = math.inf
+    floats[FAR_SPEED + lane] = math.inf
+    floats[NEAR_SPEED + lane] = 0.0

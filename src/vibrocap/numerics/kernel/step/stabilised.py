@@ -57,7 +57,7 @@ SHARE = 0.03
 LENGTHS, SHORTER = 4, 0.7  # that are tried
 
 
-def series_step(real, whole, lane, remaining):
+def series_step(floats, ints, lane, remaining):
     """(step length, gentle): that of the series, damped where stability would end a plain step early.
 
     gentle: whether stability is far from bounding the step, by the rate of decay and by the last terms, which grow like
@@ -65,64 +65,66 @@ def series_step(real, whole, lane, remaining):
     rest is a plain step: |v| = 0 is never stiff.
     """
     if SET_VALUED:
-        return taylor_step(real, whole, lane), True
-    if real[DAMPED_STEP + lane] > 0.0:
-        return real[DAMPED_STEP + lane], True  # the series in memory is one for this step, see `simd_step.py`
-    longest = taylor_step(real, whole, lane)
-    if whole[ZEROS + lane] > 0 or not (longest < remaining):
+        return taylor_step(floats, ints, lane), True
+    if floats[DAMPED_STEP + lane] > 0.0:
+        return floats[DAMPED_STEP + lane], True  # the series in memory is one for this step, see `simd_step.py`
+    longest = taylor_step(floats, ints, lane)
+    if ints[ZEROS + lane] > 0 or not (longest < remaining):
         return longest, True
-    stretch = real[DECAY_RATE + lane] * longest
-    last, before = last_terms(real, lane)
+    stretch = floats[DECAY_RATE + lane] * longest
+    last, before = last_terms(floats, lane)
     if not (stretch > GENTLE) and ORDER * last * longest < GENTLE * before:
         return longest, True
-    speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
-    if KINKED and 0.1 * (speed + slope * longest) < real[TOLERANCE + lane]:
+    speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
+    if KINKED and 0.1 * (speed + slope * longest) < floats[TOLERANCE + lane]:
         return longest, False  # close to rest the sign of the velocity counts, see `taylor_step`
     if not (stretch > PLAIN_REACH):
         return longest, False
-    return stabilised_step(real, lane, longest), False
+    return stabilised_step(floats, lane, longest), False
 
 
-def stabilised_step(real, lane, longest):
+def stabilised_step(floats, lane, longest):
     """Step length where `longest`, that of the plain series, is beyond stability; damps the series for it if it can.
 
     The rate is that of the equations. The last terms of the series tell it too, but where disturbances have decayed to
     rounding they tell rounding, and steps that depend on rounding differ from one machine to the next.
     """
-    rate = real[DECAY_RATE + lane]
+    rate = floats[DECAY_RATE + lane]
     h = min(DAMPED_REACH / rate, LONGEST * longest)
     for _ in range(LENGTHS):
-        if damping_error(real, lane, h) <= SHARE * real[TOLERANCE + lane]:
-            damp_series(real, lane)
+        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane]:
+            damp_series(floats, lane)
             return h
         h *= SHORTER
     return PLAIN_REACH / rate
 
 
-def damping_error(real, lane, h):
+def damping_error(floats, lane, h):
     """Largest |D(h)| over the states, each over its natural size."""
     worst = 0.0
     for i in range(STATES):
         row = SERIES + (i * (ORDER + 1) + FIRST_DAMPED) * LANES + lane
-        total = FILTER[0] * real[row] + h * (FILTER[1] * real[row + LANES] + h * (FILTER[2] * real[row + 2 * LANES]))
-        worst = max(worst, abs(total) / real[SCALE + i * LANES + lane])
+        total = FILTER[0] * floats[row] + h * (
+            FILTER[1] * floats[row + LANES] + h * (FILTER[2] * floats[row + 2 * LANES])
+        )
+        worst = max(worst, abs(total) / floats[SCALE + i * LANES + lane])
     power = h * h
     for _ in range(FIRST_DAMPED - 2):
         power *= h
     return worst * power
 
 
-def damp_series(real, lane):
+def damp_series(floats, lane):
     """Damp the last terms of all that the step moves: states, integrals, contact velocity and guards of pieces."""
     for i in range(ROWS):
-        damp_row(real, SERIES + i * (ORDER + 1) * LANES + lane)
+        damp_row(floats, SERIES + i * (ORDER + 1) * LANES + lane)
     if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
-        damp_row(real, VELOCITY + lane)
+        damp_row(floats, VELOCITY + lane)
     for i in range(SWITCHES):
-        damp_row(real, SWITCH + i * (ORDER + 1) * LANES + lane)
+        damp_row(floats, SWITCH + i * (ORDER + 1) * LANES + lane)
 
 
-def damp_row(real, row):
-    """Damp the last terms of the series whose first coefficient stands at real[row]."""
+def damp_row(floats, row):
+    """Damp the last terms of the series whose first coefficient stands at floats[row]."""
     for k in range(3):
-        real[row + (FIRST_DAMPED + k) * LANES] *= DAMPING[k]
+        floats[row + (FIRST_DAMPED + k) * LANES] *= DAMPING[k]

@@ -28,52 +28,52 @@ from vibrocap.numerics.kernel.step.stabilised import (
 from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser
 
 
-def stabilised_steps(real, rate, longest, wanted):
+def stabilised_steps(floats, rate, longest, wanted):
     """(step lengths, lanes whose series have been damped for them), of the lanes `wanted`; `longest` of all others."""
     damped = wanted & ~wanted
     open_still = wanted & (rate * longest > PLAIN_REACH)
     h = lesser(DAMPED_REACH / rate, LONGEST * longest)
     longest = where(open_still, PLAIN_REACH / rate, longest)
-    tolerance = SHARE * load(real, TOLERANCE)
+    tolerance = SHARE * load(floats, TOLERANCE)
     for _ in range(LENGTHS):
         if bits(open_still) == 0:
             break
-        found = open_still & (damping_errors(real, h) <= tolerance)
+        found = open_still & (damping_errors(floats, h) <= tolerance)
         longest = where(found, h, longest)
         damped = damped | found
         open_still = open_still & ~found
         h = SHORTER * h
     if bits(damped) != 0:
-        damp_abreast(real, damped)
+        damp_simd(floats, damped)
     return longest, damped
 
 
-def damping_errors(real, h):
+def damping_errors(floats, h):
     """`stabilised.damping_error` of all lanes."""
     worst = 0.0 * h
     for i in range(STATES):
         row = SERIES + (i * (ORDER + 1) + FIRST_DAMPED) * LANES
-        two = h * (FILTER[2] * load(real, row + 2 * LANES))
-        total = FILTER[0] * load(real, row) + h * (FILTER[1] * load(real, row + LANES) + two)
-        worst = greater(abs(total) * load(real, INVERSE_SCALE + i * LANES), worst)
+        two = h * (FILTER[2] * load(floats, row + 2 * LANES))
+        total = FILTER[0] * load(floats, row) + h * (FILTER[1] * load(floats, row + LANES) + two)
+        worst = greater(abs(total) * load(floats, INVERSE_SCALE + i * LANES), worst)
     power = h * h
     for _ in range(FIRST_DAMPED - 2):
         power = power * h
     return worst * power
 
 
-def damp_abreast(real, damped):
+def damp_simd(floats, damped):
     """`stabilised.damp_series` of the lanes `damped`."""
     for i in range(ROWS):
-        damp_rows(real, SERIES + i * (ORDER + 1) * LANES, damped)
+        damp_rows(floats, SERIES + i * (ORDER + 1) * LANES, damped)
     if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
-        damp_rows(real, VELOCITY, damped)
+        damp_rows(floats, VELOCITY, damped)
     for i in range(SWITCHES):
-        damp_rows(real, SWITCH + i * (ORDER + 1) * LANES, damped)
+        damp_rows(floats, SWITCH + i * (ORDER + 1) * LANES, damped)
 
 
-def damp_rows(real, row, damped):
+def damp_rows(floats, row, damped):
     """`stabilised.damp_row` of the lanes `damped`."""
     for k in range(3):
         place = row + (FIRST_DAMPED + k) * LANES
-        store(real, place, load(real, place) * where(damped, DAMPING[k], 1.0))
+        store(floats, place, load(floats, place) * where(damped, DAMPING[k], 1.0))

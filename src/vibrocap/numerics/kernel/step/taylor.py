@@ -35,28 +35,28 @@ MANTISSA = 2**52 - 1  # bits of a double
 ONE = 1023 * 2**52  # bits of 1.0
 
 
-def taylor_step(real, whole, lane):
+def taylor_step(floats, ints, lane):
     """Largest step whose last two terms stay below the tolerance (Jorba and Zou 2005, with a fixed order).
 
     h = 0.9 min over the last two k of (tolerance/|c_k|)^(1/k), with c_k over the natural size of its state. The terms
     left out are smaller than the last one by about the ratio of step and radius of convergence. Enormous for a motion
     at rest; not a number if a coefficient is not.
     """
-    last, before = last_terms(real, lane)
+    last, before = last_terms(floats, lane)
     if not (last <= 1e300):
         return math.nan
-    if SET_VALUED and real[SIDE + lane] == 0.0 and real[LIMIT + lane] > 0.0:
+    if SET_VALUED and floats[SIDE + lane] == 0.0 and floats[LIMIT + lane] > 0.0:
         # The force that holds a stuck contact is an acceleration: less exact than the states, and it decides. Near the
         # crests of the drive every other term of it vanishes; where the states do not move, no other term tells of it.
-        inverse = 1.0 / real[LIMIT + lane]
-        before = max(before, abs(real[HOLD + (ORDER - 1) * LANES + lane]) * inverse)
-        last = max(last, abs(real[HOLD + (ORDER - 2) * LANES + lane]) * inverse * real[HOLD_RATE + lane])
+        inverse = 1.0 / floats[LIMIT + lane]
+        before = max(before, abs(floats[HOLD + (ORDER - 1) * LANES + lane]) * inverse)
+        last = max(last, abs(floats[HOLD + (ORDER - 2) * LANES + lane]) * inverse * floats[HOLD_RATE + lane])
     earlier = 0.0
     for i in range(SWITCHES):  # the guards of the law's branches decide too; they are known to one order less
         row = SWITCH + i * (ORDER + 1) * LANES + lane
-        before = max(before, abs(real[row + (ORDER - 1) * LANES]))
-        earlier = max(earlier, abs(real[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
-    tolerance = real[TOLERANCE + lane]
+        before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
+        earlier = max(earlier, abs(floats[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
+    tolerance = floats[TOLERANCE + lane]
     wanted = rough_logarithm(tolerance)
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
@@ -65,14 +65,14 @@ def taylor_step(real, whole, lane):
         h = min(
             h, rough_power((wanted * (1.0 / (ORDER - 2)) + SAFETY) - rough_logarithm(earlier) * (1.0 / (ORDER - 2)))
         )
-    if SPARSE and whole[ZEROS + lane] == 2:
+    if SPARSE and ints[ZEROS + lane] == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
-            h = min(h, rough_power((wanted - rough_logarithm(largest_term(real, lane, k))) * (1.0 / k) + SAFETY))
+            h = min(h, rough_power((wanted - rough_logarithm(largest_term(floats, lane, k))) * (1.0 / k) + SAFETY))
     if KINKED:
         # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
-        speed, slope = abs(real[VELOCITY + lane]), abs(real[VELOCITY + LANES + lane])
-        while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(real, lane, h):
+        speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
+        while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(floats, lane, h):
             h *= 0.5
     return h
 
@@ -83,37 +83,37 @@ def hold_rate(period, order):
     return 0.1 * rate * rate / (order * (order - 1))
 
 
-def last_terms(real, lane):
+def last_terms(floats, lane):
     """Largest last coefficient of a state, over its natural size, and largest last but one; inf for what is none."""
     last = 0.0
     before = 0.0
     for i in range(STATES):
-        inverse = 1.0 / real[SCALE + i * LANES + lane]
+        inverse = 1.0 / floats[SCALE + i * LANES + lane]
         row = SERIES + i * (ORDER + 1) * LANES + lane
-        last = max(last, abs(real[row + ORDER * LANES]) * inverse)
-        before = max(before, abs(real[row + (ORDER - 1) * LANES]) * inverse)
-        if not (abs(real[row + ORDER * LANES]) <= 1e300):
+        last = max(last, abs(floats[row + ORDER * LANES]) * inverse)
+        before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
+        if not (abs(floats[row + ORDER * LANES]) <= 1e300):
             return math.inf, before
     return last, before
 
 
-def largest_term(real, lane, k):
+def largest_term(floats, lane, k):
     """Largest coefficient k of a state, over its natural size."""
     largest = 0.0
     for i in range(STATES):
         row = SERIES + i * (ORDER + 1) * LANES + lane
-        largest = max(largest, abs(real[row + k * LANES]) / real[SCALE + i * LANES + lane])
+        largest = max(largest, abs(floats[row + k * LANES]) / floats[SCALE + i * LANES + lane])
     return largest
 
 
-def sign_in_doubt(real, lane, h):
+def sign_in_doubt(floats, lane, h):
     """Whether the last terms of the velocity's series are not small against its first ones at time h."""
     first = (
-        abs(real[VELOCITY + lane])
-        + abs(real[VELOCITY + LANES + lane]) * h
-        + abs(real[VELOCITY + 2 * LANES + lane]) * h * h
+        abs(floats[VELOCITY + lane])
+        + abs(floats[VELOCITY + LANES + lane]) * h
+        + abs(floats[VELOCITY + 2 * LANES + lane]) * h * h
     )
-    last = abs(real[VELOCITY + ORDER * LANES + lane]) * h + abs(real[VELOCITY + (ORDER - 1) * LANES + lane])
+    last = abs(floats[VELOCITY + ORDER * LANES + lane]) * h + abs(floats[VELOCITY + (ORDER - 1) * LANES + lane])
     return last * h ** (ORDER - 1) > 0.01 * first
 
 
@@ -134,35 +134,35 @@ def rough_power(y):
     return (1.00044 + g * (0.70345 + 0.23843 * g)) * power
 
 
-def series_value(real, row, s):
-    """Value at time s of the series whose first coefficient stands at real[row].
+def series_value(floats, row, s):
+    """Value at time s of the series whose first coefficient stands at floats[row].
 
     Even and odd powers are summed apart, chains of half as many dependent operations: each step waits for its start.
     """
     square = s * s
-    one = real[row + ORDER * LANES]
-    other = real[row + (ORDER - 1) * LANES]
+    one = floats[row + ORDER * LANES]
+    other = floats[row + (ORDER - 1) * LANES]
     for k in range(ORDER - 2, 0, -2):
-        one = one * square + real[row + k * LANES]
-        other = other * square + real[row + (k - 1) * LANES]
+        one = one * square + floats[row + k * LANES]
+        other = other * square + floats[row + (k - 1) * LANES]
     if ORDER % 2:
         return other + s * one
-    return real[row] + s * (other + s * one)
+    return floats[row] + s * (other + s * one)
 
 
-def through_five(real, row, v0, v1, v2, v3, v4, h):
+def through_five(floats, row, v0, v1, v2, v3, v4, h):
     """Write the series of degree 4 through five values at even distances along a step."""
     for k in range(5, ORDER + 1):
-        real[row + k * LANES] = 0.0
-    real[row] = v0
-    real[row + LANES] = (-25.0 * v0 + 48.0 * v1 - 36.0 * v2 + 16.0 * v3 - 3.0 * v4) / (3.0 * h)
-    real[row + 2 * LANES] = (70.0 * v0 - 208.0 * v1 + 228.0 * v2 - 112.0 * v3 + 22.0 * v4) / (3.0 * h**2)
-    real[row + 3 * LANES] = (-80.0 * v0 + 288.0 * v1 - 384.0 * v2 + 224.0 * v3 - 48.0 * v4) / (3.0 * h**3)
-    real[row + 4 * LANES] = 32.0 * (v0 - 4.0 * v1 + 6.0 * v2 - 4.0 * v3 + v4) / (3.0 * h**4)
+        floats[row + k * LANES] = 0.0
+    floats[row] = v0
+    floats[row + LANES] = (-25.0 * v0 + 48.0 * v1 - 36.0 * v2 + 16.0 * v3 - 3.0 * v4) / (3.0 * h)
+    floats[row + 2 * LANES] = (70.0 * v0 - 208.0 * v1 + 228.0 * v2 - 112.0 * v3 + 22.0 * v4) / (3.0 * h**2)
+    floats[row + 3 * LANES] = (-80.0 * v0 + 288.0 * v1 - 384.0 * v2 + 224.0 * v3 - 48.0 * v4) / (3.0 * h**3)
+    floats[row + 4 * LANES] = 32.0 * (v0 - 4.0 * v1 + 6.0 * v2 - 4.0 * v3 + v4) / (3.0 * h**4)
 
 
-def move_to(real, whole, lane, s):
+def move_to(floats, ints, lane, s):
     """Put the lane at time s of its present series."""
     for i in range(ROWS):
-        real[STATE + i * LANES + lane] = series_value(real, SERIES + i * (ORDER + 1) * LANES + lane, s)
-    real[TIME + lane] += s
+        floats[STATE + i * LANES + lane] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+    floats[TIME + lane] += s

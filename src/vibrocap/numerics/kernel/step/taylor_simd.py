@@ -1,7 +1,7 @@
 """The Taylor step of all lanes at once, see `taylor.py`: its length, and a value of a series.
 
 To the last bit as there, but for what LLVM fuses: the lengths of stiff steps hang on the last coefficients, which hang
-on what is left of disturbances that have decayed, and a cycle is one whether its steps were taken abreast or alone.
+on what is left of disturbances that have decayed, and a cycle is one whether its steps were taken together or alone.
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, load, mantissa, power_of_two, where
@@ -32,28 +32,28 @@ def greater(x, y):
     return where(x > y, x, y)
 
 
-def taylor_steps(real, side):
+def taylor_steps(floats, side):
     """(`taylor.taylor_step`, last term, last but one) of all lanes; step 0 where a coefficient is not a number."""
     last = 0.0 * side
     before = 0.0 * side
     for i in range(STATES):
-        inverse = load(real, INVERSE_SCALE + i * LANES)
-        last = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
-        before = greater(abs(load(real, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
+        inverse = load(floats, INVERSE_SCALE + i * LANES)
+        last = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
+        before = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
     if SET_VALUED:
-        limit = load(real, LIMIT)
+        limit = load(floats, LIMIT)
         holding = (side == 0.0) & (limit > 0.0)
         inverse = 1.0 / where(holding, limit, 1.0)
-        share = abs(load(real, HOLD + (ORDER - 1) * LANES)) * inverse
+        share = abs(load(floats, HOLD + (ORDER - 1) * LANES)) * inverse
         before = where(holding, greater(share, before), before)
-        share = abs(load(real, HOLD + (ORDER - 2) * LANES)) * inverse * load(real, HOLD_RATE)
+        share = abs(load(floats, HOLD + (ORDER - 2) * LANES)) * inverse * load(floats, HOLD_RATE)
         last = where(holding, greater(share, last), last)
     decisive, earlier = before, 0.0 * side
     for i in range(SWITCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
-        decisive = greater(abs(load(real, row + (ORDER - 1) * LANES)), decisive)
-        earlier = greater(abs(load(real, row + (ORDER - 2) * LANES)), earlier)
-    wanted = rough_logarithms(load(real, TOLERANCE))
+        decisive = greater(abs(load(floats, row + (ORDER - 1) * LANES)), decisive)
+        earlier = greater(abs(load(floats, row + (ORDER - 2) * LANES)), earlier)
+    wanted = rough_logarithms(load(floats, TOLERANCE))
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithms(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithms(decisive) * (1.0 / (ORDER - 1))
     h = rough_powers(lesser(one, other))
@@ -70,19 +70,19 @@ def rough_logarithms(x):
 
 def rough_powers(y):
     """`taylor.rough_power` of all lanes."""
-    whole = (y + NEAREST) - NEAREST
-    g = y - whole
-    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power_of_two(whole)
+    ints = (y + NEAREST) - NEAREST
+    g = y - ints
+    return (1.00044 + g * (0.70345 + 0.23843 * g)) * power_of_two(ints)
 
 
-def series_values(real, row, h):
+def series_values(floats, row, h):
     """`taylor.series_value` of all lanes."""
     square = h * h
-    one = load(real, row + ORDER * LANES)
-    other = load(real, row + (ORDER - 1) * LANES)
+    one = load(floats, row + ORDER * LANES)
+    other = load(floats, row + (ORDER - 1) * LANES)
     for k in range(ORDER - 2, 0, -2):
-        one = one * square + load(real, row + k * LANES)
-        other = other * square + load(real, row + (k - 1) * LANES)
+        one = one * square + load(floats, row + k * LANES)
+        other = other * square + load(floats, row + (k - 1) * LANES)
     if ORDER % 2:
         return other + h * one
-    return load(real, row) + h * (other + h * one)
+    return load(floats, row) + h * (other + h * one)

@@ -7,7 +7,7 @@ from test_ensemble import LANES, ORDER, sliding_lanes
 
 def test_a_slide_that_is_not_looked_at_goes_on():
     """Where the bound on a slide lets the search for its end be skipped, the velocity stays on its side."""
-    kernel, real, _, _ = sliding_lanes("lugre")
+    kernel, floats, _, _ = sliding_lanes("lugre")
     draw = np.random.default_rng(6)
     never = np.zeros(LANES, bool)
     counts = np.zeros(3)
@@ -17,9 +17,9 @@ def test_a_slide_that_is_not_looked_at_goes_on():
         series *= draw.random(series.shape) < 0.4  # so that a single term decides
         side = draw.choice([-1.0, 1.0], LANES)
         series[:zeros], series[zeros] = 0.0, side * draw.uniform(0.0, 1.0, LANES)
-        real[kernel["VELOCITY"] :][: series.size] = series.ravel()
+        floats[kernel["VELOCITY"] :][: series.size] = series.ravel()
         h = draw.uniform(0.1, 1.0, LANES)
-        ahead, change = kernel["ahead_abreast"](real, side, never, never | (zeros == 1), never | (zeros == 2), h)
+        ahead, change = kernel["ahead_simd"](floats, side, never, never | (zeros == 1), never | (zeros == 2), h)
         times = np.linspace(0.0, 1.0, 101)[:, None] * h
         velocity = sum(c * times ** (k - zeros) for k, c in enumerate(series) if k >= zeros)
         away = sum(c * times**k for k, c in enumerate(series) if k >= 1)
