@@ -71,7 +71,7 @@ def test_series_of_a_law_solve_its_equations(law):
     force, rates = law.force(velocity, z, graph.node("side"), 1.3)
     followed = [graph.expression(e) for e in (force, *law.switches(velocity, z, graph.node("side"), 1.3))]
     writer = JetWriter(graph, [graph.expression(rate) for rate in rates])
-    names = {"math": math, "real": list(internal), "STATE": 0, "LANES": 1, "lane": 0, "time": 0.0, "sliding": side}
+    names = {"math": math, "floats": list(internal), "STATE": 0, "LANES": 1, "lane": 0, "time": 0.0, "sliding": side}
     wanted = [[writer.coefficient(e.index, k) for k in range(ORDER + 1)] for e in (*z, *followed)]
     exec("\n".join(writer.lines), names)
     series = [[eval(value, names) for value in row] for row in wanted]

@@ -97,7 +97,7 @@ def test_derivative_goes_through_stick_and_slip():
     ("right", "wrong"),
     [
         ("delay = -change / slope if slope != 0.0 else 0.0", "delay = 0.0"),
-        ("-= rate * real[DELAY + lane]", "+= rate * real[DELAY + lane]"),
+        ("-= rate * floats[DELAY + lane]", "+= rate * floats[DELAY + lane]"),
     ],
 )
 def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):

@@ -60,7 +60,7 @@ class RecordedLaw:
         if key not in self._functions:
             writer = ScalarWriter(self.graph)
             names = ", ".join([writer.name(expression) for expression in expressions])
-            source = "\n    ".join(["def values(real, side, point=0):", *writer.lines, f"return [{names}]"])
+            source = "\n    ".join(["def values(floats, side, point=0):", *writer.lines, f"return [{names}]"])
             namespace: dict[str, Any] = {"math": _NUMPY}
             exec(source, namespace)
             self._functions[key] = namespace["values"]

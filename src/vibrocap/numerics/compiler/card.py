@@ -22,8 +22,8 @@ declare i32 @llvm.nvvm.read.ptx.sreg.tid.x()
 declare i32 @llvm.nvvm.read.ptx.sreg.ctaid.x()
 declare i32 @llvm.nvvm.read.ptx.sreg.ntid.x()
 declare i32 @llvm.nvvm.read.ptx.sreg.nctaid.x()
-define ptx_kernel void @{entry}(ptr %trace, ptr %queue, ptr %start_real, ptr %start_whole, ptr %kept_real,
-                                ptr %kept_whole, i64 %fresh, i64 %rounds) {{
+define ptx_kernel void @{entry}(ptr %trace, ptr %queue, ptr %start_floats, ptr %start_ints, ptr %kept_floats,
+                                ptr %kept_ints, i64 %fresh, i64 %rounds) {{
   %floats = alloca [{reals} x double], align 16
   %ints = alloca [{wholes} x i64], align 16
   %in_block = call i32 @llvm.nvvm.read.ptx.sreg.tid.x()
@@ -35,8 +35,8 @@ define ptx_kernel void @{entry}(ptr %trace, ptr %queue, ptr %start_real, ptr %st
   %all = mul i32 %blocks, %size
   %thread = zext i32 %number to i64
   %threads = zext i32 %all to i64
-  %done = call i64 @kernel_entry(ptr %floats, ptr %ints, ptr %trace, ptr %queue, ptr %start_real, ptr %start_whole,
-                                 ptr %kept_real, ptr %kept_whole, i64 %thread, i64 %threads, i64 %fresh, i64 %rounds)
+  %done = call i64 @kernel_entry(ptr %floats, ptr %ints, ptr %trace, ptr %queue, ptr %start_floats, ptr %start_ints,
+                                 ptr %kept_floats, ptr %kept_ints, i64 %thread, i64 %threads, i64 %fresh, i64 %rounds)
   ret void
 }}
 """

@@ -237,9 +237,9 @@ def _chunk_run(
         *(queue.nbytes, floats.nbytes, ints.nbytes, kept * layout.places["WORK"], kept * len(ints)),
     )
     with card.arrays(*sizes) as addresses:
-        trace, on_card, start_real, start_whole, *_ = addresses
+        trace, on_card, start_floats, start_ints, *_ = addresses
         table = trace + runs.nbytes + results.nbytes
-        sent = (trace, runs), (table, tables.ravel()), (start_real, floats), (start_whole, ints)
+        sent = (trace, runs), (table, tables.ravel()), (start_floats, floats), (start_ints, ints)
         for address, values in sent:
             if values.size:
                 card.send(address, values)

@@ -14,7 +14,7 @@ class Square(Piecewise):
     """
 
     amplitude: Number = parameter(1.0, "h", "level of the first part; that of the second is -h", "effort")
-    frequency: Positive = parameter(1.0, "omega", "drive frequency over the pendulum's natural frequency", "frequency")
+    frequency: Positive = parameter(1.0, "omega", "drive frequency over the machine's natural frequency", "frequency")
     duty: WithinOne = parameter(0.5, "d", "share of the period at the first level", "share")
 
     name: ClassVar[str] = "square"

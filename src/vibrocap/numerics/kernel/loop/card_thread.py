@@ -16,16 +16,16 @@ WHOLE_SIZE = 0  # numbers in `ints`; set behind this text
 
 
 def run_thread(
-    floats, ints, trace, queue, start_real, start_whole, kept_real, kept_whole, thread, threads, fresh, rounds
+    floats, ints, trace, queue, start_floats, start_ints, kept_floats, kept_ints, thread, threads, fresh, rounds
 ):
     """Make up to `rounds` steps, through run after run of the trace, until the queue is empty.
 
-    kept_real, kept_whole: [entries, threads] what the threads carry between launches; fresh: begin from start_* instead
+    kept_floats, kept_ints: [entries, threads] what threads carry between launches; fresh: begin from start_* instead
     """
     for i in range(WORK):
-        floats[i] = start_real[i] if fresh != 0 else kept_real[i * threads + thread]
+        floats[i] = start_floats[i] if fresh != 0 else kept_floats[i * threads + thread]
     for i in range(WHOLE_SIZE):
-        ints[i] = start_whole[i] if fresh != 0 else kept_whole[i * threads + thread]
+        ints[i] = start_ints[i] if fresh != 0 else kept_ints[i * threads + thread]
     running = True
     for _ in range(rounds):
         if ints[STATUS] != RUNNING:
@@ -40,9 +40,9 @@ def run_thread(
     if running:
         take(queue, BUSY, 1)
     for i in range(WORK):
-        kept_real[i * threads + thread] = floats[i]
+        kept_floats[i * threads + thread] = floats[i]
     for i in range(WHOLE_SIZE):
-        kept_whole[i * threads + thread] = ints[i]
+        kept_ints[i * threads + thread] = ints[i]
 
 
 def sine(x):
