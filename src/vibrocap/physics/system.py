@@ -285,7 +285,9 @@ class System:
         rates = machine.rates(t, mechanical, drive, taken)
         at_first = (taken,) if self.machine.coupled else ()
         ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
-        if self.machine.coupled:
+        own_kinds = (0, 1, 2)
+        if self.machine.coupled:  # a contact among others: what is a paradox alone leaves them without one answer
+            own_kinds = (BOUNDS.index("ambiguous_contacts"), 1, 2)
             more, more_kinds = machine.further_bounds(t, mechanical, drive, taken)
             ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
         outer_force = machine.outer_force(t, mechanical, drive, *at_first)
@@ -316,7 +318,7 @@ class System:
             energy=machine.energy(t, mechanical),
             contact_energy=stored,
             bounds=(*bounds, *ends),
-            bound_kinds=(*range(len(bounds)), *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
+            bound_kinds=(*own_kinds[: len(bounds)], *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
             loads=loads,
             quotients=tuple(machine.quotients(t, mechanical, drive)) if self.machine.coupled else (),
             further=machine.further(t, mechanical, drive, *at_first) if self.machine.contacts else (),
