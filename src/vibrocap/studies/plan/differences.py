@@ -4,6 +4,8 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
+from vibrocap.measures.standard import LOAD_WATCH
+
 Said = dict[str, tuple[str, Any]]  # name: (a short text, what is to be equal)
 
 
@@ -26,7 +28,9 @@ def _described(record: Mapping[str, Any]) -> Said:
             found[key if section == "run" else f"{section}.{key}"] = (str(value), value)
     found |= {name: (str(record[name]), record[name]) for name in ("window", "settle", "device")}
     names = [measure if isinstance(measure, str) else measure["name"] for measure in record["measures"]]
-    found["measures"] = (", ".join(names), sorted(map(str, record["measures"])))
+    asked = [measure for measure in record["measures"] if measure != LOAD_WATCH]
+    found["measures"] = (", ".join(name for name in names if name != LOAD_WATCH), sorted(map(str, asked)))
+    found["watch of the load"] = ("on", True) if LOAD_WATCH in names else ("off", False)
     found |= _plan(record["plan"])
     for what, digest in record.get("parts", {}).items():
         found[f"the code of {what}"] = (digest[:12], digest)
