@@ -431,7 +431,7 @@ def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
 def test_a_disk_that_is_really_full(tmp_path):
     place = tmp_path / "disk"
     place.mkdir()
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=96k", "tmpfs", str(place)], capture_output=True).returncode:
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=128k", "tmpfs", str(place)], capture_output=True).returncode:
         pytest.skip("no right to mount a disk")
     try:
         with pytest.raises(StoreError, match="No space left on device"):
