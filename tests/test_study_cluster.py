@@ -14,6 +14,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import dask
 import distributed
 import psutil
 import pytest
@@ -30,6 +31,14 @@ from vibrocap.studies.sweep import sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic())
 OVER = {"machine.mass_ratio": "1:4:31", "machine.stiffness": "1:2:5"}
+
+
+@pytest.fixture(autouse=True)
+def dask_as_before():
+    """A client whose scheduler was killed leaves Dask asking for it; later tests of the process are to find none."""
+    before = dask.config.get("scheduler", None)
+    yield
+    dask.config.set(scheduler=before)
 
 
 @pytest.fixture

@@ -65,7 +65,7 @@ RUNNER = """
 #include <stdio.h>
 #include <stdlib.h>
 
-int64_t kernel_entry(double *real, int64_t *whole, double *tape, int64_t rounds);
+int64_t kernel_entry(double *floats, int64_t *ints, double *trace, int64_t rounds);
 
 static void *numbers(long count) { /* eight bytes each, from the start of a cache line on, as the kernel expects */
     void *room = aligned_alloc(64, (8 * count + 63) / 64 * 64);
@@ -75,9 +75,9 @@ static void *numbers(long count) { /* eight bytes each, from the start of a cach
 
 int main(int count, char **sizes) {
     long length = atol(sizes[3]);
-    double *real = numbers(atol(sizes[1]));
-    int64_t *whole = numbers(atol(sizes[2]));
-    double *tape = numbers(length);
+    double *floats = numbers(atol(sizes[1]));
+    int64_t *ints = numbers(atol(sizes[2]));
+    double *trace = numbers(length);
     while (kernel_entry(floats, ints, trace, 500)) {}
     return fwrite(trace, 8, length, stdout) == (size_t)length ? 0 : 3;
 }
