@@ -138,7 +138,9 @@ def hidden_label(view: View) -> str:
     """The legend of runs whose constant load hides a lift-off; empty where there is none."""
     count = sum(int(hidden_lift_off(panel).sum()) for panel in view.panels)
     total = sum(panel.status.size for panel in view.panels)
-    return f"the true load would be negative: {share(count, total)}" if count else ""
+    near = any("least_reaction" not in panel.dataset for panel in view.panels)  # known at the starts of steps only
+    would_be = "would be negative or nearly so" if near else "would be negative"
+    return f"the true load {would_be}: {share(count, total)}" if count else ""
 
 
 @dataclasses.dataclass(frozen=True)
