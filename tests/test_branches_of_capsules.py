@@ -261,8 +261,8 @@ def test_command_says_why_a_branch_was_not_followed(tmp_path, capsys):
         '[drive]\nwaveform = "harmonic"\namplitude = 1.2\n[initial]\nangle = 1.0\n[run]\nperiods = 10\n',
         encoding="utf-8",
     )
-    assert cli.main(["branch", str(chaos), "--over", "drive.amplitude=1.1:1.3", "--settle-periods", "50"]) == 3
-    assert "No orbit closes at the start" in capsys.readouterr().err
+    assert cli.main(["branch", str(chaos), "--over", "drive.amplitude=1.1:1.3", "--settle-periods", "40"]) == 3
+    assert "No steady motion closed at the start" in capsys.readouterr().err
     assert cli.main(["orbit", str(chaos), "--settle-periods", "300", "--json"]) == 3
     record = json.loads(capsys.readouterr().out)
     assert record["status"] == "not settled"
