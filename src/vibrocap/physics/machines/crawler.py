@@ -11,14 +11,11 @@ from vibrocap.physics.machines.machine import (
     NonNegative,
     Number,
     Positive,
-    Shape,
     SIScales,
     parameter,
     parameters,
 )
-
-APART = 5.0  # of the middles of neighbouring bodies in pictures, where the springs are not stretched
-NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
+from vibrocap.physics.machines.row import APART, NUMBERS, numbered, row_of_bodies
 
 
 class Crawler(Machine):
@@ -45,7 +42,7 @@ class Crawler(Machine):
 
     def _all(self, name: str, count: int) -> tuple:
         """A parameter of the first so many bodies or gaps."""
-        return tuple(getattr(self, _numbered(name, i)) for i in range(1, count + 1))
+        return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
 
     def scales(self, time=1.0):
         """Opening and speed that a force of the size of all loads makes, as of an `Oscillator`."""
@@ -140,17 +137,7 @@ class Crawler(Machine):
         places = [y[2]]
         for z, _ in self._gaps(y):
             places.append(places[-1] + APART + z)
-        found = []
-        for i, x in enumerate(places, start=1):
-            found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
-            found += [Shape("contact", f"contact {i}", ((x, 0.0),), (0.9, 0.0))]
-        for i, (behind, ahead) in enumerate(itertools.pairwise(places), start=1):
-            found.append(Shape("spring", f"spring {i}", ((behind + 0.5, 0.25), (ahead - 0.5, 0.25))))
-        return tuple(found)
-
-
-def _numbered(name: str, number: int) -> str:
-    return name if number == 1 else f"{name}_{number}"
+        return row_of_bodies(places, "spring")
 
 
 @functools.cache
@@ -162,8 +149,8 @@ def crawler(bodies: int) -> Any:
     kinds: dict[str, Any] = {}
 
     def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, role: str):
-        fields[_numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
-        kinds[_numbered(name, number)] = kind
+        fields[numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
+        kinds[numbered(name, number)] = kind
 
     for i in range(1, bodies + 1):
         field("mass", i, Positive, 1.0, "m", f"mass of body {i}", "mass")

@@ -1,7 +1,6 @@
 """Worms of two to ten bodies in a row, whose distances the drive imposes, each with a contact of its own."""
 
 import functools
-import itertools
 import math
 from typing import Any, ClassVar
 
@@ -10,14 +9,11 @@ from vibrocap.physics.machines.machine import (
     Imposed,
     Number,
     Positive,
-    Shape,
     SIScales,
     parameter,
     parameters,
 )
-
-APART = 5.0  # of the middles of neighbouring bodies in pictures, where the drive is at 0
-NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
+from vibrocap.physics.machines.row import APART, NUMBERS, numbered, row_of_bodies
 
 
 class Worm(Imposed):
@@ -57,7 +53,7 @@ class Worm(Imposed):
 
     def _all(self, name: str, count: int) -> tuple:
         """A parameter of the first so many bodies or gaps."""
-        return tuple(getattr(self, _numbered(name, i)) for i in range(1, count + 1))
+        return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
 
     def _mass(self):
         """M."""
@@ -138,21 +134,16 @@ class Worm(Imposed):
             behind = behind - (mass * (centre + share * curvature) + friction)
             if self.gravity is not None:
                 behind = behind - mass * self.gravity[1]
-            found[_numbered("actuator_force", i)] = behind
-            power = power + getattr(self, _numbered("actuation", i)) * behind * slope
+            found[numbered("actuator_force", i)] = behind
+            power = power + getattr(self, numbered("actuation", i)) * behind * slope
         return {**found, "actuator_power": power}
 
     def scene(self, t, y):
         """Blocks in a row, with rods as long as the drive makes them."""
-        places, found = [y[0]], []
+        places = [y[0]]
         for share in self._all("actuation", self.bodies - 1):
             places.append(places[-1] + APART + share * self.imposed.value(t))
-        for i, x in enumerate(places, start=1):
-            found += [Shape("box", f"body {i}", ((x, 0.25),), (1.0, 0.5))]
-            found += [Shape("contact", f"contact {i}", ((x, 0.0),), (0.9, 0.0))]
-        for i, (behind, ahead) in enumerate(itertools.pairwise(places), start=1):
-            found.append(Shape("rod", f"rod {i}", ((behind + 0.5, 0.25), (ahead - 0.5, 0.25))))
-        return tuple(found)
+        return row_of_bodies(places, "rod")
 
 
 def _sum(force, others):
@@ -160,10 +151,6 @@ def _sum(force, others):
     for other in others:
         force = force + other
     return force
-
-
-def _numbered(name: str, number: int) -> str:
-    return name if number == 1 else f"{name}_{number}"
 
 
 @functools.cache
@@ -175,8 +162,8 @@ def worm(bodies: int) -> Any:
     kinds: dict[str, Any] = {}
 
     def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, role: str):
-        fields[_numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
-        kinds[_numbered(name, number)] = kind
+        fields[numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
+        kinds[numbered(name, number)] = kind
 
     for i in range(1, bodies + 1):
         field("mass", i, Positive, 1.0, "m", f"mass of body {i}", "mass")
