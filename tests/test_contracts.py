@@ -39,7 +39,8 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
 SAMPLES = 20
-NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed"}  # contracts, and wrappers of laws
+# the contracts, wrappers of laws, and what machines of several bodies share
+NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "row"}
 
 
 MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
