@@ -305,7 +305,7 @@ def test_points_go_to_the_ensemble(monkeypatch):
     dataset = adaptive_map(SYSTEM, over, by, measures=("drift",), initial={"velocity": 0.2}, tolerance=1e-7, threads=1)
     system, measures, settings = calls[0]
     assert system is SYSTEM
-    assert measures == ("drift", "mean_velocity", "least_reaction_seen")
+    assert measures == ("drift", "mean_velocity", "hidden_lift_off")
     assert settings["settle"] == pytest.approx(1e-4, rel=1e-12)
     assert settings | {"initial": {"velocity": 0.2}, "tolerance": 1e-7, "threads": 1} == settings
     assert dataset["machine.mass_ratio"].attrs["long_name"]

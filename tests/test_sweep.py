@@ -32,7 +32,7 @@ def test_the_dataset_is_labelled(cheap):
         settle=1e-6,
         window=7,
     )
-    assert list(found) == [*ALWAYS, "mean_velocity", "word", "least_reaction_seen"]
+    assert list(found) == [*ALWAYS, "mean_velocity", "word", "hidden_lift_off"]
     assert dict(found.sizes) == {"machine.mass_ratio": 5, "drive.amplitude": 2, "initial.angle": 3}
     assert found["machine.mass_ratio"].attrs["symbol"] == "lambda"
     assert found["machine.mass_ratio"].attrs["units"] == "1"

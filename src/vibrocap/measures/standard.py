@@ -184,7 +184,7 @@ FRICTION = (
 )
 
 
-LOAD_WATCH = "least_reaction_seen"  # taken of every study of a machine whose constant load may hide a lift-off
+LOAD_WATCH = "hidden_lift_off"  # taken of every study of a machine whose constant load may hide a lift-off
 STOPS = (
     Measure(
         "impacts",
@@ -242,10 +242,9 @@ REACTION = (
     ),
     Measure(
         LOAD_WATCH,
-        "least normal reaction of the ground at the starts of steps in the window, of a load that is held constant "
-        "(NaN: it is not)",
-        Standard(lambda runs: runs.results.least_load),
-        si_unit="N",
+        "1: under its constant load the machine would have lifted off in the window, 0: it would not (NaN: the load "
+        "follows the motion)",
+        Standard(lambda runs: runs.results.lifted),
     ),
     Measure.largest(
         "largest_reaction",

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
-from vibrocap.numerics.expressions.balance import Balance, NormalBalance
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
+from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
@@ -60,6 +60,9 @@ class Equations:
     balance: Balance | None  # of momentum, where it gives the acceleration of the contact
     guard_tangents: tuple[Expression, ...] = ()  # how the guards grow along the tangent
     corners: Corners | None = None  # of the drive; its present segment stands behind the other parameters
+    true_load: Expression | None = None  # what the ground would have to give, where the load is held constant
+    # Momentum normal to the ground, whose rate is that load but for a constant, on a graph that begins with `graph`.
+    normal_momentum: Expression | None = None
 
     @property
     def guards(self) -> tuple[Expression, ...]:
@@ -202,6 +205,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         observables["command"] = flow.command
     others = (each.taken for each in flow.further) if system.machine.coupled == "distances" else ()
     observables |= placed.actuator(graph.node("time"), mechanical, flow.taken, *others)
+    expressed = {name: expression(value) for name, value in observables.items()}
     return Equations(
         graph=graph,
         state_names=system.state_names,
@@ -232,11 +236,15 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked"
         or (system.friction.kind == "smooth" and system.environment is not None),
-        observables={name: expression(value) for name, value in observables.items()},
+        observables=expressed,
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
         balance=None if flow.further or not _balances(balance, flow, len(paths)) else balance,
         corners=corners,
+        true_load=None if flow.loads else expressed.get("reaction"),
+        normal_momentum=None
+        if flow.loads or reaction is None
+        else _normal_momentum(system, placed, y, flow, expressed["reaction"], len(paths)),
     )
 
 
@@ -326,6 +334,27 @@ def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flo
         moving=moving,
         at_rest=at_rest,
     )
+
+
+def _normal_momentum(
+    system: System, machine: Machine, y: tuple, flow: Flow, reaction: Expression, parameters: int
+) -> Expression | None:
+    """Momentum normal to the ground, which the motion has no need of, if the true load follows from it.
+
+    It is compared where no switched state is on, as a mass that touches a stop has none.
+    """
+    own = copy.deepcopy(y[0].graph)
+    states = [Expression(own, state.index) for state in y]
+    momentum = machine.vertical_momentum(own.node("time"), tuple(states[: len(machine.states)]))
+    if momentum is None:
+        return None
+    momentum = own.expression(momentum)
+    mean = Expression(own, reaction.index) - rate_of(momentum, list(map(own.expression, flow.rates)))
+    draw = np.random.default_rng(0)
+    at = [np.zeros(5) if name in system.switched else draw.uniform(0.1, 0.9, 5) for name in system.state_names]
+    with np.errstate(all="ignore"):
+        (means,) = evaluate([mean], draw.uniform(0.1, 0.9, 5), at, 1.0, draw.uniform(0.5, 1.5, parameters))
+    return momentum if np.ptp(means) <= 1e-9 * np.max(np.abs(means)) else None
 
 
 def _with_symbols(part: str, record: Any, symbols: dict[str, Expression]) -> Any:

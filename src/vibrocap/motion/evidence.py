@@ -14,6 +14,7 @@ from vibrocap.numerics.api import Recorded, codes
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import CONTACT_CHANNELS
 
+ZOOMS = 12  # of the least reaction within a piece: to 1e-8 of its length, the square of which is rounding
 POINTS = 9  # per piece at which a certificate looks
 FINE = 65  # points per piece among which the slowest is looked for
 PIECES_AT_A_TIME = 1000
@@ -190,15 +191,32 @@ def _reaction(motion: Trajectory, index: np.ndarray, s: np.ndarray) -> tuple[flo
     if "reaction" not in motion.observable_names:
         return None, ()
     (reaction,) = motion.piece_observables(("reaction",), index, s)
-    least = float(np.min(reaction))
-    if least >= 0.0 or motion.system.machine.follows_load:
-        return least, ()
-    first = int(np.argmax(reaction < 0.0))
-    time = motion.piece_start[index[first]] + s[first]
+    pieces, least = _least_of_pieces(motion, reaction.reshape(-1, POINTS))
+    if np.min(least) >= 0.0 or motion.system.machine.follows_load:
+        return float(np.min(least)), ()
+    time, least = motion.piece_start[pieces[np.argmax(least < 0.0)]], float(np.min(least))
     return least, (
         f"the true normal load would be negative, first about time {time:.4g}, down to {least:.4g}: the machine would "
         f'lift off, which a constant load hides; use normal_load = "dynamic"',
     )
+
+
+def _least_of_pieces(motion: Trajectory, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(pieces in which the reaction may be least or below zero, its least value in each).
+
+    seen: at the points of every piece; between them it is looked at again and again, four times closer each time
+    """
+    lows, spread = seen.min(axis=1), np.ptp(seen, axis=1)
+    pieces = np.flatnonzero(lows - spread <= max(lows.min(), 0.0))
+    least, middle = lows[pieces], seen[pieces].argmin(axis=1) / (POINTS - 1.0)
+    for zoom in range(1, ZOOMS + 1):
+        width = 4.0**-zoom
+        around = np.clip(middle[:, None] + np.linspace(-0.5, 0.5, POINTS) * width, 0.0, 1.0)
+        s = around * motion.piece_length[pieces][:, None]
+        (values,) = motion.piece_observables(("reaction",), np.repeat(pieces, POINTS), s.ravel())
+        values = values.reshape(-1, POINTS)
+        least, middle = np.minimum(least, values.min(axis=1)), around[np.arange(len(pieces)), values.argmin(axis=1)]
+    return pieces, least
 
 
 def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, *names: str) -> float:

@@ -123,24 +123,21 @@ def share(count: int, total: int) -> str:
 def hidden_lift_off(panel: Panel) -> np.ndarray:
     """Runs that finished although the true load was negative, which a constant load does not notice.
 
-    Marked by hatching. Of a study without the measure `least_reaction` the load is known at the starts of steps only:
-    runs in which it comes near zero there are marked, too (`between_steps` of the variable), so that none is left out.
+    Marked by hatching. A study without the measure `least_reaction` watches the load by itself.
     """
-    least = np.full(panel.status.shape, np.inf)
+    hidden = np.zeros(panel.status.shape, bool)
     if "least_reaction" in panel.dataset:
-        least = panel.other("least_reaction")
+        hidden = panel.other("least_reaction") < 0.0
     elif LOAD_WATCH in panel.dataset:
-        least = panel.other(LOAD_WATCH) - float(panel.dataset[LOAD_WATCH].attrs["between_steps"])
-    return (least < 0.0) & (panel.status == FINISHED)
+        hidden = panel.other(LOAD_WATCH) > 0.0
+    return hidden & (panel.status == FINISHED)
 
 
 def hidden_label(view: View) -> str:
     """The legend of runs whose constant load hides a lift-off; empty where there is none."""
     count = sum(int(hidden_lift_off(panel).sum()) for panel in view.panels)
     total = sum(panel.status.size for panel in view.panels)
-    near = any("least_reaction" not in panel.dataset for panel in view.panels)  # known at the starts of steps only
-    would_be = "would be negative or nearly so" if near else "would be negative"
-    return f"the true load {would_be}: {share(count, total)}" if count else ""
+    return f"the true load would be negative: {share(count, total)}" if count else ""
 
 
 @dataclasses.dataclass(frozen=True)

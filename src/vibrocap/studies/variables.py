@@ -7,7 +7,6 @@ import numpy as np
 
 from vibrocap.case.case import CATALOGUES, case_text
 from vibrocap.measures.during_run import measure_table
-from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.conversion import path_in_si
@@ -24,7 +23,6 @@ TEXT = np.dtypes.StringDType()
 NOT_RUN = -1  # status of a run whose tile is not stored yet
 ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")  # of every run, asked for or not
 TITLE = "Study of vibro-driven capsules"
-BETWEEN_STEPS = 0.1  # of the load at rest, by which the least load may be below that at the starts of steps
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,20 +146,11 @@ def _measures(study: Study) -> tuple[Variable, ...]:
         attributes: dict[str, Any] = {"long_name": measure.meaning, "units": unit}
         if scale is not None:
             attributes["dimensionless_unit"] = scale
-        if measure.name == LOAD_WATCH:
-            attributes["between_steps"] = BETWEEN_STEPS * _load_at_rest(study.case.system) * (scale or 1.0)
         if getattr(measure.how, "text", False):
             found.append(Variable(measure.name, TEXT, "", attributes))
         else:
             found.append(Variable(measure.name, np.dtype(np.float64), np.nan, attributes, scale=scale or 1.0))
     return tuple(found)
-
-
-def _load_at_rest(system: System) -> float:
-    """What the ground carries where nothing moves and nothing drives."""
-    machine = system.placed
-    inertia, own, _ = machine.reaction(0.0, (0.0,) * len(machine.states), 0.0)
-    return abs(float(own / inertia))
 
 
 def _along_runs(plan: Runs, system: System) -> tuple[Variable, ...]:

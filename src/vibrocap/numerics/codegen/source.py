@@ -9,8 +9,9 @@ from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
+from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
-from vibrocap.numerics.kernel.memory_layout import HEAVY, Layout
+from vibrocap.numerics.kernel.memory_layout import Layout
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
@@ -47,6 +48,9 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     constants["SPARSE"] = sparse(equations)
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
+    constants |= {"WATCHED": layout.watched, "REACTION": series + (layout.rows + 4 + layout.switches) * row_size}
+    if not layout.watched:
+        constants["LIFTED"] = -1
     lines = [f"{name} = {value!r}" for name, value in constants.items()]
     integrals = equations.integrals[: layout.rows - layout.states]
     functions = [
@@ -80,6 +84,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     graph, order, simd = equations.graph, layout.order, loop == "simd"
     # A graphics card has functions of its own, and runs the ensemble one by one.
     writer = JetWriter(graph, list(equations.rates), simd, equations.balance, polynomials=loop != "ensemble")
+    watched = LoadSeries(equations, writer, order) if layout.watched else None
     states, rows = layout.states, layout.rows
     head = [f"time = {writer.entry('TIME')}", f"sliding = {writer.entry('SIDE')}"]
     located = (*(True for _ in equations.switches), *equations.located)  # of the guards: those that need a series
@@ -107,11 +112,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             held = writer.coefficient(equations.hold.index, k) if resting is None else resting.holding(k)
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
-        if k == 0 and "UNLOADED" in layout.places:
-            unloaded = f"{HEAVY!r} - {writer.coefficient(equations.observables['reaction'].index, 0)}"
-            writer.lines.append(f"unloaded = {unloaded}")
-            most = writer.entry("UNLOADED")
-            put("UNLOADED", f"where(unloaded > {most}, unloaded, {most})" if simd else f"max({most}, unloaded)")
+        for number, term in watched.at_order(k) if watched else ():
+            keep(rows + 4 + layout.switches, number, term)
         if k == 1 and equations.hold is None:
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
         for i, guard in enumerate(equations.guards):
@@ -178,14 +180,19 @@ def _paired(coefficients: list[str], name: str) -> list[str]:
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
-    """`rates` and `contact_velocity` of one lane."""
+    """`rates`, `contact_velocity` and, of a load that is watched, `reaction` of one lane."""
     writer = ScalarWriter(equations.graph)
     body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
     rates = ["def rates(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
-    writer = ScalarWriter(equations.graph)
-    velocity = writer.name(equations.contact_velocity)
-    head = "def contact_velocity(floats, t, point, lane):"
-    return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
+    for value, head in (
+        (equations.contact_velocity, "def contact_velocity(floats, t, point, lane):"),
+        (equations.true_load, "def reaction(floats, t, point, side, lane):"),
+    ):
+        if value is not None:
+            writer = ScalarWriter(equations.graph)
+            result = writer.name(value)
+            rates += [head, *_indented([*writer.lines, f"return {result}"], 4), ""]
+    return "\n".join(rates)
 
 
 def holding_source(equations: Any) -> str:

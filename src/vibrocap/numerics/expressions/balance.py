@@ -86,9 +86,9 @@ class Balance:
         draw = np.random.default_rng(0)
         states, values = draw.uniform(0.1, 0.9, (len(rates), POINTS)), draw.uniform(0.5, 1.5, (parameters, POINTS))
         time = draw.uniform(0.1, 0.9, POINTS)
-        pairs = [(_rate(self.momentum, rates), self.outer - self.friction)]
+        pairs = [(rate_of(self.momentum, rates), self.outer - self.friction)]
         if self.normal is not None:
-            pairs.append((self.normal.mean + _rate(self.normal.momentum, rates), self.normal.moving))
+            pairs.append((self.normal.mean + rate_of(self.normal.momentum, rates), self.normal.moving))
         sides = [side for pair in pairs for side in pair]
         with np.errstate(all="ignore"):
             *values, inertia = evaluate([*sides, self.inertia(rates)], time, states, 1.0, values)
@@ -99,7 +99,7 @@ class Balance:
         return bool(close and np.all(np.abs(inertia) > 0.0))
 
 
-def _rate(momentum: Expression, rates: Sequence[Expression]) -> Expression:
+def rate_of(momentum: Expression, rates: Sequence[Expression]) -> Expression:
     """Rate of a function of time and state."""
     found = derivative(momentum, -1)
     for i, rate in enumerate(rates):

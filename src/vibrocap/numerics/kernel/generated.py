@@ -51,6 +51,8 @@ STATE = PARAMETER = SCALE = SERIES = WORK = 0
 INTEGRANDS = SUMMED = FRICTION = 0
 IMPACT = -1  # place among them of the channel that takes the energy lost in impacts; -1: there is none
 MIRROR = (-1,)
+WATCHED = False  # whether the true load of the contact is looked at, which friction takes as constant
+REACTION = LIFTED = 0  # first coefficient of its series (to ORDER - 2); whether it has been below zero
 OCCURRED = -1  # place of how often each guard of the machine fell to zero; -1: it is not counted
 OBSERVABLES = 0  # functions of the instant that a page draws, see `observe/instants.py`
 ROOM = 0  # bounds of states at the start, two for each state that has any
@@ -129,6 +131,11 @@ def holding_limit(floats, t, point, lane):
 
 def contact_velocity(floats, t, point, lane):
     """Contact velocity of one lane at the state floats[point:point + STATES]."""
+    raise NotImplementedError
+
+
+def reaction(floats, t, point, side, lane):
+    """The true load of the contact at the state floats[point:point + STATES]; where it is watched."""
     raise NotImplementedError
 
 

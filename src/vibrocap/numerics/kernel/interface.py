@@ -109,6 +109,16 @@ def on_piece(floats, ints, trace, lane, h) -> None:
     raise NotImplementedError
 
 
+def watch_load(floats, ints, lane, h) -> None:
+    """After a step of length h, whose series is in memory: whether the true load has fallen below zero."""
+    raise NotImplementedError
+
+
+def look_at_load(floats, ints, lane, h) -> None:
+    """The same, of a step on which no bound tells."""
+    raise NotImplementedError
+
+
 def on_event(floats, ints, trace, lane, kind, s) -> None:
     """At an event of this kind, s after the start of the present step."""
     raise NotImplementedError

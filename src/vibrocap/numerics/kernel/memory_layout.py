@@ -85,7 +85,7 @@ FLOAT_ENTRIES = (
     "MEASURED",  # [measured] what is gathered over the window
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
     "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
-    "SERIES",  # [(rows + 4 + switches) * (order + 1)] coefficients of the present step
+    "SERIES",  # [(rows + 4 + switches + watched) * (order + 1)] coefficients of the present step
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
 PIECE_HEAD = 5  # a piece on the trace: period, time, length, side, method, then the coefficients of its series
@@ -130,11 +130,8 @@ def gathered_entries(
         ("LETTERS", WORD_PLACES),
         ("ASYMMETRY", 1),
         *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
-        *((("UNLOADED", 1),) if watched else ()),  # largest of HEAVY less the true load, at the starts of steps
+        *((("LIFTED", 1),) if watched else ()),  # 1 once the true load has been below zero
     )
-
-
-HEAVY = 1e6  # above any load: what is gathered begins at zero
 
 
 @dataclasses.dataclass(frozen=True)
@@ -155,6 +152,11 @@ class Layout:
     def measured(self) -> int:
         """Numbers gathered over the window of a run."""
         return sum(size for _, size in self.gathered)
+
+    @property
+    def watched(self) -> bool:
+        """Whether the true load is looked at, of one that is held constant."""
+        return ("LIFTED", 1) in self.gathered
 
     @property
     def start_place(self) -> int:
@@ -182,7 +184,7 @@ class Layout:
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
             "MARKS": self.marks * self.states,
-            "SERIES": (self.rows + 4 + self.switches) * (self.order + 1),
+            "SERIES": (self.rows + 4 + self.switches + self.watched) * (self.order + 1),
         }
 
     @property

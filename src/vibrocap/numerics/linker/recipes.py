@@ -34,9 +34,10 @@ TANGENT = Slot(
 OBSERVER = Slot(
     "observer", ("has_room", "on_piece", "on_event", "on_jump", "on_period"), ("observe.record", "observe.window")
 )
+LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe.no_load_watch", "observe.load_watch"))
 POINT_OF_LAW = Slot("point of the law", ("fitting_point",), ("observe.taylor_point", "observe.stiff_point"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
-MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOOP)
+MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
 MEASURED = (*MOVED, POINT_OF_LAW)
 
 
@@ -56,6 +57,7 @@ class Recipe:
 
 GATHERING = ("observe.turning_points", "observe.accumulators", "observe.stick_statistics")
 COMMON = ("arithmetic.roots", "step.taylor", "step.stabilised", "step.resolved")
+NO_WATCH = ("observe.no_load_watch",)
 RECORDING, MEASURING = ("observe.record",), ("observe.settle", "observe.window")
 ALONE = ("arithmetic.one_number", "arithmetic.elementary_polynomials")
 MOVING = ("events.contact", "loop.one_step")
@@ -73,7 +75,7 @@ def motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> R
     branches: whether the law has several on each side of rest; corners: whether the drive has any
     """
     before = _before(RECORDING, maybe_stiff, branches, corners, False)
-    return Recipe("advance", (*before, *ALONE, *MOVING, "loop.one_by_one"))
+    return Recipe("advance", (*before, *NO_WATCH, *ALONE, *MOVING, "loop.one_by_one"))
 
 
 def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False) -> Recipe:
@@ -84,15 +86,16 @@ def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False
 
 
 def ensemble_recipe(
-    loop: str, maybe_stiff: bool, branches: bool, corners: bool = False, tangent: bool = False
+    loop: str, maybe_stiff: bool, branches: bool, corners: bool = False, tangent: bool = False, watched: bool = False
 ) -> Recipe:
-    """Many motions, of which measures are kept. tangent: whether each carries one along.
+    """Many motions, of which measures are kept. tangent: whether each carries one along; watched: its true load.
 
     loop: "ensemble", one by one; "simd", all lanes at once; "card", one by one on a thread of a graphics card;
         "browser", one by one with the elementary functions of the package, as a browser has its own
     """
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
-    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, corners, tangent), point)
+    watch = ("observe.load_watch",) if watched else NO_WATCH
+    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, corners, tangent), point, *watch)
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)

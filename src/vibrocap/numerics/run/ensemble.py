@@ -70,7 +70,7 @@ def ensemble_source(
     integrands = integrands or integrands_source(equations)
     states = len(equations.rates)
     own_switches = len(equations.switches) - equations.law_switches
-    watched = "reaction" in equations.observables and not equations.loads and states == equations.base
+    watched = equations.true_load is not None and states == equations.base
     entries = gathered_entries(states, integrands.summed, integrands.own_extremes, own_switches, watched)
     parameters, switches = len(equations.parameter_paths), len(equations.guards)
     corners = equations.corners
@@ -79,7 +79,7 @@ def ensemble_source(
     generated = [generated_source(equations, layout, loop), integrands.text]
     tangent = layout.states > equations.base
     stiff = equations.hold is None and not tangent
-    recipe = ensemble_recipe(loop, stiff, layout.switches > 0, corners is not None, tangent)
+    recipe = ensemble_recipe(loop, stiff, layout.switches > 0, corners is not None, tangent, watched)
     return layout, linked_source("\n\n".join(generated), recipe)
 
 

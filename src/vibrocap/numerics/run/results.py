@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from vibrocap.numerics.kernel import codes
-from vibrocap.numerics.kernel.memory_layout import HEAVY, RESULT_HEAD, Layout
+from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -60,10 +60,9 @@ class RunResults:
         return self.numbers[:, first : first + self.layout.states].copy()
 
     @property
-    def least_load(self) -> np.ndarray:
-        """Least true load at the starts of steps in the window; NaN where it is not looked at."""
-        watched = any(name == "UNLOADED" for name, _ in self.layout.gathered)
-        return HEAVY - self.entry("UNLOADED") if watched else np.full(len(self), np.nan)
+    def lifted(self) -> np.ndarray:
+        """1 where the true load falls below zero in the window, 0 where it does not; NaN where it is not looked at."""
+        return self.entry("LIFTED") if self.layout.watched else np.full(len(self), np.nan)
 
     def entries(self, name: str) -> np.ndarray:
         """[runs, numbers] of an entry of what was gathered over the window, see `memory_layout.gathered_entries`."""

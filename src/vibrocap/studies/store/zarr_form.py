@@ -121,7 +121,6 @@ class _ArrayAttributes(_Strict):
     flag_values: list[int] | None = None
     flag_meanings: str | None = None
     dimensionless_unit: float | None = None
-    between_steps: float | None = None
     scale_factor: float | None = None
 
 

@@ -53,6 +53,7 @@ from vibrocap.numerics.kernel.interface import (
     polished_step,
     repeat_to,
     tangent_waits,
+    watch_load,
     within_bounds,
 )
 from vibrocap.numerics.kernel.step.resolved import resolved
@@ -102,6 +103,7 @@ def step(floats, ints, trace, lane):
     elif event >= FIRST_SWITCH:
         repeat_to(floats, ints, lane, h)
     on_piece(floats, ints, trace, lane, h)
+    watch_load(floats, ints, lane, h)
     if ints[STIFF + lane] == 0:
         ints[TAYLOR_STEPS + lane] += 1
     else:

@@ -30,11 +30,13 @@ from vibrocap.numerics.kernel.generated import (
     IMPLICIT_STEPS,
     KINKED,
     LANES,
+    LIFTED,
     LIMIT,
     LIMIT_CONSTANT,
     ORDER,
     PATIENCE,
     PERIOD,
+    REACTION,
     ROWS,
     SERIES,
     SET_VALUED,
@@ -53,6 +55,7 @@ from vibrocap.numerics.kernel.generated import (
     TOLERANCE,
     UNTIL,
     VELOCITY,
+    WATCHED,
     WINDOW_START,
     WORK,
     ZEROS,
@@ -60,7 +63,7 @@ from vibrocap.numerics.kernel.generated import (
     guard_simd,
     jet,
 )
-from vibrocap.numerics.kernel.interface import on_piece, tangents_wait
+from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
@@ -150,7 +153,7 @@ def step_simd(floats, ints, trace, running):
 
 
 def within_piece(floats, row, h):
-    """Where a guard stays positive over the step beyond doubt, so that its branch lasts.
+    """Where a guard stays positive over the step beyond doubt, so that its branch lasts; or the true load does.
 
     As in `ahead_simd`: the Bernstein coefficients of its first four terms are a bound from below, less the sum of
     all others, which is largest at the end of the step.
@@ -247,11 +250,18 @@ def move_simd(floats, ints, trace, plain, h, end):
     """Put the lanes at the ends of their steps, with the contact velocity `end`, after the hook for measuring saw the
     pieces."""
     store(floats, STEP, h)
-    measuring = bits(plain & whole_above(ints, WINDOW_START, -1))
+    measured = plain & whole_above(ints, WINDOW_START, -1)
+    measuring = bits(measured)
     if measuring != 0:
         for lane in range(LANES):
             if (measuring >> lane) & 1:
                 on_piece(floats, ints, trace, lane, floats[STEP + lane])
+        if WATCHED:
+            doubtful = bits(measured & (load(floats, LIFTED) == 0.0) & ~within_piece(floats, REACTION, h))
+            if doubtful != 0:
+                for lane in range(LANES):
+                    if (doubtful >> lane) & 1:
+                        look_at_load(floats, ints, lane, floats[STEP + lane])
     finite = plain
     for i in range(ROWS):
         row = SERIES + i * (ORDER + 1) * LANES
