@@ -86,6 +86,11 @@ def delayed_logistic(u, p):
     return p * u[0] * (1.0 - u[1]), u[0]
 
 
+def transcritical(u, p):
+    """Fixed points 0 and p, of which the larger is stable."""
+    return ((1.0 + p - u[0]) * u[0],)
+
+
 def odd_cubic(u, p):
     """u' = -p u + u^3: symmetric orbit u = 0 with multiplier -p, twins u = +-sqrt(p - 1)."""
     return (-p * u[0] + u[0] ** 3,)

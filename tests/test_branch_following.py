@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic
+from plain_maps import OddMap, PlainMap, bent, delayed_logistic, henon, isola, odd_cubic, transcritical
 from vibrocap.orbits.continuation import segment, special_points
 from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
@@ -85,6 +85,17 @@ def test_pitchfork_is_the_multiplier_minus_one_of_the_half_period_map():
     back = followed(finer, twins.points[-1], -1.0, 2000, STEP)
     assert back.end is BranchEnd.PITCHFORK
     assert abs(finer.parameter(back.points[-1].x) - 1.0) < 1e-2 * LOCATED
+
+
+def test_branches_that_cross_are_found_where_they_do():
+    """u' = (1 + p) u - u^2 has the branches u = 0 and u = p, which change stability where they cross."""
+    map_ = PlainMap(transcritical, (-0.6, 0.6))
+    for start, ways in (((0.0,), (0, 1)), ((-0.5,), (1, 0))):
+        found = way(map_, start, -0.5)
+        (crossing,) = [each for _, each in found.special]
+        assert (crossing.kind, crossing.unstable) == (SpecialKind.BRANCH_POINT, ways)
+        assert abs(map_.parameter(crossing.point.x)) < 1e-2 * LOCATED
+        assert abs(map_.parameter(found.points[-1].x) - 0.6) < 1e-12  # straight across
 
 
 def test_closed_branch_is_followed_once():

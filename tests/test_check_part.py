@@ -9,7 +9,7 @@ import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import unregister
-from vibrocap.physics.elementary import cos, tanh
+from vibrocap.physics.elementary import cos, sin, tanh
 from vibrocap.physics.friction.law import Law, NonNegative, Positive, parameter, parameters
 from vibrocap.physics.part_files import load_parts
 
@@ -115,6 +115,8 @@ FAULTS = {
     "scales": (of(CAPSULE, scales=lambda self, time=1.0: (1.0, 1.0)), "scales: should be a positive size for each of"),
     "period": (of(HARMONIC, period=1.0), "value: is "),
     "even": (of(HARMONIC, odd=False), "odd: is False, but value(t + period/2) + value(t) is up to"),
+    "slope": (of(HARMONIC, slope=lambda self, t: -self.amplitude * sin(self.frequency * t)), "slope: is "),
+    "curvature": (of(vc.Square, curvature=lambda self, t: 1.0), "curvature: is 1 at time "),
     "memory": (of(HARMONIC, value=counting), "value: is "),
 }
 

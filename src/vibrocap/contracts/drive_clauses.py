@@ -6,10 +6,12 @@ import sys
 from typing import Any
 
 from vibrocap.contracts.samples import draws
-from vibrocap.physics.drives.drive import Piecewise, half_points, segment_table
+from vibrocap.physics.drives.drive import Drive, Piecewise, half_points, segment_table
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 60
+STEP = 1e-6  # of a period: of a difference quotient, which rounding then leaves to 1e-10 and a harmonic n to (n STEP)^2
+SLOPE_ERROR = 1e-7
 
 
 def periodic(drive: Any) -> str | None:
@@ -40,6 +42,28 @@ def odd(drive: Any) -> str | None:
     return None
 
 
+def slopes(drive: Any) -> str | None:
+    """Its `slope` is the rate of its value, and its `curvature` that of the slope, where it has them."""
+    kind, step = type(drive), STEP * drive.period
+    for name, below in (("slope", "value"), ("curvature", "slope")):
+        if getattr(kind, name) is getattr(Drive, name):
+            return None
+        for t in _between_corners(drive):
+            found = getattr(drive, name)(t)
+            ends = [getattr(drive, below)(t + sign * step) for sign in (-1.0, 1.0)]
+            rate, size = (ends[1] - ends[0]) / (2.0 * step), max(map(abs, ends)) / drive.period
+            if not abs(found - rate) <= SLOPE_ERROR * (abs(rate) + size):
+                return f"{name}: is {found:g} at time {t:g}, where the {below} changes at a rate of {rate:g}"
+    return None
+
+
+def _between_corners(drive: Any) -> list[float]:
+    """Times within the first period at which the drive has a Taylor series."""
+    if isinstance(drive, Piecewise):
+        return [share * drive.period for share in half_points(segment_table(drive))]
+    return [draw.uniform(0.1, 0.9) * drive.period for draw in draws(10)]
+
+
 def _unramped(drive: Any) -> Any:
     """The time of a ramp is that since the start of the period: it is checked at rest."""
     return dataclasses.replace(drive, rate=0.0) if "rate" in drive.__dataclass_fields__ else drive
@@ -53,4 +77,4 @@ def _sampled(drive: Any) -> tuple[list[float], float]:
     return times, max(abs(drive.value(t)) for t in times)
 
 
-DRIVE_CLAUSES = (periodic, odd)
+DRIVE_CLAUSES = (periodic, odd, slopes)
