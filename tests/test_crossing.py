@@ -153,6 +153,7 @@ def test_a_bracket_in_which_a_motion_is_lost_is_said(monkeypatch):
     assert place.bracket[0] < SHOT["exponential"] < place.bracket[1]
     assert place.error == pytest.approx(place.bracket[1] - place.bracket[0])
     assert "raise `periods`" in str(found)
+    assert "no crossing" not in str(found)
 
 
 def test_a_state_that_one_law_has_is_given_to_that_one():

@@ -255,13 +255,19 @@ def test_load_follows_from_the_vertical_momentum():
         assert JetWriter(recorded.graph, list(recorded.rates), False, recorded.balance).balance is not None
 
 
-def test_a_constant_load_that_hides_a_lift_off_is_said():
+def test_a_constant_load_that_hides_a_lift_off_is_said(tmp_path, capsys):
     law = vc.Exponential(coulomb_coefficient=0.15, static_coefficient=0.45)
-    hidden = vc.simulate(capsule("weight", law, amplitude=1.8, mass_ratio=0.5), periods=3, initial=START).certificate
+    light = capsule("weight", law, amplitude=1.8, mass_ratio=0.5)
+    hidden = vc.simulate(light, periods=3, initial=START).certificate
     assert hidden.ok  # the motion is that of its equations
     assert hidden.least_reaction < -2.0
     assert len(hidden.warnings) == 1
     assert 'use normal_load = "dynamic"' in hidden.warnings[0]
+    path = str(vc.save_case(light, tmp_path / "light.toml", initial=START, periods=3))
+    assert main(["simulate", path, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["certificate"]["warnings"] == list(hidden.warnings)
+    assert main(["simulate", path]) == 0
+    assert "Warning: the true normal load would be negative" in " ".join("".join(capsys.readouterr()).split())
     for load in ("weight", "dynamic"):
         certificate = vc.simulate(capsule(load), periods=3, initial=START).certificate
         assert certificate.least_reaction > 1.0

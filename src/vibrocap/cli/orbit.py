@@ -272,7 +272,7 @@ def crossing(
     lost = [each for each in found.found if each.kind is CrossingKind.LOST]
     if found.unsettled or lost:
         many = f"{len(found.unsettled)} of {len(found.parameters)} motions of the scan did not settle"
-        what = many if found.unsettled else CrossingKind.LOST.advice
+        what = many if found.unsettled else "in a bracket of the scan a motion did not settle"
         complain(f"Places may be missing: {what}. Raise --periods, or narrow the range; such motions may be chaotic.")
         return INCOMPLETE
     return OK

@@ -61,7 +61,7 @@ class Crossings:
             first, last = self.unsettled[0], self.unsettled[-1]
             many = f"{len(self.unsettled)} of {len(self.parameters)} points of the scan, {first:.6g} to {last:.6g}"
             lines.append(f"unsettled {many}: nothing can be told there")
-        if not any(each.kind is CrossingKind.CROSSING for each in self.found):
+        if not any(each.kind in (CrossingKind.CROSSING, CrossingKind.LOST) for each in self.found):
             seen = self.differences[np.isfinite(self.differences)]
             if len(seen):
                 scan = f"over the scan the difference is from {seen.min():.3g} to {seen.max():.3g}"
