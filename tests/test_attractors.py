@@ -1,6 +1,7 @@
 """Attractors from many starts: told apart, matched with their twins, counted; diagrams by brute force beside orbits."""
 
 import math
+import types
 
 import numpy as np
 import pytest
@@ -83,6 +84,18 @@ def test_settled_runs_are_told_apart_by_their_orbits(twins):
         few, which = distinct_orbits(map_, states, np.ones(5, dtype=int), 1)
     assert len(few) == 1
     assert list(which) == [0, -1, 0, 0, -1]
+
+
+def test_settled_runs_near_orbits_that_are_known_are_theirs_without_shooting(monkeypatch):
+    """That of the nearer one of two, and of none where both are farther than what counts as settled."""
+    monkeypatch.setattr(attractor_matching, "_settled_orbit", None)
+    map_ = types.SimpleNamespace(section=lambda states: states)
+    points = np.array([[0.0], [1.0]]), np.array([[1.5 * attractor_matching.NEAR]])
+    known = [attractor_matching.OrbitPoints(None, each) for each in points]  # type: ignore[arg-type]
+    ends = np.array([[0.0], [1.0], [1.4], [0.7], [2.6], [0.9999]]) * attractor_matching.NEAR
+    found, which = distinct_orbits(map_, ends, np.ones(6, dtype=int), 0, known)  # type: ignore[arg-type]
+    assert found == known
+    assert list(which) == [0, 1, 1, 0, -1, 1]
 
 
 # --- what is refused -------------------------------------------------------------------------------------------------
