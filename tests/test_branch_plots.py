@@ -156,3 +156,16 @@ def test_dataset_says_what_it_holds():
     assert data.attrs["ends"] == "parameter bound"
     assert "[machine]" in data.attrs["case"]
     assert data[OVER].attrs["symbol"] == "h"
+
+
+def test_remarks_say_what_changes_and_nothing_else():
+    jump = special(
+        SpecialKind.WORD_CHANGE, 1.2, 0.1, 1.0, 1, (0, 1), word_after="FSB", change=WordChange.CROSSING,
+        passed=SpecialKind.FLIP,
+    )  # fmt: skip
+    change, words, over, stability = jump.remarks.split("; ")
+    assert (change, words) == (WordChange.CROSSING.value, "FB -> FSB")
+    assert (over, stability) == ("multipliers jump as over a flip", "stability lost")
+    assert jump.discontinuous
+    assert special(SpecialKind.FOLD, 1.2, 0.1, 1.0, 1, (1, 1)).remarks == ""
+    assert not special(SpecialKind.FLIP, 1.2, 0.1, 1.0, 1, (0, 1)).discontinuous

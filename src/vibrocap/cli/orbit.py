@@ -160,9 +160,9 @@ def _stability(found: Any) -> str:
 
 
 def _state(state: dict[str, float], units: dict[str, Any]) -> str:
-    """A state in a line."""
+    """A state in a line; a zero with a sign, as of a mirrored motion, is a zero."""
     own = units.get("state", {})
-    return ", ".join(f"{name} {said(number, own.get(name, ''), 12)}" for name, number in state.items())
+    return ", ".join(f"{name} {said(number + 0.0, own.get(name, ''), 12)}" for name, number in state.items())
 
 
 def _unstable_rows(left: dict[str, Any], kept: bool | None, units: dict[str, Any]) -> list[tuple[str, str]]:
