@@ -5,6 +5,7 @@ import pytest
 
 import vibrocap as vc
 from thinned import slow_but
+from vibrocap.motion.start import within_room
 
 # Capsule of Liu, Wiercigroch, Pavlovskaia and Yu 2013; orbit and drifts of an explicit method with events, at two
 # tolerances near 3e-13 that agree to the digits shown. State (x1 - x2, x1', x2').
@@ -291,6 +292,30 @@ def test_a_start_beyond_a_rigid_stop_is_refused():
             vc.ensemble(system, over)
     with pytest.raises(ValueError, match=r"displacement should be at most 0.05, where a stop stands, got 0.1"):
         vc.ensemble(system, {"machine.gap": [0.2, 0.05]}, initial={"displacement": 0.1})
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ({"touching": 0.3}, "initial.touching should be -1, 0 or 1, got 0.3"),
+        ({"touching": 1.0}, "initial.displacement should be 0.2, as touching is 1, got 0"),
+        ({"touching": -1.0}, "initial.touching should not be -1, as there is no stop"),
+        (
+            {"touching": 1.0, "displacement": 0.2, "displacement_rate": 0.5},
+            "initial.displacement_rate should be 0, as touching is 1, got 0.5",
+        ),
+    ],
+)
+def test_a_start_that_says_it_touches_a_rigid_stop_is_at_rest_there(given, complaint):
+    system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Coulomb(), vc.Harmonic())
+    with pytest.raises(ValueError, match=complaint.replace(".", r"\.")):
+        vc.simulate(system, initial=given)
+    with pytest.raises(ValueError, match=complaint.replace(".", r"\.")):
+        vc.ensemble(system, {f"initial.{name}": [value] for name, value in given.items()})
+    there = {"touching": 1.0, "displacement": 0.2 + 1e-12}
+    assert vc.simulate(system, initial=there, periods=0.01).state["touching"] == 1.0
+    wider = system.with_parameters({"machine.gap": 0.3})
+    assert within_room(wider, dict.fromkeys(system.state_names, 0.0) | there)["displacement"] == 0.3
 
 
 @pytest.mark.parametrize("load", slow_but([0], ["weight", "dynamic"]))

@@ -257,7 +257,8 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
 
 def _check_room(system: System, columns: Mapping[str, np.ndarray], start: Mapping[str, float]) -> None:
     """ValueError for a run that would start beyond a rigid stop."""
-    bounded = system.placed.room()
+    locked = (name for names in system.placed.locked.values() for name in names)
+    bounded = {*system.placed.room(), *system.switched, *locked}
     varied = [
         path for path in columns if path.startswith(("machine.", "actuator.")) or path.removeprefix(INITIAL) in bounded
     ]

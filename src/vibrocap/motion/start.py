@@ -11,6 +11,7 @@ from vibrocap.physics.states import OUTPUT
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_keys
 
+AT_STOP = 1e-9  # of a stop, over the natural size: a printed state of a mass that touches it is there
 WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is none
 
 
@@ -103,12 +104,32 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
 
 def within_room(system: System, state: Mapping[str, float]) -> dict[str, float]:
     """A state of a motion of other parameters, at the stop or the limit where it would lie beyond it."""
-    room = system.placed.room()
-    return dict(state) | {name: min(max(state[name], low), high) for name, (low, high) in room.items()}
+    placed = system.placed
+    room = placed.room()
+    found = dict(state) | {name: min(max(state[name], low), high) for name, (low, high) in room.items()}
+    for switch, (name, *_) in placed.locked.items():
+        if found[switch] != 0.0 and name in room:
+            found[name] = room[name][found[switch] > 0.0]
+    return found
 
 
 def check_room(system: System, start: Mapping[str, float]) -> None:
-    """ArgumentError for a start beyond a rigid stop of the machine."""
+    """ArgumentError for a start beyond a rigid stop of the machine, or with a branch that does not hold there."""
+    for name in system.switched:
+        if start[name] not in (-1.0, 0.0, 1.0):
+            raise ArgumentError(f"initial.{name}", f"should be -1, 0 or 1, got {start[name]:g}")
+    for switch, (name, *still) in system.placed.locked.items():
+        where = start[switch] and system.placed.room()[name][start[switch] > 0.0]
+        if not math.isfinite(where):
+            raise ArgumentError(f"initial.{switch}", f"should not be {start[switch]:g}, as there is no stop")
+        for locked, value in ((name, where), *((each, 0.0) for each in still)) if start[switch] else ():
+            if not abs(start[locked] - value) <= AT_STOP * (1.0 + abs(value)):
+                factor, unit = (1.0, "") if system.units is None else (system.si.factor(locked), system.si.unit(locked))
+                wanted = f"should be {value * factor:.10g} {unit}".rstrip()
+                raise ArgumentError(
+                    f"initial.{locked}",
+                    f"{wanted}, as {switch} is {start[switch]:g}, got {start[locked] * factor:.10g} {unit}".rstrip(),
+                )
     for name, (low, high) in system.placed.room().items():
         rounding = WHOLE * (1.0 + abs(start[name]))
         if not low - rounding <= start[name] <= high + rounding:
