@@ -13,8 +13,7 @@ from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD,
 from vibrocap.orbits.attractors.basins import Basins, basins
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.maps import settling_runs
-from vibrocap.orbits.maps.drive_phase import at_next_section
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 

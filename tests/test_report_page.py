@@ -5,7 +5,7 @@ import collections
 import pytest
 
 from browser import CHROMIUM, browser
-from vibrocap.report.judgements import BADGES
+from vibrocap.report.findings import BADGES
 from vibrocap.report.reproduce import reproduce
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")]

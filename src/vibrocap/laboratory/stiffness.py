@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.laboratory.checks import check_numbers, checked_list
+from vibrocap.laboratory.contact_sizes import speed_scale
 from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law
-from vibrocap.laboratory.speed_scale import speed_scale
 from vibrocap.laboratory.visited_states import implicit_euler
 from vibrocap.numerics.expressions.graph import Expression, derivative
 from vibrocap.physics.friction.law import Law

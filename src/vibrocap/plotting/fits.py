@@ -13,8 +13,7 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
-from vibrocap.identification.result.measured_units import MeasuredUnits
+from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.labels import law_words, percent
 from vibrocap.plotting.style import (
     BLUE,
