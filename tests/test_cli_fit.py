@@ -148,7 +148,7 @@ def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
     from vibrocap.identification.problem.spring_prediction import _pulled
     from vibrocap.identification.problem.velocity_step import Step
-    from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+    from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing
 
     law = RateAndStateAgeing(
         reference_coefficient=0.6, direct_effect=0.008, evolution_effect=0.009, critical_distance=8e-6,

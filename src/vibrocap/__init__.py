@@ -97,10 +97,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
     from vibrocap.physics.friction.lugre import LuGre
     from vibrocap.physics.friction.maxwell_slip import MaxwellSlip
-    from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
-    from vibrocap.physics.friction.rate_and_state_slip import RateAndStateSlip
-    from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
-    from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
+    from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing, RateAndStateSlip
+    from vibrocap.physics.friction.smoothed_stribeck import SmoothedArctan, SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
