@@ -38,6 +38,7 @@ class Equations:
     contact_state: int
     internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
     resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
+    imposed_velocities: tuple[Expression, ...]  # of further contacts, where they are no states
     pinned: tuple[Expression, ...]  # velocities that decide the state of the first contact where one of them is zero
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
@@ -214,6 +215,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         contact_state=system.state_names.index(system.machine.contact_state),
         internal_states=tuple(map(system.state_names.index, _of_contacts(system))),
         resting=tuple(map(system.state_names.index, _resting(system))),
+        imposed_velocities=tuple(expression(each.velocity) for each in flow.further if each.imposed),
         pinned=tuple(expression(each.velocity) for each in flow.further if each.sticks and each.imposed),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
         symmetry=system.symmetry,
