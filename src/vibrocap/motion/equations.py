@@ -24,7 +24,7 @@ class Equations:
     """Recorded equations of all systems of one form; their numbers are in the parameter vector.
 
     rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
-    friction); hold and limit: None where the contact cannot stick.
+    friction); hold, arriving and limit: None where the contact cannot stick.
     """
 
     graph: Graph
@@ -44,6 +44,7 @@ class Equations:
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
     hold: Expression | None  # over the middle of what the contact can hold
+    arriving: Expression | None  # as hold, where the contact comes to rest
     limit: Expression | None
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
     law_switches: int  # how many of them are the law's
@@ -221,6 +222,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
         hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
+        arriving=None if flow.holding_limit is None else expression(flow.arriving_force - flow.holding_middle),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
         law_switches=flow.law_switches,

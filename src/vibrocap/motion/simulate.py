@@ -1,5 +1,6 @@
 """simulate(system, ...) -> Trajectory: the bridge from physics to numerics."""
 
+import bisect
 import dataclasses
 import functools
 import math
@@ -222,6 +223,8 @@ def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any
         return kinds, slice(None)
     if not system.friction.switched:
         kept = numbers != codes.SWITCHED
+    if system.machine.coupled == "distances":
+        return _joint_events(system, recorded, kinds, kept)
     for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
         number = kinds[i].removeprefix("stick_")
         for k in range(i + 1, len(kinds)):
@@ -231,6 +234,36 @@ def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any
                 kinds[k], kept[i] = f"reversal_{number}", False
                 break
     return kinds[kept], kept
+
+
+def _joint_events(system: System, recorded: Recorded, kinds: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, Any]:
+    """As `_contact_events`, of contacts that are decided together: the kernel tells of one where several change.
+
+    Each has turned, stopped or left as its sides say, before the instant and after it.
+    """
+    contacts = []
+    for number, law in enumerate(system.further_laws, start=2):
+        if law.kind == "set-valued":
+            kept = kept & ~np.isin(kinds, [f"{word}_{number}" for word in ("stick", "slip_forward", "slip_back")])
+            contacts.append((number, system.state_names.index(f"side_{number}")))
+    instants = [tuple(each) for each in recorded.event_instants]
+    pieces = [tuple(each) for each in recorded.piece_instants]
+    found, chosen = [], []
+    for i, instant in enumerate(instants):
+        if kept[i]:
+            found.append(kinds[i])
+            chosen.append(i)
+        if instants[i + 1 : i + 2] == [instant]:
+            continue
+        piece = bisect.bisect_left(pieces, instant) - 1
+        before = recorded.series[piece, :, 0] if piece >= 0 else recorded.sections[0]
+        for number, place in contacts:
+            was, now = before[place], recorded.event_states[i, place]
+            if was != now:
+                leaves = "slip_forward" if now > 0.0 else "slip_back"
+                found.append(f"{'stick' if now == 0.0 else leaves if was == 0.0 else 'reversal'}_{number}")
+                chosen.append(i)
+    return np.array(found, dtype=object), np.array(chosen, dtype=int)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -28,12 +28,24 @@ the rank one, and how contacts that rest together share a force is open, though 
 A contact gives way at the largest force that it can hold; only then does its friction fall to that of sliding.
 """
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.physics.contacts import LEAST, FurtherContact, MachineOnContacts
-from vibrocap.physics.coupled_contact import CoupledContact, ImposedContact, Mode, determinant, eliminated
+from vibrocap.physics.coupled_contact import (
+    AT_REST,
+    PUSHED,
+    CoupledContact,
+    Held,
+    ImposedContact,
+    Mode,
+    above,
+    determinant,
+    eliminated,
+    sign,
+)
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.states import turns
@@ -122,21 +134,21 @@ class CoupledContacts(MachineOnContacts):
             return []
         return [*self._solved(t, y, drive)[2], self.holding_force(t, y, drive)]
 
-    def _shared(self, t, y, drive, contact: int, force=None) -> tuple:
-        """(force that holds a contact, contacts that rest with it) at imposed distances, see the head of this file.
+    def _held(self, t, y, drive, contact: int, force=None, among=None) -> Held:
+        """What must be held of a contact at imposed distances, and by whom, see the head of this file.
 
         contact: 1 for the first; force: in the place of the friction at the first, of others
+        among: (whether the first slides, further contacts) where that is not as it is now
         """
         given, machine = self.machine.coupling(t, self._own(y), drive), self.machine
         inertia = 1.0 / given.response[0][0]
         far = EVEN * (machine.load() + sum(machine.further_loads())) / inertia
         at, weight, together = contact - 1, 0.0, 0.0
-        sticks = self.first.kind == "set-valued"
-        rests = 1.0 - self.side * self.side if sticks else 0.0
+        slides, modes = (self.side * self.side, self._contacts(t, y)) if among is None else among
+        rests = 1.0 - slides if self.first.kind == "set-valued" else 0.0
         others = []
         if contact != 1:
             others.append((0, Mode(self.first, machine.load(), 0.0, (), 1.0 - rests, 0.0 if force is None else force)))
-        modes = self._contacts(t, y)
         others += [(j, mode) for j, mode in enumerate(modes, start=1) if j != at]
         law, load = (self.first, machine.load()) if contact == 1 else (self.laws[at - 1], self.law_loads[at - 1])
         limit, middle = (law.holding_limit(load), law.holding_middle(load)) if law.kind == "set-valued" else (1.0, 0.0)
@@ -153,14 +165,62 @@ class CoupledContacts(MachineOnContacts):
             total = total - (mode.slips * sliding + resting * (mean + departs * most))
             beside = resting * (1.0 - departs * departs)
             weight, together = weight + beside * most, together + beside
-        return middle + total * ((limit + LEAST) / (limit + LEAST + weight)), together
+        return Held(middle, total, limit, weight, together)
+
+    def _speed(self, further: int = 0):
+        """Natural speed of a further contact; at imposed distances with that of the drive, at rest at three instants.
+
+        That of the drive decides how far a contact at rest is from it by rounding.
+        """
+        machine = self.machine
+        if machine.coupled != "distances":
+            return machine.scales()[machine.states.index(machine.contacts[further])]
+        still, drive, squares = (0.0,) * len(machine.states), machine.imposed, LEAST
+        for share in (0.0, 0.125, 0.25):
+            t = share * drive.period
+            for velocity in (machine.contact_velocity(t, still), *machine.further_velocities(t, still)):
+                squares = squares + velocity * velocity
+        return machine.scales(drive.period)[machine.states.index(machine.contact_state)] + sqrt(squares)
+
+    def _meeting(self, t, y, trigger: int = 0) -> tuple:
+        """(whether the first contact slides, further contacts) as they are decided at one instant: all together.
+
+        Those that are at rest to rounding count as at rest, though they may have come from a slide, and so does the
+        further contact by number that has just come there.
+        """
+        machine, own = self.machine, self._own(y)
+        size, found = self._speed(), []
+        for number, mode in enumerate(self._contacts(t, y), start=2):
+            moves = above(mode.velocity / size, PUSHED if number == trigger else AT_REST)
+            found.append(dataclasses.replace(mode, slips=mode.slips * moves) if mode.law.kind == "set-valued" else mode)
+        return self.side * self.side * above(machine.contact_velocity(t, own) / size, AT_REST), found
+
+    def arriving_force(self, t, y, drive):
+        """As `holding_force`, at the instant at which the first contact comes to rest: of all that meet there."""
+        if self.machine.coupled != "distances":
+            return self.holding_force(t, y, drive)
+        return self._held(t, y, drive, 1, among=self._meeting(t, y)).force - self.push_at_rest
+
+    def _decided(self, t, y, drive, force, trigger: int) -> dict[int, Any]:
+        """The side of each further set-valued contact, by number, after one of them stopped: of those that meet there.
+
+        One that stopped by a jump of its velocity has the side of that.
+        """
+        among, size, found = self._meeting(t, y, trigger), self._speed(), {}
+        for number, mode in enumerate(among[1], start=2):
+            if mode.law.kind == "set-valued":
+                decided = self._held(t, y, drive, number, force, among).side
+                moves = above(mode.velocity / size, PUSHED if number == trigger else AT_REST)
+                found[number] = moves * (sign(mode.velocity) if number == trigger else mode.own[0])
+                found[number] = found[number] + (1.0 - moves) * decided
+        return found
 
     # --- as a machine on its first contact ----------------------------------------------------------------------------
 
     def holding_force(self, t, y, drive):
         """Friction force that would keep the first contact at rest, less what pushes its body from outside."""
         if self.machine.coupled == "distances":
-            return self._shared(t, y, drive, 1)[0] - self.push_at_rest
+            return self._held(t, y, drive, 1).force - self.push_at_rest
         given = self.machine.coupling(t, self._own(y), drive)
         first, (alpha, beta, _) = given.response[0], self._solved(t, y, drive)
         held = given.free[0] - sum(a * r for a, r in zip(first[1:], alpha, strict=True))
@@ -174,8 +234,8 @@ class CoupledContacts(MachineOnContacts):
             for j, mode in enumerate(modes):
                 sliding = mode.force + mode.drag
                 if mode.law.kind == "set-valued":
-                    rest, together[j] = self._shared(t, y, drive, 2 + j, force)
-                    sliding = rest + mode.slips * (sliding - rest)
+                    held = self._held(t, y, drive, 2 + j, force)
+                    together[j], sliding = held.together, held.force + mode.slips * (sliding - held.force)
                 taken.append(sliding)
         else:
             alpha, beta, _ = self._solved(t, y, drive)
@@ -187,13 +247,11 @@ class CoupledContacts(MachineOnContacts):
                     load - sum(c * r for c, r in zip(row, forces, strict=True))
                     for load, row in zip(given.loads[1:], given.load_response[1:], strict=True)
                 ]
-        sizes, kind = machine.scales(), ImposedContact if machine.coupled == "distances" else CoupledContact
+        kind = ImposedContact if machine.coupled == "distances" else CoupledContact
         usual, found = machine.further_loads() if machine.follows_load else [1.0] * len(modes), []
         for j, mode in enumerate(modes):
-            name = machine.contacts[j] if machine.contacts[j] in machine.states else machine.contact_state
-            scale = sizes[machine.states.index(name)]
             own = mode.law, mode.load, mode.velocity, mode.own, taken[j]
-            each = kind(2 + j, *own, scale, self.environment, normals[j], usual[j])
+            each = kind(2 + j, *own, self._speed(j), self.environment, normals[j], usual[j])
             if isinstance(each, ImposedContact):
                 each.together = together[j]
             found.append(each)
@@ -222,12 +280,16 @@ class CoupledContacts(MachineOnContacts):
         """All states after guard number `which`."""
         further = self.further(t, y, drive, force)
         joining = self._joining(further)
-        own = len(self.machine.switches(t, self._own(y), drive, force)) + sum(len(each.guards()) for each in further)
-        if which < own:
+        first = len(self.machine.switches(t, self._own(y), drive, force))
+        places = [first + sum(len(each.guards()) for each in further[:k]) for k in range(len(further) + 1)]
+        stops = dict(zip(places, further, strict=False)) | dict(enumerate(joining, start=places[-1]))
+        each = stops.get(which)
+        if each not in joining:
             return super().after_switch(which, t, y, drive, force)
-        each, states = joining[which - own], list(y)
-        velocity, states[self._places[each.number - 2]] = each.after(0)
-        self._move(states, self.machine.contacts[each.number - 2], each, velocity)
+        states = list(y)
+        self._move(states, self.machine.contacts[each.number - 2], each, each.after(0)[0])
+        for number, side in self._decided(t, y, drive, force, each.number).items():
+            states[self._places[number - 2]] = (side,)
         return tuple(states)
 
     def _joining(self, further: Sequence[CoupledContact]) -> list[ImposedContact]:

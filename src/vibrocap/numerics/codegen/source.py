@@ -197,9 +197,9 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
 
 
 def holding_source(equations: Any) -> str:
-    """`holding_force` and `holding_limit` of one lane; 0 for a law that cannot stick."""
+    """`holding_force` and `holding_limit` of one lane that comes to rest; 0 for a law that cannot stick."""
     found = []
-    for name, value in (("holding_force", equations.hold), ("holding_limit", equations.limit)):
+    for name, value in (("holding_force", equations.arriving), ("holding_limit", equations.limit)):
         writer = ScalarWriter(equations.graph)
         result = "0.0" if value is None else writer.name(value)
         found += [f"def {name}(floats, t, point, lane):", *_indented([*writer.lines, f"return {result}"], 4), ""]
