@@ -60,6 +60,7 @@ TABLE_NUMBERS = 0  # of the segments of a drive with corners: length and coeffic
 # force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 SWITCHES = 1  # how many guards there are
+LOCATED = (1,)  # of each guard: whether it is a series, whose zero is an event, or asked where a step starts
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
 BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
