@@ -31,6 +31,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "CYCLIC": equations.cyclic_state,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
+        "LOCATED": (*(1 for _ in equations.switches), *map(int, equations.located)) or (0,),
         "BOUND_KINDS": equations.bound_kinds or (0,),
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
@@ -118,7 +119,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order)
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
-            keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
+            if moves or slope or (located[i] and k == order):
+                keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
         for i, velocity in enumerate(equations.imposed_velocities, start=rows + 4 + len(equations.guards)):
             keep(i, k, writer.coefficient(velocity.index, k))
     body = [*head, *writer.lines]

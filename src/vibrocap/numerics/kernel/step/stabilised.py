@@ -18,6 +18,7 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 import numpy as np
 
 from vibrocap.numerics.kernel.generated import (
+    BRANCHES,
     CONTACT_STATE,
     DAMPED_STEP,
     DECAY_RATE,
@@ -25,7 +26,9 @@ from vibrocap.numerics.kernel.generated import (
     IMPOSED_COUNT,
     KINKED,
     LANES,
+    LOCATED,
     ORDER,
+    PERIOD,
     ROWS,
     SCALE,
     SERIES,
@@ -37,7 +40,7 @@ from vibrocap.numerics.kernel.generated import (
     VELOCITY,
     ZEROS,
 )
-from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, taylor_step
+from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, stays_positive, taylor_step
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
 POLYNOMIALS = {
@@ -94,11 +97,20 @@ def stabilised_step(floats, lane, longest):
     rate = floats[DECAY_RATE + lane]
     h = min(DAMPED_REACH / rate, LONGEST * longest)
     for _ in range(LENGTHS):
-        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane]:
+        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane] and clear_of_bounds(floats, lane, h):
             damp_series(floats, lane)
             return h
         h *= SHORTER
     return PLAIN_REACH / rate
+
+
+def clear_of_bounds(floats, lane, h):
+    """Whether no bound of the equations is near over a step of length h."""
+    for i in range(BRANCHES, SWITCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, floats[PERIOD + lane])):
+            return False
+    return True
 
 
 def damping_error(floats, lane, h):
