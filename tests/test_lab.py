@@ -21,9 +21,9 @@ from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.measures.during_run import measure_table
-from vibrocap.measures.measure import Reduction
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.drives.drive import ROUNDING, Piecewise
 from vibrocap.physics.parameters import ParameterError
 
 NODE = shutil.which("node")
@@ -203,8 +203,7 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
         settle=1e-5,
         tolerance=data["forms"][0]["tolerance"],
     )
-    numbers = {name for name, each in measure_table(system).items() if not isinstance(each.how, Reduction)}
-    assert {*names} == numbers - {"word"}
+    assert {*names} == {*measure_table(system)} - {"word"}
     for run, one in enumerate(found):
         assert one["response"] == wanted["response_period"][run] > 0
         assert one["windowStart"] == wanted["window_start"][run]
@@ -217,13 +216,14 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
 
 RULES = """
 const cases = JSON.parse(fs.readFileSync(process.argv[3]));
-print(cases.map(({ form, parts, tried }) => {
+print(cases.map(({ form, parts, tried, tables }) => {
   const preset = { key: "", form: 0, values: {}, initial: {}, units: "none" };
   const model = new Model({ presets: [preset], forms: [form], parts });
-  return tried.map((given) => {
+  return tried.map((given, i) => {
     const values = Object.fromEntries(form.parameters.map((path, i) => [path, given[i]]));
     const wrong = form.parameters.map((path) => [path, model.complaint(path, values[path], form, values)]);
-    return [wrong.filter((each) => each[1]), new Function("p", `return ${form.mirrored}`)(given)];
+    const drive = tables[i] && form.corners && firstSegment(form.corners, Float64Array.from(tables[i]), 1);
+    return [wrong.filter((each) => each[1]), tables[i] && isMirrored(form, { parameters: given, drive })];
   });
 }));
 """
@@ -238,6 +238,10 @@ def systems():
         yield vc.System(machine(), vc.LuGre(), wave)
     for drive in drives().values():
         yield vc.System(capsule, vc.Exponential(), drive())
+    back = {"level_3": -1.0, "duration_3": 1.0, "level_4": -0.5, "duration_4": 2.0}
+    yield vc.System(capsule, vc.Exponential(), drives()["phases"](level_2=0.5, **back))
+    yield vc.System(vc.TwoBodyWorm(), vc.Exponential(), drives()["triangle"]())
+    yield vc.System(capsule, vc.Exponential(), drives()["table"](times=(0.0, 1.0, 2.5, 3.0), values=(0.0, 1.0, 2.0, 0.0)))
     yield vc.System(vc.PendulumCapsuleWithStops(restitution=0.5), vc.Dahl(), wave)
     yield vc.System(vc.RigidStopCapsule(back_gap=0.5), vc.Dahl(), wave)
     yield vc.System(capsule, vc.Exponential(), wave, environment=vc.Environment(inclination=0.1, gravity=1.0))
@@ -257,30 +261,46 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
         }
         form = {name: part.name for name, part in system.parts.items()}
         form |= {"parameters": paths, "rules": rules(system, paths), "mirrored": mirrored(system, paths)}
-        tried, said = [], []
+        form["corners"] = shape_of(system.drive)[0]
+        tried, said, tables = [], [], []
         for number in range(60):
             given = dict(values)
             for path in draw.sample(paths, min(len(paths), 1 + number % 4)):
                 given[path] = draw.choice(odd)
             tried.append([given[path] for path in paths])
+            tables.append(None)
             try:
-                said.append(([], system.with_parameters(given).mirrored))
+                one = system.with_parameters(given)
+                said.append(([], one.mirrored))
+                tables[-1] = shape_of(one.drive)[1]
             except (ParameterError, ArgumentError) as error:
                 said.append(([(each.field, each.text) for each in error.complaints], None))
-        cases.append({"form": form, "parts": parts, "tried": tried})
+        cases.append({"form": form, "parts": parts, "tried": tried, "tables": tables})
         wanted.append(said)
     found = node(RULES, cases)
-    refused = 0
+    refused, answers = 0, []
     for case, one, other in zip(cases, found, wanted, strict=True):
         for given, (shown, twins), (package, mirrors) in zip(case["tried"], one, other, strict=True):
             where = dict(zip(case["form"]["parameters"], given, strict=True))
             assert bool(shown) == bool(package), (where, shown, package)
             refused += bool(package)
-            assert mirrors in (None, twins) or case["form"]["mirrored"] == "false", where
+            answers += [mirrors] if case["form"]["corners"] else []
+            assert mirrors in (None, twins), where
             words = {numberless(text) for _, text in package}
             words |= {"should be at least 0" for each in words if "finite number >= 0" in each}
             assert not shown or words & {numberless(text) for _, text in shown}, (shown, package)
     assert refused > 600
+    assert min(map(answers.count, (True, False))) > 60  # of drives of many pieces
+
+
+def shape_of(drive):
+    """Of a drive of many pieces: its record as a page has it, and the numbers of its pieces."""
+    if not isinstance(drive, Piecewise):
+        return None, []
+    segments, width = drive.segments(), drive.degree + 1
+    record = {"segments": len(segments), "coefficients": width, "rounding": ROUNDING}
+    padded = [[each.length, *each.coefficients, *[0.0] * (width - len(each.coefficients))] for each in segments]
+    return record, [number for row in padded for number in row]
 
 
 def numberless(text):

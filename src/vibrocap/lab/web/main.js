@@ -83,6 +83,7 @@ class Lab {
     const beside = this.model.requestBeside();
     const answer = await this.asked.ask({ ask: "motion", side: 0, ...request });
     if (beside && this.model.state.beside === "twin") { // begins half a period later, and mirrored
+      if (!answer.mirrored) throw new Error("there is no mirror twin, as forward and back are not alike here");
       const { final } = await this.asked.ask({ ask: "motion", side: 1, ...request, periods: 0.5 });
       beside.initial = form.symmetry.map((sign, i) => sign * final[i] + 0);
     }
