@@ -249,7 +249,9 @@ def systems():
     back = {"level_3": -1.0, "duration_3": 1.0, "level_4": -0.5, "duration_4": 2.0}
     yield vc.System(capsule, vc.Exponential(), drives()["phases"](level_2=0.5, **back))
     yield vc.System(vc.TwoBodyWorm(), vc.Exponential(), drives()["triangle"]())
-    yield vc.System(capsule, vc.Exponential(), drives()["table"](times=(0.0, 1.0, 2.5, 3.0), values=(0.0, 1.0, 2.0, 0.0)))
+    yield vc.System(
+        capsule, vc.Exponential(), drives()["table"](times=(0.0, 1.0, 2.5, 3.0), values=(0.0, 1.0, 2.0, 0.0))
+    )
     yield vc.System(vc.PendulumCapsuleWithStops(restitution=0.5), vc.Dahl(), wave)
     yield vc.System(vc.RigidStopCapsule(back_gap=0.5), vc.Dahl(), wave)
     yield vc.System(capsule, vc.Exponential(), wave, environment=vc.Environment(inclination=0.1, gravity=1.0))

@@ -218,7 +218,9 @@ def test_the_mirror_twin_is_shown_wherever_there_is_one(chromium, tmp_path):
         changed(chromium, lambda: chromium.js("lab.model.state.beside = 'twin'; lab.rebuilt()"))
         later = "lab.asked.ask({ ask: 'motion', side: 2, ...lab.model.request(), periods: 2.5 })"
         signs = preset.case.system.symmetry
-        wanted = [sign * x for sign, x in zip(signs, chromium.js(f"{later}.then(({{ final }}) => [...final])"), strict=False)]
+        wanted = [
+            sign * x for sign, x in zip(signs, chromium.js(f"{later}.then(({{ final }}) => [...final])"), strict=False)
+        ]
         twin = chromium.js("[...lab.other.final]")[: len(signs)]
         assert twin == pytest.approx(wanted, rel=1e-6, abs=1e-8)
         assert twin != pytest.approx(end(chromium)[: len(signs)], rel=1e-2)

@@ -15,6 +15,7 @@ from vibrocap.lab.written import HELD, Ways, Written, chosen, condition
 from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.parameters import complaint_of, parameter_table
 from vibrocap.physics.system import System
+
 MOST_CASES = 64  # of a property: a part of one's own may ask without end
 
 
