@@ -1,5 +1,6 @@
 """The page of `vibrocap lab`, by Node: kernels with the bits of the plain one; files and addresses that read back."""
 
+import itertools
 import json
 import random
 import re
@@ -163,21 +164,38 @@ def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kern
 
 @pytest.mark.slow
 @needs_node
-def test_a_start_beyond_a_stop_is_refused_by_name(node):
-    """By the bound that the parameters of the page make, not those of the case."""
+def test_a_machine_with_stops_in_a_page(node):
+    """What impacts take is a work, so that the balance closes; a start beyond a stop is refused, by the bound that the
+    parameters of the page make, not those of the case."""
     system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
-    made = bundle(Contents((system,), (Preset("stop", "stop", "", vc.Case(system, periods=1)),)))
-    found = node(f"""
-    const made = {json.dumps(made)}, [form] = opened(made), model = new Model(made);
-    const tried = (gap, displacement) => {{
+    case = vc.Case(system, periods=2)
+    made = bundle(Contents((system,), (Preset("stop", "stop", "", case),)))
+    found = node(
+        """
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), [form] = opened(made), model = new Model(made);
+    const { parameters, initial, tolerance } = model.request();
+    const dense = new Dense(recordedRun(form, parameters, initial, 2, tolerance, limits));
+    const { data: works, width, rows, residual } = dense.works(0, dense.end), taken = [];
+    for (let i = 0; i < rows; i++) taken.push([works[i * width], works[i * width + 1 + form.channels.indexOf("impact")]]);
+    const tried = (gap, displacement) => {
       model.set("machine.gap", gap);
       model.set("initial.displacement", displacement);
-      const {{ parameters, initial }} = model.request();
-      try {{ form.beginning(parameters, initial); return ""; }} catch (error) {{ return error.message; }}
-    }};
-    print([tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
-    """)
-    assert found == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
+      const { parameters, initial } = model.request();
+      try { form.beginning(parameters, initial); return ""; } catch (error) { return error.message; }
+    };
+    print([taken, residual, tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
+    """,
+        made,
+    )
+    taken, residual, *said = found
+    motion = case.simulate()
+    assert residual < 1e-8
+    assert taken[-1][1] == pytest.approx(motion.at(motion.end, "impact_work")[0], rel=1e-6)
+    assert taken[-1][1] < -0.01
+    steps = {time for (time, work), (after, less) in itertools.pairwise(taken) if time == after and less < work}
+    impacts = motion.event_times[motion.event_kinds == "impact"]
+    assert sorted(steps) == pytest.approx(impacts, abs=1e-7)  # and there the curve is vertical
+    assert said == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
 
 
 def test_a_page_has_every_measure_that_is_a_number(data):
