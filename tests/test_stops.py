@@ -1,5 +1,7 @@
 """Capsules whose inner mass strikes stops: values of independent computations, closed forms, and the edge of a stop."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -342,6 +344,25 @@ def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
     shown = []
     assert animate_motion(motion, tmp_path / "film.gif", periods=0.05, progress=shown.append).stat().st_size > 1000
     assert shown[-1] == 1.0
+
+
+@pytest.mark.parametrize("limit", [0.3, 0.8, math.pi / 2, 2.0])
+@pytest.mark.parametrize(("name", "side"), [("stop behind", 1.0), ("stop in front", -1.0)])
+def test_the_bob_is_drawn_at_its_stop_where_it_touches_it(name, side, limit):
+    """The line of the stop touches the disc of the bob, beside the middle of the stop; before that it lies free."""
+
+    def gap(angle):
+        shapes = vc.PendulumCapsuleWithStops(limit_angle=limit).scene(0.0, (side * angle, 0.0, 0.7, 0.0, 0.0))
+        drawn = {each.name: each for each in shapes}
+        bob, (first, last) = np.array(drawn["bob"].points[0]), np.array(drawn[name].points)
+        along = (last - first) / np.linalg.norm(last - first)
+        away = bob - first
+        assert drawn["pendulum"].points[0] == (0.7, 0.5)
+        assert 0.0 < away @ along < np.linalg.norm(last - first)
+        return abs(away[0] * along[1] - away[1] * along[0]) - 0.5 * drawn["bob"].size[0]
+
+    assert gap(limit) == pytest.approx(0.0, abs=1e-14)
+    assert gap(limit - 0.1) == pytest.approx(math.sin(0.1 + math.asin(0.15)) - 0.15, abs=1e-14)
 
 
 def test_actuation_and_gaps_are_refused_by_name():

@@ -106,11 +106,6 @@ class Model {
     return CHECKS.get(form)(form.parameters.map((path) => values[path]), (value) => String(Number(value.toPrecision(9))));
   }
 
-  // Whether a motion has a mirror twin: its mirror image, half a period later.
-  get mirrored() {
-    return new Function("p", `return ${this.form.mirrored}`)(this.request().parameters);
-  }
-
   get(path) {
     const [section, name] = path.split(".");
     if (section === "run") return this.state[name];
@@ -165,10 +160,7 @@ class Model {
       Object.assign(model.state, { periods, tolerance, shown, limits });
       return model.request();
     }
-    if (beside === "twin") {
-      if (!this.mirrored) throw new Error("there is no mirror twin, as forward and back are not alike here");
-      return this.request();
-    }
+    if (beside === "twin") return this.request();
     const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
     if (number < 0) return null;
     const values = this.valuesBeside(number), broken = this.broken(this.data.forms[number], values);
