@@ -284,7 +284,10 @@ def test_vectors_on_the_stack_are_aligned_where_they_are():
 # --- whole kernels ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
+@pytest.mark.parametrize(
+    "law",
+    [pytest.param(vc.Exponential(), id="exponential", marks=pytest.mark.slow), pytest.param(vc.LuGre(), id="lugre")],
+)
 def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypatch):
     """Every piece and every event, to the last bit."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))
@@ -319,7 +322,7 @@ ENTRY = {motion: "advance", ensemble: "advance_ensemble"}
 @pytest.mark.parametrize(
     ("law", "lanes"),
     [
-        pytest.param(vc.Dahl(), 0, id="one motion"),
+        pytest.param(vc.Dahl(), 0, id="one motion", marks=pytest.mark.slow),
         pytest.param(vc.LuGre(), 0, id="one stiff motion", marks=pytest.mark.slow),
         pytest.param(vc.LuGre(), None, id="lanes", marks=pytest.mark.slow),
     ],

@@ -109,6 +109,7 @@ def crawler(**given):
     return vc.System(machine, vc.Coulomb(0.06, 0.09), drive, **given)
 
 
+@pytest.mark.slow
 def test_two_blocks_against_an_independent_solver():
     """All nine pairs of modes, each for more than a whole unit of time."""
     machine = vc.TwoBodyCrawler(mass_2=3.6, stiffness=3.9, damping=0.05, normal_load=1.0, normal_load_2=1.7)

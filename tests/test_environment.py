@@ -325,6 +325,7 @@ def test_balances_of_motions_close(system):
     assert max(motion.certificate.energy_residual, motion.certificate.momentum_residual) < bound
 
 
+@pytest.mark.slow
 def test_an_environment_of_nothing_changes_nothing():
     plain = vc.simulate(capsule(), periods=5, initial=START, tolerance=1e-12)
     empty = vc.System(*(plain.system.parts.values()), environment=vc.Environment())
