@@ -31,6 +31,7 @@ def relaxed(value, command, time):
 # --- closed forms -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_response_to_a_harmonic_command_is_that_of_the_first_order():
     motion = vc.simulate(capsule(vc.Biharmonic(1.8, 1.3), **NONE_FELT), periods=3, initial=START, tolerance=1e-13)
     turn, t = 1.3 * LAG, motion.time
@@ -41,6 +42,7 @@ def test_response_to_a_harmonic_command_is_that_of_the_first_order():
     assert motion["command"] == pytest.approx(1.8 * np.cos(1.3 * t), abs=ROUNDING)
 
 
+@pytest.mark.slow
 def test_response_to_a_square_command_is_that_of_the_first_order():
     duty, amplitude = 0.35, 1.8
     system = capsule(vc.Square(amplitude, 1.3, duty=duty), **NONE_FELT)

@@ -549,6 +549,7 @@ def test_exit_codes_reach_the_shell(case):
     assert run("simulate", case).returncode == INCOMPLETE
 
 
+@pytest.mark.slow
 def test_output_without_greek_letters_and_a_closed_pipe(case, lugre):
     environment = {"PYTHONIOENCODING": "ascii", "PATH": "/usr/bin:/bin", "HOME": str(Path.home())}
     assert run("simulate", lugre, env=environment).returncode == OK

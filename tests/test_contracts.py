@@ -16,6 +16,7 @@ import pytest
 from pydantic_core import PydanticUndefined
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
 from vibrocap.contracts.samples import (
@@ -51,7 +52,12 @@ FURTHER = [
     dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external"),
 ]
 MACHINES += FURTHER
-each_machine = pytest.mark.parametrize("machine", MACHINES, ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)])
+# with its defaults and one set of random values, and every further one; the second set is slow
+each_machine = pytest.mark.parametrize(
+    "machine",
+    slow_but([i for i, part in enumerate(MACHINES) if i % 3 < 2 or part in FURTHER], MACHINES),
+    ids=[f"{part.name} {i}" for i, part in enumerate(MACHINES)],
+)
 each_drive = pytest.mark.parametrize("drive", DRIVES, ids=[f"{part.name} {i}" for i, part in enumerate(DRIVES)])
 LAWS_IN_SYSTEMS = [varied(law_of(name), 1) for name in (*laws(), "anisotropic-stribeck", "backlash-anisotropic-lugre")]
 # every machine with every drive that it can take, the laws in turn
@@ -69,9 +75,19 @@ MOVING_SYSTEMS = [
     *(vc.System(machine(), vc.Exponential(), vc.Biharmonic()) for machine in machines().values()),
     *(vc.System(vc.PendulumCapsule(), vc.Exponential(), drive()) for drive in drives().values()),
 ]
+QUICK = range(0, len(SYSTEMS), 4)  # of systems: every law, machine and drive; the others are slow
 each_system = pytest.mark.parametrize(
-    "system", SYSTEMS, ids=[f"{s.machine.name} {s.friction.name} {s.drive.name} {i}" for i, s in enumerate(SYSTEMS)]
+    "system",
+    slow_but(QUICK, SYSTEMS),
+    ids=[f"{s.machine.name} {s.friction.name} {s.drive.name} {i}" for i, s in enumerate(SYSTEMS)],
 )
+
+
+def test_the_quick_systems_have_every_law_machine_and_drive():
+    quick = [SYSTEMS[i] for i in QUICK]
+    assert {type(system.machine) for system in quick} == {*machines().values()}
+    assert {type(system.drive) for system in quick} == {*drives().values()}
+    assert {system.friction.name for system in quick} == {law.name for law in LAWS_IN_SYSTEMS}
 
 
 # --- documentation ---------------------------------------------------------------------------------------------------
@@ -226,12 +242,8 @@ def test_energy_of_a_system(system):
 
 @pytest.mark.parametrize(
     "system",
-    [
-        pytest.param(
-            s, marks=[] if s is MOVING_SYSTEMS[0] else [pytest.mark.slow], id=f"{s.machine.name} {s.drive.name}"
-        )
-        for s in MOVING_SYSTEMS  # one compilation each
-    ],
+    slow_but([list(machines()).index("pendulum-capsule")], MOVING_SYSTEMS),  # one compilation each
+    ids=lambda system: f"{system.machine.name} {system.drive.name}",
 )
 def test_motions_from_random_starts_are_finite(system):
     for draw in draws(3):

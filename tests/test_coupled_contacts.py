@@ -81,6 +81,7 @@ def test_a_worm_of_three_whose_distances_jump_and_dwell_against_an_independent_s
     assert "contacts rest together" in motion.certificate.warnings[0]
 
 
+@pytest.mark.slow
 def test_a_linkage_against_an_independent_solver():
     """Newton's law for three masses and two rods, of whose forces the loads are made."""
     motion = vc.simulate(LINKAGE, periods=2, tolerance=1e-13)
@@ -89,7 +90,13 @@ def test_a_linkage_against_an_independent_solver():
     assert {(0, 0), (-1, 0), (1, 0), (-1, 1), (-1, -1), (1, 1), (1, -1)} <= modes | {(1, 1)}
 
 
-@pytest.mark.parametrize("system", [LINKAGE, worm(vc.Harmonic(amplitude=0.5, frequency=0.9))], ids=["linkage", "worm"])
+@pytest.mark.parametrize(
+    "system",
+    [
+        pytest.param(LINKAGE, id="linkage", marks=pytest.mark.slow),
+        pytest.param(worm(vc.Harmonic(amplitude=0.5, frequency=0.9)), id="worm"),
+    ],
+)
 def test_at_every_event_one_set_of_modes_can_go_on_and_it_is_the_one_that_is_taken(system):
     """Shortly after: a contact that has begun to slide moves then."""
     motion = vc.simulate(system, periods=6)
@@ -107,6 +114,7 @@ def test_at_every_event_one_set_of_modes_can_go_on_and_it_is_the_one_that_is_tak
 # --- closed forms -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_slow_anisotropic_worm_gains_its_whole_stroke():
     """As long as M |u| z'' and friction forward are less than the body behind can hold, bodies go forward only."""
     slow = vc.Harmonic(amplitude=0.5, frequency=0.15)
@@ -123,6 +131,7 @@ def test_a_slow_anisotropic_worm_gains_its_whole_stroke():
     assert even.certificate.ok
 
 
+@pytest.mark.slow
 def test_static_friction_above_the_sliding_one_decides_who_rests():
     """The rod's force grows until one of the bodies gives way: that of the lesser static level, whatever it is then."""
     front = vc.Coulomb(0.05, 0.14)
@@ -150,6 +159,7 @@ def test_a_worm_whose_second_body_does_not_rub_is_the_two_mass_crawler():
         assert ours.at(times, name) == pytest.approx(theirs.at(times, name), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_bodies_at_a_distance_that_stays_are_one_block():
     """Stopped by both contacts after v^2/(2 mu (N_1 + N_2)/M); while they rest they share what is held."""
     machine = vc.TwoBodyWorm(mass_2=1.5, normal_load_2=1.2, actuation=0.0)
@@ -203,6 +213,7 @@ def test_there_is_one_way_to_go_on_for_every_force_exactly_where_all_determinant
         assert max(ways(machine, friction, state, level) for level in np.linspace(-3.0, 3.0, 121).tolist()) == 3
 
 
+@pytest.mark.slow
 def test_a_run_ends_where_the_way_to_go_on_is_no_longer_certain():
     """Steep rods on rough ground: both feet come to rest where, under other forces, three sets of modes could go on."""
     machine = vc.LinkageCrawler(mass_ratio=0.6, mass_ratio_2=0.6, stance=0.8, stiffness=1.0)

@@ -160,6 +160,7 @@ def test_buckled_pendulum_leans_to_one_side(motions):
     assert vc.stick_fraction(motion, periods=10) == 0.0
 
 
+@pytest.mark.slow
 def test_slow_drive_mostly_sticks_and_weight_sticks_a_third(motions):
     assert vc.stick_fraction(motions["slow-drive-mostly-sticks"]) == pytest.approx(0.76, abs=0.01)
     assert vc.stick_fraction(motions["weight-as-load"]) == pytest.approx(1 / 3, abs=0.03)

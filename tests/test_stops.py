@@ -110,6 +110,7 @@ def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kin
     assert pressed == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_linear_capsule_without_friction_vibrates_in_closed_form():
     """z'' (lambda/(lambda+1)) = h cos(omega t) - rho z - nu z', and the common momentum stays."""
     machine = vc.TwoMassCapsule(mass_ratio=2.0, stiffness=1.3, damping=0.2, normal_load=0.0)

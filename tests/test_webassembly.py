@@ -16,6 +16,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from test_compiler import BODIES, Python, bits, body_text, operands
+from thinned import slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import FLOATS, INT, INTS, Refused, webassembly_module
 from vibrocap.numerics.compiler.subset import LIBRARY
@@ -287,7 +288,7 @@ def test_a_motion_is_that_of_plain_python(law, tmp_path, monkeypatch):
     assert_the_same(plain, found)
 
 
-@pytest.mark.parametrize(("machine", "law"), [("pendulum", "exponential"), ("oscillator", "lugre")])
+@pytest.mark.parametrize(("machine", "law"), slow_but([0], [("pendulum", "exponential"), ("oscillator", "lugre")]))
 def test_literal_machine_code_is_plain_python(machine, law, monkeypatch):
     """By it a page is checked: all sums and products rounded, the package's functions; Taylor and stiff steps."""
     system = system_of(machine, laws()[law]())
@@ -333,6 +334,7 @@ def test_motions_with_stops_are_those_of_plain_python(machine, law, tmp_path, mo
     assert_the_same(plain, found)
 
 
+@pytest.mark.slow
 def test_a_swapped_subtraction_is_noticed(tmp_path, monkeypatch):
     """A planted fault: one difference of the series the other way round."""
     system = system_of("pendulum", vc.Exponential())
