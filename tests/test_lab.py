@@ -176,7 +176,8 @@ def test_a_machine_with_stops_in_a_page(node):
     const { parameters, initial, tolerance } = model.request();
     const dense = new Dense(recordedRun(form, parameters, initial, 2, tolerance, limits));
     const { data: works, width, rows, residual } = dense.works(0, dense.end), taken = [];
-    for (let i = 0; i < rows; i++) taken.push([works[i * width], works[i * width + 1 + form.channels.indexOf("impact")]]);
+    const impact = 1 + form.channels.indexOf("impact");
+    for (let i = 0; i < rows; i++) taken.push([works[i * width], works[i * width + impact]]);
     const tried = (gap, displacement) => {
       model.set("machine.gap", gap);
       model.set("initial.displacement", displacement);
