@@ -117,7 +117,8 @@ def sweep(
     """
     options = dict(locals())
     from vibrocap.cli.sweep_request import SweepRequest
-    from vibrocap.studies.sweep import MAX_RUNS, size_in_words
+    from vibrocap.studies.execution import MAX_RUNS
+    from vibrocap.studies.sweep import size_in_words
 
     request = SweepRequest(**options)
     study = request.study()
@@ -168,17 +169,7 @@ def _run(study: "Study", request: "SweepRequest") -> "Outcome":
     try:
         with notes(), progress("Sweeping") as report:
             completed = carried_out(
-                study,
-                out=request.out,
-                resume=request.resume,
-                mixed=request.mixed,
-                yes=request.yes,
-                threads=request.threads,
-                workers=request.workers,
-                scheduler=request.scheduler,
-                device=request.device,
-                tile_runs=request.tile_runs,
-                progress=lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip()),
+                study, request, lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip())
             )
     except CaseError as error:
         if request.out is None or error.source != str(request.out):
