@@ -89,10 +89,11 @@ def show(name: str, /, *, set_: Settings = [], plot: Path | None = None) -> int:
     creeps = "yes" if law.creeps else "no"
     page.say(f"creeps     {creeps}, under an oscillating force below break-away")
     if plot is not None:
-        from vibrocap.plotting.laboratory import plot_law_card
+        from vibrocap.plotting.laboratory import law_figure
+        from vibrocap.plotting.style import save
 
         with progress(f"Drawing {name}"):
-            page.say(f"picture    {plot_law_card(law, plot)}")
+            page.say(f"picture    {save(law_figure(law), plot)}")
     return OK
 
 
@@ -152,9 +153,10 @@ def canonical_tests(
     else:
         print_sheet(page, name, sheet)
     if plot is not None:
-        from vibrocap.plotting.laboratory import plot_sheet
+        from vibrocap.plotting.laboratory import sheet_figure
+        from vibrocap.plotting.style import save
 
-        plot_sheet(sheet, plot)
+        save(sheet_figure(sheet), plot)
         if not json:
             page.say(f"  picture      {plot}")
     return OK

@@ -2,7 +2,6 @@
 
 import dataclasses
 import types
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,7 +40,6 @@ from vibrocap.plotting.style import (
     YELLOW,
     given_axes,
     legend_below,
-    save,
     style,
 )
 from vibrocap.plotting.units import scale, with_unit
@@ -55,11 +53,6 @@ UNVALUED_STYLES = {
     FAILED: ("failed", *CELL_STYLES[Cell.FAILED]),
     NOT_TOLD: ("settled, not told apart", *CELL_STYLES[Cell.NO_VALUE]),
 }
-
-
-def plot_basins(basins: Basins, path: str | Path) -> Path:
-    """Draw basins into a file (.png, .svg or .pdf); the same basins give the same bytes."""
-    return save(basin_figure(basins), path, PRINT)
 
 
 def basin_figure(basins: Basins) -> Figure:

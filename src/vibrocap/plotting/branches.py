@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,6 @@ from vibrocap.plotting.style import (
     figure,
     given_axes,
     legend_below,
-    save,
     style,
 )
 from vibrocap.plotting.units import parts_in_si, scale, with_unit
@@ -72,20 +70,6 @@ SWEPT: dict[str, dict[str, Any]] = {
     for way, half in (("up", "right"), ("down", "left"))
 }
 LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
-
-
-def plot_branches(
-    found: Branch | BranchDiagram | Sequence[Branch | BranchDiagram],
-    path: str | Path,
-    quantity: str = "mean_velocity",
-    *,
-    titles: Sequence[str] = (),
-    multipliers: bool = False,
-    swept: Sequence[BifurcationDiagram] = (),
-    over: str | None = None,
-) -> Path:
-    """Draw branches into a file (.png, .svg or .pdf), see `branch_figure`."""
-    return save(branch_figure(found, quantity, titles=titles, multipliers=multipliers, swept=swept, over=over), path)
 
 
 def branch_figure(
