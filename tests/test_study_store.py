@@ -29,9 +29,8 @@ from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.run.tile_worker import run_and_store
 from vibrocap.studies.store import store as stores
 from vibrocap.studies.store.record import read_record
-from vibrocap.studies.store.store import opened_for_writing
+from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.store.zarr_files import ZarrFiles
 from vibrocap.studies.sweep import Stopped, carried_out, sweep
 from vibrocap.studies.tile import tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables

@@ -73,7 +73,7 @@ def stick_slip(
         print one JSON object in full precision, a list of them for several records
     """
     from vibrocap.records.checks import RecordError
-    from vibrocap.records.pull_files import read_pulls
+    from vibrocap.records.pull import read_pulls
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
     complaints = Complaints()

@@ -14,7 +14,7 @@ from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.plotting.cells import Cell, share
-from vibrocap.plotting.labels import EQUALS
+from vibrocap.plotting.labels import EQUALS, scale, with_unit
 from vibrocap.plotting.maps import (
     CELL_STYLES,
     HALO,
@@ -42,7 +42,6 @@ from vibrocap.plotting.style import (
     legend_below,
     style,
 )
-from vibrocap.plotting.units import scale, with_unit
 from vibrocap.studies.orbit_datasets import basin_dataset
 
 DIRECTIONS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", GREY)}

@@ -17,7 +17,7 @@ from vibrocap.physics.conversion import Quantity, quantity_in_si
 from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
-from vibrocap.plotting.labels import law_words, parts_title, symbol_text
+from vibrocap.plotting.labels import law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,
@@ -31,7 +31,6 @@ from vibrocap.plotting.style import (
     legend_below,
     style,
 )
-from vibrocap.plotting.units import parts_in_si, scale, with_unit
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.plotting.labels import with_unit
 from vibrocap.plotting.style import BLUE, GREEN, LABELS, ORANGE, PURPLE, SKY, VERMILION, legend_above
 from vibrocap.plotting.trace import Trace
-from vibrocap.plotting.units import with_unit
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 MODES = {1: ("forward", BLUE), 0: ("stuck", "#B8B8B8"), -1: ("back", VERMILION)}  # side: what it is called

@@ -10,7 +10,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes, numbered
-from vibrocap.plotting.labels import parts_title
+from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
 from vibrocap.plotting.style import (
     ANY_UNITS,
     BLACK,
@@ -28,7 +28,6 @@ from vibrocap.plotting.style import (
     style,
 )
 from vibrocap.plotting.trace import Trace
-from vibrocap.plotting.units import IN_SI, parts_in_si, scale, with_unit
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
