@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from vibrocap.arguments import check_one_of
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
@@ -153,8 +154,7 @@ def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
     """ValueError for what cannot be drawn."""
     if not given or not any(len(branch) for each in given for branch in _branches(each)):
         raise ValueError("found should hold at least one branch that is not empty")
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity should be one of {', '.join(QUANTITIES)}, got {quantity!r}")
+    check_one_of("quantity", quantity, QUANTITIES)
     if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
         raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
 

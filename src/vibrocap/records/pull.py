@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import is_positive
 from vibrocap.records.checks import COEFFICIENTS, RecordError, complaints
 from vibrocap.records.columns import Table, choices, missing, setting_complaints
 from vibrocap.records.published import paper_stick_slip
@@ -89,7 +90,7 @@ def pull(
     wrong = _complaints(time, force)
     numbers = {"stiffness": stiffness, "mass": mass, "pulling_speed": pulling_speed, "normal_force": normal_force}
     for field, value in numbers.items():
-        if value is not None and not (is_number(value) and 0.0 < value < math.inf):
+        if value is not None and not is_positive(value):
             wrong.append(f"{field}: should be a number greater than 0, got {value!r}")
     if not isinstance(coefficient, bool | np.bool_):
         wrong.append(f"coefficient: should be True or False, got {coefficient!r}")
@@ -111,11 +112,6 @@ def pull(
             "it looks as if its unit, or that of the normal force, were wrong"
         )
     return Pull(even_time, even_force, stiffness, mass, pulling_speed, normal_force, bool(coefficient), tuple(notes))
-
-
-def is_number(value: Any) -> bool:
-    """Whether a value is a single real number."""
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def _complaints(time: Any, force: Any) -> list[str]:
@@ -197,7 +193,7 @@ def read_pulls(
         for name in columns
         if name not in ("time", "force") and not any(f"{name!r}" in complaint for complaint in wrong)
     ]
-    if sampling_rate is not None and not 0.0 < sampling_rate < float("inf"):
+    if sampling_rate is not None and not is_positive(sampling_rate):
         wrong.append(f"sampling_rate: should be a number greater than 0, got {sampling_rate!r}")
     if wrong:
         raise RecordError(wrong, "the settings for reading")
