@@ -242,7 +242,8 @@ def test_drift_and_direction_of_every_kind_of_start():
 
 @pytest.mark.slow
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
-    from vibrocap.plotting.basins import basin_figure, plot_basins
+    from vibrocap.plotting.basins import PRINT, basin_figure
+    from vibrocap.plotting.style import save
 
     given = drawn()
     figure = basin_figure(given)
@@ -252,8 +253,8 @@ def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
     hatches = {patch.get_hatch() for patch in figure.axes[0].patches}
     assert len(hatches) == 3  # one for each kind of cell without a value
     assert "t₀/T" in " ".join(text.get_text() for text in figure.texts)
-    one = plot_basins(given, tmp_path / "one.png").read_bytes()
-    assert one == plot_basins(given, tmp_path / "two.png").read_bytes()
+    one = save(basin_figure(given), tmp_path / "one.png", PRINT).read_bytes()
+    assert one == save(basin_figure(given), tmp_path / "two.png", PRINT).read_bytes()
     kept = np.where(given.label == 2, 0, given.label)
     single = dataclasses.replace(
         given, label=kept, attractors=given.attractors[:2], drift=np.where(kept == 0, 0.16, given.drift)

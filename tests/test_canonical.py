@@ -18,6 +18,7 @@ from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.coulomb import Coulomb
 from vibrocap.physics.friction.dahl import Dahl
 from vibrocap.plotting import laboratory as laboratory_plots
+from vibrocap.plotting.style import save
 
 COULOMB = Coulomb(1.0, 1.5)
 SET_VALUED = [law() for law in laws().values() if law.kind == "set-valued"]
@@ -161,12 +162,12 @@ def test_the_sheet_is_its_tests(sheet):
 
 @pytest.mark.slow
 def test_pictures(sheet, tmp_path):
-    path = laboratory_plots.plot_sheet(sheet, tmp_path / "sheet.png")
+    path = save(laboratory_plots.sheet_figure(sheet), tmp_path / "sheet.png")
     assert path.read_bytes()[:4] == b"\x89PNG"
-    card = laboratory_plots.plot_law_card(COULOMB, tmp_path / "card.svg")
+    card = save(laboratory_plots.law_figure(COULOMB), tmp_path / "card.svg")
     text = card.read_text(encoding="utf-8")
     assert text.count("<path") > 20
-    again = laboratory_plots.plot_law_card(COULOMB, tmp_path / "again.svg")
+    again = save(laboratory_plots.law_figure(COULOMB), tmp_path / "again.svg")
     assert again.read_text(encoding="utf-8") == text
 
 
@@ -193,5 +194,5 @@ def test_every_law_has_a_sheet(law, tmp_path):
         assert stick_slip.kinetic_force < stick_slip.static_force
         assert stick_slip.stick_time + stick_slip.slip_time == pytest.approx(stick_slip.period)
     if law.name in DRAWN:
-        assert laboratory_plots.plot_sheet(found, tmp_path / "sheet.png").stat().st_size > 20_000
-    assert laboratory_plots.plot_law_card(law, tmp_path / "card.png").stat().st_size > 10_000
+        assert save(laboratory_plots.sheet_figure(found), tmp_path / "sheet.png").stat().st_size > 20_000
+    assert save(laboratory_plots.law_figure(law), tmp_path / "card.png").stat().st_size > 10_000

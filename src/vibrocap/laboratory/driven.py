@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, suggestion
+from vibrocap.arguments import ArgumentError, check_whole, is_number, suggestion
 from vibrocap.motion.equations import is_recorded
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.api import DrivenEquations, codes, driven_runs, sharpness
@@ -103,7 +103,7 @@ def imposed_motion(law: Law, time: Any, velocity: Any, load: Any, tolerance: flo
         raise ValueError(f"load should be > 0 with the {law.name} law, got {w.min()} at sample {int(np.argmin(w))}")
     if not (w >= 0.0).all():
         raise ValueError(f"load should be >= 0, got {w.min()} at sample {int(np.argmin(w))}")
-    if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or not 1e-14 <= tolerance < 1.0:
+    if not is_number(tolerance) or not 1e-14 <= tolerance < 1.0:
         raise ValueError(f"tolerance should be between 1e-14 and 1, got {tolerance!r}")
     return np.stack([t, v, w])
 
@@ -241,8 +241,7 @@ def driven_forces(
     A parameter that chooses the formula when it is whole (`shape_parameters`) takes the general formula when it is one
     of `names`.
     """
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise ValueError(f"threads should be a whole number >= 1, got {threads!r}")
+    check_whole("threads", 1 if threads is None else threads, 1)
     given = imposed_motion(law, time, velocity, load, tolerance)
     names = tuple(names)
     table = parameter_sets(law, values, names)

@@ -15,8 +15,7 @@ from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
-from vibrocap.plotting.labels import EQUALS, percent, symbol_text
-from vibrocap.plotting.units import KIND_PATHS, case_in_si
+from vibrocap.plotting.labels import EQUALS, KIND_PATHS, case_in_si, percent, symbol_text
 from vibrocap.studies.quadtree import even_in_logarithm
 
 MOST_PANELS = 6

@@ -4,6 +4,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vibrocap.arguments import is_positive
 from vibrocap.records.checks import integral
 from vibrocap.records.record import Record
 
@@ -140,7 +141,7 @@ def _slope(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _check(record: Record, cutoff: float | None, mass: float | None, offset: float | str | None) -> None:
     wrong = []
     for field, value in (("cutoff", cutoff), ("mass", mass)):
-        if value is not None and not (isinstance(value, int | float | np.number) and np.isfinite(value) and value > 0):
+        if value is not None and not is_positive(value):
             wrong.append(f"{field}: should be a number greater than 0, got {value!r}")
     if isinstance(offset, str) and offset != "mean":
         wrong.append(f"offset: should be a number of newtons or 'mean', got {offset!r}")

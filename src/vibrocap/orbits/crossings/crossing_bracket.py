@@ -1,7 +1,6 @@
 """Where a difference vanishes between two neighbours of a scan: the steady motion followed, the bracket cut."""
 
 import dataclasses
-import enum
 import math
 from collections.abc import Mapping, Sequence
 
@@ -16,6 +15,7 @@ from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.physics.system import System
+from vibrocap.results import Advised
 
 ARRIVED = 20.0  # tolerances of the run within which a motion stands still: what is left is error of the integration
 FIRST_LOOK = 24  # drive periods after which it is first asked; then after twice as many, and so on
@@ -99,24 +99,17 @@ ONE_MOTION = 1e-4  # of the natural sizes: a motion at a rigid stop changes like
 COARSER = 10.0  # tolerances of the runs whose difference is taken for the error of the integration
 
 
-class CrossingKind(enum.Enum):
+class CrossingKind(Advised):
     """What was found between two neighbouring points of the scan where the difference changes its sign."""
 
-    CROSSING = "crossing"
-    GRAZING = "grazing"
-    JUMP = "jump"
-    LOST = "lost"
-
-    @property
-    def advice(self) -> str:
-        """What it means."""
-        return {
-            CrossingKind.CROSSING: "The measure takes the value here, on a steady motion that exists on both sides.",
-            CrossingKind.GRAZING: "The motion grazes a stop: on one side of this parameter it has an impact more.",
-            CrossingKind.JUMP: "The measure jumps over the value: the start leads to another steady motion (a mirror "
-            "twin, for instance), or a motion ceases to exist. No steady motion seen here has the value.",
-            CrossingKind.LOST: "A motion within the bracket did not settle; raise `periods`, or scan more points.",
-        }[self]
+    CROSSING = "crossing", "The measure takes the value here, on a steady motion that exists on both sides."
+    GRAZING = "grazing", "The motion grazes a stop: on one side of this parameter it has an impact more."
+    JUMP = (
+        "jump",
+        "The measure jumps over the value: the start leads to another steady motion (a mirror twin, for instance), or"
+        " a motion ceases to exist. No steady motion seen here has the value.",
+    )
+    LOST = "lost", "A motion within the bracket did not settle; raise `periods`, or scan more points."
 
 
 @dataclasses.dataclass(frozen=True)
