@@ -16,6 +16,8 @@ STILL = 1e-9  # of the natural speed: so slow a contact that comes to rest is st
 PUSHED = 1e-7  # of the natural speed, from which on a contact that should rest is seen to slide
 ROUNDING = 1e-12  # of the natural speed
 AT_REST = 1e-14  # of the natural speed: less is none; the guards of a kernel take somewhat more for rounding
+WIDE = 32.0  # natural speeds are that of imposed distances: the speeds below are far less than what is at rest there
+BEYOND_REST, WITHIN_REST = 2e-14, 2e-15  # of the natural speed, around what `jumped` of a kernel takes for rounding
 EARLY = 2e-14  # of the natural speed, at which a contact has yet to come to rest where it is said to
 BEYOND = 1e-12  # of a limit: by so much a force exceeds what can be held
 

@@ -36,10 +36,13 @@ from typing import Any
 from vibrocap.physics.contacts import LEAST, FurtherContact, MachineOnContacts
 from vibrocap.physics.coupled_contact import (
     AT_REST,
+    BEYOND_REST,
     EARLY,
     PUSHED,
     ROUNDING,
     STILL,
+    WIDE,
+    WITHIN_REST,
     CoupledContact,
     Held,
     ImposedContact,
@@ -174,9 +177,9 @@ class CoupledContacts(MachineOnContacts):
         return Held(middle, total, limit, weight, together)
 
     def _speed(self, further: int = 0):
-        """Natural speed of a further contact; at imposed distances with that of the drive, at rest at three instants.
+        """Natural speed of a further contact; at imposed distances about the largest that there is, with the drive's.
 
-        That of the drive decides how far a contact at rest is from it by rounding.
+        That of the drive, at three instants, decides how far a contact at rest is from it by rounding.
         """
         machine = self.machine
         if machine.coupled != "distances":
@@ -186,7 +189,12 @@ class CoupledContacts(MachineOnContacts):
             t = share * drive.period
             for velocity in (machine.contact_velocity(t, still), *machine.further_velocities(t, still)):
                 squares = squares + velocity * velocity
-        return machine.scales(drive.period)[machine.states.index(machine.contact_state)] + sqrt(squares)
+        return WIDE * self._natural_speed + sqrt(squares)
+
+    @property
+    def _natural_speed(self):
+        machine = self.machine
+        return machine.scales(machine.imposed.period)[machine.states.index(machine.contact_state)]
 
     def _meeting(self, t, y, trigger: int = 0) -> tuple:
         """(whether the first contact slides, further contacts) as they are decided at one instant: all together.
@@ -196,8 +204,17 @@ class CoupledContacts(MachineOnContacts):
         """
         size, found = self._speed(), []
         for number, mode in enumerate(self._contacts(t, y), start=2):
-            moves = above(mode.velocity / size, PUSHED if number == trigger else AT_REST)
-            found.append(dataclasses.replace(mode, slips=mode.slips * moves) if mode.law.kind == "set-valued" else mode)
+            if mode.law.kind == "set-valued":
+                moves = above(mode.velocity / size, PUSHED if number == trigger else AT_REST)
+                side = sign(mode.velocity)  # where a velocity has jumped, the law knows nothing of the side before
+                mode = dataclasses.replace(
+                    mode,
+                    slips=mode.slips * moves,
+                    own=(side,),
+                    force=mode.law.force(mode.velocity, (), side, mode.load)[0],
+                    drag=0.0 if self.environment is None else self.environment.drag(mode.velocity, side),
+                )
+            found.append(mode)
         velocity = self.machine.contact_velocity(t, self._own(y))
         return (self.side * self.side * above(velocity / size, AT_REST) if self._sticks else 1.0), found
 
@@ -212,7 +229,10 @@ class CoupledContacts(MachineOnContacts):
         given way would turn back, from that of sliding: which leaves one way to go on, too.
         """
         first, modes = among = self._meeting(t, y, trigger)
-        given, machine, size = self.machine.coupling(t, self._own(y), drive), self.machine, self._speed()
+        given, machine = self.machine.coupling(t, self._own(y), drive), self.machine
+        if self._sticks:  # as in `_meeting`
+            velocity = machine.contact_velocity(t, self._own(y))
+            force = self.first.force(velocity, (), sign(velocity), machine.load())[0] - self.push
         contacts = [Mode(self.first, machine.load(), 0.0, (self.side,), first, force), *modes]
         firm, sliding, all_slide, turns_back = [], [], 1.0, 0.0
         for number, mode in enumerate(contacts, start=1):
@@ -240,9 +260,6 @@ class CoupledContacts(MachineOnContacts):
         for number, (mode, *ways) in enumerate(zip(contacts, firm, sliding, strict=True), start=1):
             if mode.law.kind == "set-valued":
                 found[number] = ways[0] + falls * (ways[1] - ways[0])
-                if number == trigger:  # it may have been sent to the other side by a jump
-                    jumps = above(mode.velocity / size, PUSHED)
-                    found[number] = found[number] + jumps * (sign(mode.velocity) - found[number])
         return found
 
     def arriving_force(self, t, y, drive):
@@ -344,7 +361,16 @@ class CoupledContacts(MachineOnContacts):
         early = 0.5 + 0.5 * sign(each.side * share - (EARLY + ROUNDING * joins))
         stops = alone * (1.0 - decided[each.number] * decided[each.number]) * (1.0 - early)
         stops = stops * above(share, AT_REST) * (1.0 - above(share, STILL))
-        self._move(states, self.machine.contacts[each.number - 2], each, each.velocity * (1.0 - stops))
+        moved = each.velocity * (1.0 - stops)
+        if self._sticks:
+            # The first contact, which meets it but has not been asked yet, is sent on: just beyond what is rounding
+            # to a kernel where it turns, and within it where it comes to rest.
+            velocity, turns_to = self.machine.contact_velocity(t, self._own(y)), decided[1]
+            waits = self.side * self.side * (1.0 - above(velocity / self._speed(), AT_REST)) * (1.0 - early)
+            waits = waits * above(self.side - turns_to, 0.5)
+            sent = turns_to * BEYOND_REST - (1.0 - turns_to * turns_to) * self.side * WITHIN_REST
+            moved = moved + waits * (sent * self._natural_speed - velocity)
+        self._move(states, self.machine.contacts[each.number - 2], each, moved)
         for other in joining:
             side = other.side + (1.0 - early) * (decided[other.number] - other.side)
             states[self._places[other.number - 2]] = (side,)
