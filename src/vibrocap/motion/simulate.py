@@ -1,6 +1,5 @@
 """simulate(system, ...) -> Trajectory: the bridge from physics to numerics."""
 
-import bisect
 import dataclasses
 import functools
 import math
@@ -53,6 +52,7 @@ MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `codes`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
+SAME = 1e-14  # of a period: contacts that come to rest within it do so at one instant
 EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS)
 STATUSES = {
     codes.DONE: Status.FINISHED,
@@ -246,23 +246,25 @@ def _joint_events(system: System, recorded: Recorded, kinds: np.ndarray, kept: n
         if law.kind == "set-valued":
             kept = kept & ~np.isin(kinds, [f"{word}_{number}" for word in ("stick", "slip_forward", "slip_back")])
             contacts.append((number, system.state_names.index(f"side_{number}")))
-    instants = [tuple(each) for each in recorded.event_instants]
-    pieces = [tuple(each) for each in recorded.piece_instants]
-    found, chosen = [], []
-    for i, instant in enumerate(instants):
+    period, found, chosen = system.drive.period, [], []
+    times, starts = (each @ (period, 1.0) for each in (recorded.event_instants, recorded.piece_instants))
+    before = None
+    for i, time in enumerate(times):
         if kept[i]:
             found.append(kinds[i])
             chosen.append(i)
-        if instants[i + 1 : i + 2] == [instant]:
+        if before is None:
+            piece = np.searchsorted(starts, time - SAME * period) - 1
+            before = recorded.series[piece, :, 0] if piece >= 0 else recorded.sections[0]
+        if i + 1 < len(times) and times[i + 1] - time <= SAME * period:
             continue
-        piece = bisect.bisect_left(pieces, instant) - 1
-        before = recorded.series[piece, :, 0] if piece >= 0 else recorded.sections[0]
         for number, place in contacts:
             was, now = before[place], recorded.event_states[i, place]
             if was != now:
                 leaves = "slip_forward" if now > 0.0 else "slip_back"
                 found.append(f"{'stick' if now == 0.0 else leaves if was == 0.0 else 'reversal'}_{number}")
                 chosen.append(i)
+        before = None
     return np.array(found, dtype=object), np.array(chosen, dtype=int)
 
 

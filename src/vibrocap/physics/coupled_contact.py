@@ -16,6 +16,9 @@ STILL = 1e-9  # of the natural speed: so slow a contact that comes to rest is st
 PUSHED = 1e-7  # of the natural speed, from which on a contact that should rest is seen to slide
 ROUNDING = 1e-12  # of the natural speed
 AT_REST = 1e-14  # of the natural speed: less is none; the guards of a kernel take somewhat more for rounding
+WIDE = 8.0  # natural speeds are that of imposed distances: the speeds below are far less than what is at rest there
+BEYOND_REST, WITHIN_REST = 2e-14, 2e-15  # of the natural speed, around what `jumped` of a kernel takes for rounding
+EARLY = 2e-14  # of the natural speed, at which a contact has yet to come to rest where it is said to
 BEYOND = 1e-12  # of a limit: by so much a force exceeds what can be held
 
 
@@ -43,6 +46,17 @@ def sign(x):
 def above(x, level):
     """Exactly 1 where abs(x) is above a level, else 0."""
     return 0.5 + 0.5 * sign(x * x - level * level)
+
+
+def static(law: Law, load) -> tuple:
+    """(limit, middle) of the forces that a contact can hold at rest."""
+    return law.holding_limit(load), law.holding_middle(load)
+
+
+def kinetic(law: Law, load) -> tuple:
+    """(limit, middle) of the forces between those of the slowest slides forward and back."""
+    forward, back = (law.force(0.0, (), side, load)[0] for side in (1.0, -1.0))
+    return 0.5 * (forward - back), 0.5 * (forward + back)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -129,14 +143,6 @@ class ImposedContact(CoupledContact):
         share = self.velocity / (PUSHED * self.scale)
         cube = share * share * share
         return cube * cube * cube
-
-    def after(self, which: int) -> tuple[Any, tuple]:
-        """As of any further contact; one that comes to rest is stopped, unless it jumped or is at rest to rounding.
-
-        To stop it moves the one coordinate of all: contacts that meet there would push one another on for ever.
-        """
-        share = self.velocity / self.scale
-        return self.velocity * (1.0 - above(share, AT_REST) * (1.0 - above(share, STILL))), super().after(which)[1]
 
 
 def eliminated(rows: Sequence[Sequence], columns: Sequence[Sequence]) -> tuple[list[list], list]:
