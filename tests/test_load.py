@@ -155,6 +155,31 @@ def test_light_capsule_lifts_off():
     assert vc.simulate(constant, periods=2, initial=START)["reaction"].min() < 0.0
 
 
+LIGHT = vc.Exponential(coulomb_coefficient=0.15, static_coefficient=0.45)
+TOUCHING = 1.20065944821  # amplitude at which the load of `light` touches zero, from halving with a tolerance of 1e-13
+
+
+def light(amplitude):
+    return capsule("dynamic", LIGHT, amplitude, mass_ratio=1.0)
+
+
+def test_a_load_shortens_the_steps_near_zero_only():
+    """Far from it a motion has the steps of one with a constant load; where it touches zero nothing is stepped over."""
+    runs = [vc.simulate(capsule(load), periods=10, initial=START, tolerance=1e-8) for load in ("dynamic", "weight")]
+    steps = [len(run.piece_start) for run in runs]
+    assert steps[0] < 1.1 * steps[1]  # 1.05; 1.51 where the load was held to the tolerance always
+    for moved, status in ((-1e-8, vc.Status.FINISHED), (1e-8, vc.Status.LIFT_OFF)):
+        assert vc.simulate(light(TOUCHING + moved), periods=3, initial=START, tolerance=1e-8).status is status
+
+
+@pytest.mark.slow
+def test_lanes_lift_off_where_single_motions_do():
+    over = {"drive.amplitude": np.concatenate(([TOUCHING - 1e-8, TOUCHING + 1e-8], np.linspace(1.0, 2.2, 30)))}
+    found = vc.ensemble(light(1.0), over, initial=START, periods=3, tolerance=1e-9)
+    lifts = np.array([list(vc.Status)[code] is vc.Status.LIFT_OFF for code in found["status"]])
+    assert np.array_equal(lifts, over["drive.amplitude"] > TOUCHING)
+
+
 @pytest.mark.parametrize(("drive", "status"), [(-0.5, vc.Status.PARADOX), (2.0, vc.Status.PARADOX)])
 def test_start_in_the_region_of_the_paradox_is_a_status(drive, status):
     """Sliding forward with b < s mu: n > 0 has no way to go on, n < 0 has two."""
