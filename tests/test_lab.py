@@ -176,19 +176,22 @@ def test_a_machine_with_stops_in_a_page(node):
     const { parameters, initial, tolerance } = model.request();
     const dense = new Dense(recordedRun(form, parameters, initial, 2, tolerance, limits));
     const { data: works, width, rows, residual } = dense.works(0, dense.end), taken = [];
-    const impact = 1 + form.channels.indexOf("impact");
-    for (let i = 0; i < rows; i++) taken.push([works[i * width], works[i * width + impact]]);
+    const place = 1 + form.channels.indexOf("impact");
+    for (let i = 0; i < rows; i++) taken.push([works[i * width], works[i * width + place]]);
     const tried = (gap, displacement) => {
       model.set("machine.gap", gap);
       model.set("initial.displacement", displacement);
       const { parameters, initial } = model.request();
       try { form.beginning(parameters, initial); return ""; } catch (error) { return error.message; }
     };
-    print([taken, residual, tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
+    const inner = axesOf(form).includes("initial.touching");
+    const half = [model.set("initial.touching", 0.5), usualFields(model)["strip.state"], inner];
+    print([taken, residual, half, tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
     """,
         made,
     )
-    taken, residual, *said = found
+    taken, residual, half, *said = found
+    assert half == ["should be a whole number, as it says which branch of the equations holds", "displacement", False]
     motion = case.simulate()
     assert residual < 1e-8
     assert taken[-1][1] == pytest.approx(motion.at(motion.end, "impact_work")[0], rel=1e-6)

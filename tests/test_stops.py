@@ -369,6 +369,8 @@ def test_the_bob_is_drawn_at_its_stop_where_it_touches_it(name, side, limit):
 def test_actuation_and_gaps_are_refused_by_name():
     with pytest.raises(ValueError, match=r"actuation: should be \"internal\" .* got 'both'"):
         vc.TwoMassCapsule(actuation="both")
+    with pytest.raises(ValueError, match=r"initial.touching should be a whole number, .* got 0.5"):
+        vc.simulate(capsule(), periods=1, initial={"touching": 0.5})
     with pytest.raises(ValueError, match=r"gap: should be at least 0, got -0.1"):
         vc.VibroImpactCapsule(gap=-0.1)
     with pytest.raises(ValueError, match=r"back_gap: should be a number >= 0, .* got -0.1"):

@@ -76,6 +76,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
         "events": event_kinds(system.placed.switch_events).tolist(),
+        "switched": list(system.switched),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,

@@ -91,7 +91,10 @@ class Model {
       const [low, high] = TOLERANCES[form.motion.sizes.order];
       return value >= low && value <= high ? "" : `should be from ${low} to ${high} in this page`;
     }
-    if (path.startsWith("initial.")) return Math.abs(value) < 1e300 ? "" : "should be smaller";
+    if (path.startsWith("initial.")) {
+      if (isSwitched(form, path) && !Number.isInteger(value)) return "should be a whole number, as it says which branch of the equations holds";
+      return Math.abs(value) < 1e300 ? "" : "should be smaller";
+    }
     const { least, above, most, below } = this.record(path, form);
     if (value < least || (above && value === least)) return `should be ${above ? "greater than" : "at least"} ${least}`;
     if (value > most || (below && value === most)) return `should be ${below ? "less than" : "at most"} ${most}`;
@@ -207,11 +210,14 @@ class Model {
   }
 }
 
+// Whether a state at the start is a whole number that says which branch of the equations holds.
+const isSwitched = (form, path) => path.startsWith("initial.") && form.switched.includes(path.slice(8));
+
 // The range of a slider: (low, high, by factors), without units; wide enough for the value that stands.
 function rangeOfPath(model, path) {
   if (path === "run.periods") return [1, 200, false];
   if (path === "run.tolerance") return [...TOLERANCES[model.form.motion.sizes.order], true];
-  if (path.startsWith("initial.")) return [-3.2, 3.2, false];
+  if (path.startsWith("initial.")) return isSwitched(model.form, path) ? [-1, 1, false] : [-3.2, 3.2, false];
   const { low, high, log } = model.record(path), value = model.state.values[path] ?? low;
   return log ? [low, high, true] : [Math.min(low, value), Math.max(high, value), false];
 }
