@@ -143,6 +143,7 @@ def test_static_friction_above_the_sliding_one_decides_who_rests():
     assert motion.certificate.ok
 
 
+@pytest.mark.slow
 def test_a_worm_whose_second_body_does_not_rub_is_the_two_mass_crawler():
     """With the inner mass as body 2: the same body, the same drive."""
     drive = vc.ThreePhase(stroke=1.0)
