@@ -121,16 +121,20 @@ def test_documented(part):
 # --- machines and drives, clause by clause ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("clause", [*MACHINE_CLAUSES, recorded, surrounded], ids=lambda clause: clause.__name__)
+def complaints(part, *clauses):
+    """What the clauses say against a part, by their names."""
+    said = {clause.__name__: clause(part) for clause in clauses}
+    return {name: words for name, words in said.items() if words is not None}
+
+
 @each_machine
-def test_machine_keeps_its_contract(machine, clause):
-    assert clause(machine) is None
+def test_machine_keeps_its_contract(machine):
+    assert complaints(machine, *MACHINE_CLAUSES, recorded, surrounded) == {}
 
 
-@pytest.mark.parametrize("clause", [*DRIVE_CLAUSES, recorded], ids=lambda clause: clause.__name__)
 @each_drive
-def test_drive_keeps_its_contract(drive, clause):
-    assert clause(drive) is None
+def test_drive_keeps_its_contract(drive):
+    assert complaints(drive, *DRIVE_CLAUSES, recorded) == {}
 
 
 def test_a_second_harmonic_breaks_the_symmetry():
