@@ -172,18 +172,21 @@ def stepped(law, tolerance):
     ("law", "tolerance"),
     slow_but(
         [2],
-        [
-            (vc.BoucWen(knee_exponent=20.0), 1e-6),
-            (vc.BoucWen(knee_exponent=2.5), 1e-9),
-            (vc.Dahl(shape_exponent=1.5), 1e-6),
-            (vc.Stribeck(stribeck_velocity=2e-3, stribeck_exponent=1.7, viscous_damping=0.0), 1e-9),
-            (vc.ElastoPlastic(stribeck_velocity=2e-3), 1e-6),
-            (vc.MaxwellSlip(stribeck_velocity=2e-3), 1e-9),
-            (vc.RateAndStateAgeing(direct_effect=0.01), 1e-6),
-            (vc.anisotropic(vc.Stribeck)(stribeck_velocity=2e-3, viscous_damping=0.0, back_ratio=2.0), 1e-9),
-            (vc.backlash(vc.LuGre)(stribeck_velocity=2e-3, gap=0.01), 1e-6),
-            (smoothed(vc.Exponential)(decay_rate=300.0, smoothing_velocity=1e-3), 1e-9),
-        ],
+        exhaustive_but(
+            range(0, 10, 2),
+            [
+                (vc.BoucWen(knee_exponent=20.0), 1e-6),
+                (vc.BoucWen(knee_exponent=2.5), 1e-9),
+                (vc.Dahl(shape_exponent=1.5), 1e-6),
+                (vc.Stribeck(stribeck_velocity=2e-3, stribeck_exponent=1.7, viscous_damping=0.0), 1e-9),
+                (vc.ElastoPlastic(stribeck_velocity=2e-3), 1e-6),
+                (vc.MaxwellSlip(stribeck_velocity=2e-3), 1e-9),
+                (vc.RateAndStateAgeing(direct_effect=0.01), 1e-6),
+                (vc.anisotropic(vc.Stribeck)(stribeck_velocity=2e-3, viscous_damping=0.0, back_ratio=2.0), 1e-9),
+                (vc.backlash(vc.LuGre)(stribeck_velocity=2e-3, gap=0.01), 1e-6),
+                (smoothed(vc.Exponential)(decay_rate=300.0, smoothing_velocity=1e-3), 1e-9),
+            ],
+        ),
     ),
     ids=lambda value: getattr(value, "name", None),
 )

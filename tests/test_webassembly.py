@@ -317,7 +317,7 @@ def test_motions_on_a_slope_are_those_of_plain_python(law, tmp_path, monkeypatch
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["coulomb", "lugre"])
+@pytest.mark.parametrize("law", exhaustive_but([0], ["coulomb", "lugre"]))
 @pytest.mark.parametrize(
     "machine",
     [
