@@ -10,7 +10,7 @@ from vibrocap.records.record import Record
 ORDER = 4  # of the Butterworth filter, once forward and once backward
 HIGHEST = 0.49  # of the sampling rate; at half of it nothing is left to filter
 FEWEST_PERIODS = 1.0  # of the cut-off frequency that a record should last
-SETTLED = 6.0  # periods of the cut-off after which the slowest pole has decayed, by exp(-6 (2 pi) sin(pi/8)) = 5e-7
+FILTER_DECAY = 6.0  # periods of the cut-off in which the slowest pole decays, by exp(-6 (2 pi) sin(pi/8)) = 5e-7
 MOST_SAMPLES = 20_000_000  # of the even grid of an uneven record
 
 
@@ -112,7 +112,7 @@ class _Filter:
         self.even = np.linspace(time[0], time[-1], count)
         self.step = span / (count - 1)
         self.sections = butter(ORDER, cutoff, fs=1.0 / self.step, output="sos")
-        self.padding = int(min(count - 1, np.ceil(SETTLED / (cutoff * self.step))))
+        self.padding = int(min(count - 1, np.ceil(FILTER_DECAY / (cutoff * self.step))))
 
     def __call__(self, values: np.ndarray, derivative: int) -> np.ndarray:
         """The filtered values, or their first or second derivative."""
