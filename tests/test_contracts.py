@@ -16,7 +16,7 @@ import pytest
 from pydantic_core import PydanticUndefined
 
 import vibrocap as vc
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.contracts.drive_clauses import DRIVE_CLAUSES
 from vibrocap.contracts.machine_clauses import MACHINE_CLAUSES, along
 from vibrocap.contracts.samples import (
@@ -76,6 +76,7 @@ MOVING_SYSTEMS = [
     *(vc.System(vc.PendulumCapsule(), vc.Exponential(), drive()) for drive in drives().values()),
 ]
 QUICK = range(0, len(SYSTEMS), 4)  # of systems: every law, machine and drive; the others are slow
+KEPT = [i for i in range(len(MOVING_SYSTEMS)) if i < len(machines()) or i % 4 == 0]  # every machine
 each_system = pytest.mark.parametrize(
     "system",
     slow_but(QUICK, SYSTEMS),
@@ -121,16 +122,20 @@ def test_documented(part):
 # --- machines and drives, clause by clause ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("clause", [*MACHINE_CLAUSES, recorded, surrounded], ids=lambda clause: clause.__name__)
+def complaints(part, *clauses):
+    """What the clauses say against a part, by their names."""
+    said = {clause.__name__: clause(part) for clause in clauses}
+    return {name: words for name, words in said.items() if words is not None}
+
+
 @each_machine
-def test_machine_keeps_its_contract(machine, clause):
-    assert clause(machine) is None
+def test_machine_keeps_its_contract(machine):
+    assert complaints(machine, *MACHINE_CLAUSES, recorded, surrounded) == {}
 
 
-@pytest.mark.parametrize("clause", [*DRIVE_CLAUSES, recorded], ids=lambda clause: clause.__name__)
 @each_drive
-def test_drive_keeps_its_contract(drive, clause):
-    assert clause(drive) is None
+def test_drive_keeps_its_contract(drive):
+    assert complaints(drive, *DRIVE_CLAUSES, recorded) == {}
 
 
 def test_a_second_harmonic_breaks_the_symmetry():
@@ -242,7 +247,7 @@ def test_energy_of_a_system(system):
 
 @pytest.mark.parametrize(
     "system",
-    slow_but([list(machines()).index("pendulum-capsule")], MOVING_SYSTEMS),  # one compilation each
+    slow_but([list(machines()).index("pendulum-capsule")], exhaustive_but(KEPT, MOVING_SYSTEMS)),  # a compilation each
     ids=lambda system: f"{system.machine.name} {system.drive.name}",
 )
 def test_motions_from_random_starts_are_finite(system):
@@ -260,7 +265,7 @@ MOVING = [*laws(), "anisotropic-stribeck", "anisotropic-lugre", "backlash-dahl"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", MOVING)
+@pytest.mark.parametrize("law", exhaustive_but(range(0, len(MOVING), 3), MOVING))
 def test_every_law_moves_and_keeps_the_balance(law):
     """Energy and momentum of a motion over many reversals, and that it turned at all.
 

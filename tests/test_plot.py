@@ -67,7 +67,8 @@ def test_a_panel_is_drawn_into_the_axes_that_are_given(results, kind, what):
     "kind",
     [
         "branch",
-        *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("motion", "fit", "map", "line", "basins", "law")),
+        *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("motion", "map")),
+        *(pytest.param(kind, marks=pytest.mark.exhaustive) for kind in ("fit", "line", "basins", "law")),
     ],
 )
 def test_the_whole_sheet_is_what_the_command_line_writes(results, kind, tmp_path):

@@ -1,6 +1,7 @@
 """docs/symbols.md: every symbol, name and meaning, both ways complete."""
 
 import dataclasses
+import itertools
 import re
 from pathlib import Path
 
@@ -38,9 +39,7 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     states |= {*vc.Actuator(limit=1.0, command_limit=1.0).states}
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
     names = {"time", "side", "impulse", "command"}
-    usual = vc.PendulumCapsule, friction[0]  # a quantity is of the machine or of the law
-    pairs = [(machine, usual[1]) for machine in machines().values()] + [(usual[0], law) for law in friction]
-    for machine, law in pairs:
+    for machine, law in itertools.product(machines().values(), friction):
         for made in (machine(), *([machine(normal_load="dynamic")] if machine is vc.PendulumCapsule else [])):
             for environment in (None, vc.Environment()):
                 system = vc.System(made, law, vc.Harmonic(), environment=environment)
