@@ -7,6 +7,9 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion, paper_motion, paper_system
+from vibrocap.measures.gathered import Gathered
+from vibrocap.measures.work_balance import balanced
+from vibrocap.motion.equations import equations, parameter_values
 
 PERIOD = 2 * math.pi
 
@@ -150,3 +153,31 @@ def test_a_capsule_that_never_leaves_rest():
     assert vc.stick_fraction(motion) == 1.0
     assert vc.word(motion) == "S"
     assert vc.stick_phases(motion).number == 1
+
+
+class Zeros:
+    """Results of two runs that begin and end at zero, in which the drive did some work all the same."""
+
+    def __init__(self, states, works, steps):
+        self.start = self.state = np.zeros((2, states))
+        self.works, self.steps = works, steps
+
+    def __len__(self):
+        return 2
+
+    def entry(self, name, i):
+        return self.works if i == 0 else np.zeros(2)
+
+    def head(self, name):
+        return np.full(2, self.steps[name])
+
+
+def test_works_of_an_ensemble_add_up_to_the_natural_size_of_the_energy():
+    """k L^2 + m V^2 of an oscillator with L and V far from 1: 100 tolerances of it, and a tenth for each step."""
+    system = vc.System(vc.Oscillator(mass=0.02, stiffness=300.0, belt_speed=0.0), vc.Coulomb(), vc.Harmonic())
+    length, speed = system.scales()
+    size = 1e-8 * (100 + 0.1 * 30) * (300.0 * length**2 + 0.02 * speed**2)
+    results = Zeros(2, size * np.array([0.999, 1.001]), {"taylor_steps": 20.0, "implicit_steps": 10.0})
+    gathered = Gathered(system, results, np.ones(2), np.zeros(2, bool), 0.0)  # type: ignore[arg-type]
+    parameters = np.tile(parameter_values(system), (2, 1))
+    assert balanced(equations(system), gathered, parameters, 1e-8).tolist() == [True, False]

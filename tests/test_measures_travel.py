@@ -152,6 +152,8 @@ def test_classes_of_what_does_not_settle():
     assert vc.response_class(with_map(logistic(40))).kind == "not settled"  # too short to tell
     slow = vc.response_class(with_map(0.995 ** np.arange(200.0)))
     assert (slow.kind, slow.period, slow.symmetric) == ("not settled", None, None)
+    falling = vc.response_class(with_map(0.99 ** np.arange(200.0) * logistic(200)))
+    assert falling.kind == "not settled"  # never near itself, but nearer and nearer
     golden = np.cos(2 * math.pi * (math.sqrt(5) - 1) / 2 * np.arange(300))  # quasi-periodic in truth
     assert vc.response_class(with_map(golden)).kind in ("other", "not settled")
     assert not vc.settling(with_map(golden)).settled
