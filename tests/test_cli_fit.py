@@ -225,7 +225,7 @@ def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_picture_shows_records_and_parameters(folder):
     from vibrocap.plotting.fits import fit_figure, residual_figure
-    from vibrocap.records.readers import read_records
+    from vibrocap.records.reading.readers import read_records
 
     records = read_records(["wide.csv", "narrow.csv"])
     found = steady_fits.steady_fit(records, "exponential", held_out="narrow")

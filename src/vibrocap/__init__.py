@@ -127,7 +127,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
-    from vibrocap.records.readers import read_records
+    from vibrocap.records.reading.readers import read_records
     from vibrocap.records.record import Record
     from vibrocap.records.regime_diagram import regime_diagram
     from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
