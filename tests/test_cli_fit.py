@@ -10,8 +10,8 @@ from scipy.special import erfinv
 
 from vibrocap.case.case import case_from_text
 from vibrocap.cli import main as cli
-from vibrocap.cli.fit import fit
-from vibrocap.cli.fit_request import by_option, is_refusal
+from vibrocap.cli.commands.fit import fit
+from vibrocap.cli.commands.fit_request import by_option, is_refusal
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.identification.fitting import steady_fit as steady_fits

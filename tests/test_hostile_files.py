@@ -12,8 +12,8 @@ import pytest
 from scipy.io import savemat
 
 from vibrocap.case.case import CaseError, case_from_text, read_case
+from vibrocap.cli.commands.sweep import picture_path
 from vibrocap.cli.main import main
-from vibrocap.cli.sweep import picture_path
 from vibrocap.cli.terminal import Page, table, visible
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading import arrays, text

@@ -13,8 +13,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from thinned import slow_but
+from vibrocap.cli.commands.records import stick_slip as command
 from vibrocap.cli.options import Refusal
-from vibrocap.cli.records import stick_slip as command
 from vibrocap.records.checks import RecordError
 from vibrocap.records.regime_diagram import regime_diagram
 from vibrocap.records.slips.periods import recurrence
