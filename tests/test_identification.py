@@ -78,6 +78,7 @@ def test_standard_errors_are_the_scatter_of_repeated_fits():
     assert np.all(np.abs(np.log(ratio)) < 4 / math.sqrt(46)), ratio
 
 
+@pytest.mark.slow
 def test_a_stiffness_without_presliding_is_not_determined_and_an_experiment_is_named():
     stiff = LuGre(bristle_stiffness=1e4, viscous_damping=0.05)
     time = np.linspace(0.0, 9.0, 450)

@@ -52,6 +52,7 @@ MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `codes`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
+SAME = 1e-14  # of a period: contacts that come to rest within it do so at one instant
 EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS)
 STATUSES = {
     codes.DONE: Status.FINISHED,
@@ -222,6 +223,8 @@ def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any
         return kinds, slice(None)
     if not system.friction.switched:
         kept = numbers != codes.SWITCHED
+    if system.machine.coupled == "distances":
+        return _joint_events(system, recorded, kinds, kept)
     for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
         number = kinds[i].removeprefix("stick_")
         for k in range(i + 1, len(kinds)):
@@ -231,6 +234,38 @@ def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any
                 kinds[k], kept[i] = f"reversal_{number}", False
                 break
     return kinds[kept], kept
+
+
+def _joint_events(system: System, recorded: Recorded, kinds: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, Any]:
+    """As `_contact_events`, of contacts that are decided together: the kernel tells of one where several change.
+
+    Each has turned, stopped or left as its sides say, before the instant and after it.
+    """
+    contacts = []
+    for number, law in enumerate(system.further_laws, start=2):
+        if law.kind == "set-valued":
+            kept = kept & ~np.isin(kinds, [f"{word}_{number}" for word in ("stick", "slip_forward", "slip_back")])
+            contacts.append((number, system.state_names.index(f"side_{number}")))
+    period, found, chosen = system.drive.period, [], []
+    times, starts = (each @ (period, 1.0) for each in (recorded.event_instants, recorded.piece_instants))
+    before = None
+    for i, time in enumerate(times):
+        if kept[i]:
+            found.append(kinds[i])
+            chosen.append(i)
+        if before is None:
+            piece = np.searchsorted(starts, time - SAME * period) - 1
+            before = recorded.series[piece, :, 0] if piece >= 0 else recorded.sections[0]
+        if i + 1 < len(times) and times[i + 1] - time <= SAME * period:
+            continue
+        for number, place in contacts:
+            was, now = before[place], recorded.event_states[i, place]
+            if was != now:
+                leaves = "slip_forward" if now > 0.0 else "slip_back"
+                found.append(f"{'stick' if now == 0.0 else leaves if was == 0.0 else 'reversal'}_{number}")
+                chosen.append(i)
+        before = None
+    return np.array(found, dtype=object), np.array(chosen, dtype=int)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -81,7 +81,7 @@ def sweep(
     cases: instead of `over`, [{path: value, ...}, ...], along the dimension "case"; what a case does not give is as in
         `system` and `initial`
     design: spread `design.runs` runs over the ranges in `over`, along the dimension "run"
-    measures: names from `measure_table()`, or measures of one's own
+    measures: names from `measure_table(system)`, or measures of one's own
     initial: where all runs start; what is not named starts at zero
     periods, window, settle, tolerance, max_events_per_period, max_steps: how each run is made, see `ensemble`
     out: a folder for the results, stored tile by tile; without it they stay in memory
