@@ -24,7 +24,7 @@ class Equations:
     """Recorded equations of all systems of one form; their numbers are in the parameter vector.
 
     rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
-    friction); hold and limit: None where the contact cannot stick.
+    friction); hold, arriving and limit: None where the contact cannot stick.
     """
 
     graph: Graph
@@ -39,11 +39,13 @@ class Equations:
     law_states: tuple[tuple[int, ...], ...]  # of the law of each contact, without those that change at events only
     internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
     resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
+    imposed_velocities: tuple[Expression, ...]  # of further contacts, where they are no states
     pinned: tuple[Expression, ...]  # velocities that decide the state of the first contact where one of them is zero
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
     hold: Expression | None  # over the middle of what the contact can hold
+    arriving: Expression | None  # as hold, where the contact comes to rest
     limit: Expression | None
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
     law_switches: int  # how many of them are the law's
@@ -216,11 +218,13 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         law_states=tuple(tuple(map(system.state_names.index, names)) for names in _of_laws(system)),
         internal_states=tuple(map(system.state_names.index, _of_contacts(system))),
         resting=tuple(map(system.state_names.index, _resting(system))),
+        imposed_velocities=tuple(expression(each.velocity) for each in flow.further if each.imposed),
         pinned=tuple(expression(each.velocity) for each in flow.further if each.sticks and each.imposed),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
         hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
+        arriving=None if flow.holding_limit is None else expression(flow.arriving_force - flow.holding_middle),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
         law_switches=flow.law_switches,

@@ -40,6 +40,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         constants[name] = series + i * row_size
     if velocity_is_state(equations):
         constants["VELOCITY"] = series + equations.contact_state * row_size
+    constants["IMPOSED"] = series + (layout.rows + 4 + layout.switches) * row_size
     if not layout.coefficients:
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
@@ -126,6 +127,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
+        for i, velocity in enumerate(equations.imposed_velocities, start=rows + 4 + len(equations.guards)):
+            keep(i, k, writer.coefficient(velocity.index, k))
     body = [*head, *writer.lines]
     if simd:
         constant = equations.limit is not None and graph.is_constant_in_time(equations.limit.index)
@@ -191,20 +194,25 @@ def _paired(coefficients: list[str], name: str) -> list[str]:
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
-    """`rates` and `contact_velocity` of one lane."""
+    """`rates`, `contact_velocity` and `imposed_velocities` of one lane."""
     writer = ScalarWriter(equations.graph)
     body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
     rates = ["def rates(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
     writer = ScalarWriter(equations.graph)
     velocity = writer.name(equations.contact_velocity)
     head = "def contact_velocity(floats, t, point, lane):"
-    return "\n".join([*rates, head, *_indented([*writer.lines, f"return {velocity}"], 4), ""])
+    contact = [head, *_indented([*writer.lines, f"return {velocity}"], 4), ""]
+    writer = ScalarWriter(equations.graph)
+    body = [f"floats[out + {i}] = {writer.name(each)}" for i, each in enumerate(equations.imposed_velocities)]
+    head = "def imposed_velocities(floats, t, point, lane, out):"
+    imposed = [*writer.lines, *body] if body else ['"""There is none."""']
+    return "\n".join([*rates, *contact, head, *_indented(imposed, 4), ""])
 
 
 def holding_source(equations: Any) -> str:
-    """`holding_force` and `holding_limit` of one lane; 0 for a law that cannot stick."""
+    """`holding_force` and `holding_limit` of one lane that comes to rest; 0 for a law that cannot stick."""
     found = []
-    for name, value in (("holding_force", equations.hold), ("holding_limit", equations.limit)):
+    for name, value in (("holding_force", equations.arriving), ("holding_limit", equations.limit)):
         writer = ScalarWriter(equations.graph)
         result = "0.0" if value is None else writer.name(value)
         found += [f"def {name}(floats, t, point, lane):", *_indented([*writer.lines, f"return {result}"], 4), ""]

@@ -22,6 +22,8 @@ from vibrocap.numerics.kernel.generated import (
     CONTACT_STATE,
     DAMPED_STEP,
     DECAY_RATE,
+    IMPOSED,
+    IMPOSED_COUNT,
     KINKED,
     LANES,
     LOCATED,
@@ -134,6 +136,8 @@ def damp_series(floats, lane):
         damp_row(floats, VELOCITY + lane)
     for i in range(SWITCHES):
         damp_row(floats, SWITCH + i * (ORDER + 1) * LANES + lane)
+    for i in range(IMPOSED_COUNT):
+        damp_row(floats, IMPOSED + i * (ORDER + 1) * LANES + lane)
 
 
 def damp_row(floats, row):

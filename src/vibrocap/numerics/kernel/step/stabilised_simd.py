@@ -4,6 +4,8 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store,
 from vibrocap.numerics.kernel.generated import (
     BRANCHES,
     CONTACT_STATE,
+    IMPOSED,
+    IMPOSED_COUNT,
     INVERSE_SCALE,
     LANES,
     ORDER,
@@ -73,6 +75,8 @@ def damp_simd(floats, damped):
         damp_rows(floats, VELOCITY, damped)
     for i in range(SWITCHES):
         damp_rows(floats, SWITCH + i * (ORDER + 1) * LANES, damped)
+    for i in range(IMPOSED_COUNT):
+        damp_rows(floats, IMPOSED + i * (ORDER + 1) * LANES, damped)
 
 
 def damp_rows(floats, row, damped):
