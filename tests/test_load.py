@@ -374,8 +374,8 @@ def test_every_study_of_a_constant_load_watches_the_true_one():
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
 def test_maps_are_hatched_where_the_least_load_is_negative(tolerance):
     """And nowhere else, whether the least load is measured or only watched."""
-    from vibrocap.plotting.cells import hidden_lift_off
-    from vibrocap.plotting.study_view import study_view
+    from vibrocap.plotting.studies.cells import hidden_lift_off
+    from vibrocap.plotting.studies.view import study_view
 
     for law in (vc.Exponential(), vc.LuGre(), vc.LuGre(bristle_stiffness=1e4, bristle_damping=100.0)):
         system = vc.System(vc.PendulumCapsule(normal_load="weight"), law, vc.Harmonic(amplitude=1.8))
