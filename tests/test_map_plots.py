@@ -323,7 +323,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
         ("mean_velocity", None),
         ("word", ["exponential", "lugre"]),
         ("cost_of_transport", ["a", "b", "c"]),
-        ("response_period", ["exponential", "lugre"]),
+        pytest.param("response_period", ["exponential", "lugre"], marks=pytest.mark.slow),
     ],
 )
 def test_nothing_is_cut_off_and_no_words_overlap(measure, laws):
