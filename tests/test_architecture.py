@@ -38,6 +38,17 @@ def test_version_is_the_same_everywhere():
     assert citation.group(1).strip('"') == declared
 
 
+def test_doors_open_to_a_name_they_list_and_to_no_other():
+    import vibrocap
+    from vibrocap.numerics import api
+
+    for door, name in ((vibrocap, "Harmonic"), (api, "codes")):  # a class, and a module
+        assert len(set(door.__all__)) == len(door.__all__)
+        assert name in door.__all__
+        assert getattr(door, name).__name__.endswith(name)
+        assert not hasattr(door, "nothing_of_the_kind")
+
+
 def test_newest_release_in_the_changelog_is_this_version():
     releases = re.findall(r"^## \[(\d[^\]]*)\] - \d{4}-\d{2}-\d{2}$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.M)
     assert releases[:1] == [PROJECT["version"]]

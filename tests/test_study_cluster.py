@@ -57,6 +57,8 @@ def files(folder):
 
 def test_a_cluster_needs_a_folder_and_one_address(tmp_path):
     for arguments, said in (
+        ({"resume": True}, "resume: needs a folder"),
+        ({"mixed": True, "out": tmp_path}, "mixed: goes on with a stored study"),
         ({"workers": 2}, "workers: needs a folder"),
         ({"scheduler": "tcp://somewhere:8786"}, "scheduler: needs a folder"),
         ({"workers": 2, "scheduler": "tcp://somewhere:8786", "out": tmp_path}, "workers: are processes of this"),

@@ -119,7 +119,7 @@ class Scene:
         self.axes.set_axis_off()
         self.axes.set(xlim=(-self.half, self.half), ylim=(self.low, self.high))
         self._ground()
-        self._machine()
+        self.movers = [_drawn(each, self.axes) for each in self.shapes]
         if self.load is not None:
             self._arrow()
         self._words()
@@ -162,9 +162,6 @@ class Scene:
             for mark in self.marks[self.marks % 1 == 0]
         }
         self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none")[0]
-
-    def _machine(self) -> None:
-        self.movers = [_drawn(each, self.axes) for each in self.shapes]
 
     def _arrow(self) -> None:
         """The arrow of the load, on the ground, and what is said of it, below."""

@@ -334,11 +334,6 @@ def _body_name(motion: Trajectory) -> str:
     return "Block" if motion.system.machine.cyclic is None else "Capsule"
 
 
-def _place_label(motion: Trajectory) -> str:
-    plain = motion.system.machine.cyclic is None or motion.system.machine.contacts
-    return "position $x$" if plain else LABELS["position"]
-
-
 def _inner_name(motion: Trajectory) -> str:
     """What moves within the capsule, or the block; of a row of bodies, the first gap."""
     machine = motion.system.machine
@@ -354,7 +349,9 @@ def _inner_name(motion: Trajectory) -> str:
 def _label(motion: Trajectory, name: str) -> str:
     """The axis label of a quantity, its name in words where there is none; with its unit where that is known."""
     machine = motion.system.machine
-    label = _place_label(motion) if name == "position" else LABELS.get(name, name.replace("_", " "))
+    label = LABELS.get(name, name.replace("_", " "))
+    if name == "position" and (machine.cyclic is None or machine.contacts):
+        label = "position $x$"
     stem, _, number = name.rpartition("_")
     if machine.contacts:
         stem, number = (stem, number) if number.isdecimal() else (name, "1")

@@ -156,7 +156,8 @@ def basalt_velocity_step(folder: str | Path | None = None) -> list[Record]:
         return _or_none_there([], place, "basalt_velocity_step.txt, or velstep4_BRAVA_expb819_basalt_... .txt")
     record = read_records(files[0])[0]
     stress = np.loadtxt(files[0], skiprows=1)[:, 3]
-    begun = {"time": record.time - record.time[0], "displacement": _less_first(record.displacement)}
+    assert record.displacement is not None
+    begun = {name: each - each[0] for name, each in (("time", record.time), ("displacement", record.displacement))}
     return [_of(record, BASALT, **begun, name="basalt_3_to_10", conditions={"normal_stress_Pa": 1e6 * stress.mean()})]
 
 
@@ -200,10 +201,6 @@ def _variable(variables: dict[str, Any], name: str, path: Path) -> np.ndarray:
 
 def _of(record: Record, source: str, **changes: Any) -> Record:
     return record.replaced(source=source, **changes)
-
-
-def _less_first(values: np.ndarray | None) -> np.ndarray | None:
-    return None if values is None else values - values[0]
 
 
 def _sorted(paths: Iterable[Path], pattern: str) -> list[Path]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import Complaints, suggestion
-from vibrocap.case.case import CHOICES, RUN_DEFAULTS, Case, CaseError, case_text
+from vibrocap.case.case import CHOICES, RUN_DEFAULTS, CaseError, case_text
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table
@@ -216,19 +216,14 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
         refused.add("--scales", f"is missing; the case does not say what its units are; give {fields}")
     if refused:
         raise Refusal(*refused)
-    text = case_text(_with_scales(setup, known), wanted)
+    plain = dataclasses.replace(setup.system, units=None)  # the scales are kept beside; results stay without units
+    text = case_text(dataclasses.replace(setup, system=plain, scales=known), wanted)
     if out is None:
         print(text, end="")
         return OK
     write_text(out, text)
     Page().say(f"Case: {out}")
     return OK
-
-
-def _with_scales(case: Case, scales: Scales | None) -> Case:
-    """The case with scales that are kept; its results stay without units."""
-    system = dataclasses.replace(case.system, units=None)
-    return dataclasses.replace(case, system=system, scales=scales)
 
 
 def _scales(record: type, given: dict[str, str]) -> Scales:

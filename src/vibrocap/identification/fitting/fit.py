@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import check_one_of, is_positive, suggestion
-from vibrocap.identification.fitting.simpler_fits import simpler_starts
+from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import Parametrisation, parametrisation
@@ -92,7 +92,7 @@ def fit(
 
     def simpler(loss: Loss) -> list[np.ndarray]:
         draft = functools.partial(predicted, of=thinned)
-        return simpler_starts(draft, chosen, scales, bounds or {}, settings.starts, loss, settings.seed)
+        return SimplerFits(draft, scales, bounds or {}, settings.starts, loss, settings.seed).ends(chosen)
 
     prediction, draft = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
     options = {

@@ -4,6 +4,7 @@ A law that contains another can be no worse than that, but a search of more para
 also starts from the best of what it contains.
 """
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -16,87 +17,72 @@ from vibrocap.identification.search.loss import Loss, SearchStatus
 from vibrocap.identification.search.multistart import drafts
 from vibrocap.physics.parameters import parameter_table
 
-Draft = Callable[[Parametrisation], Prediction]  # the draft that belongs to a choice of parameters
 
+@dataclasses.dataclass(frozen=True)
+class SimplerFits:
+    """The fits of the laws that a law contains, on thinned records; `best` of a choice is that of its own drafts.
 
-def simpler_starts(
-    draft: Draft,
-    chosen: Parametrisation,
-    scales: DataScales,
-    bounds: Mapping[str, tuple[float, float]],
-    starts: int,
-    loss: Loss,
-    seed: int,
-) -> list[np.ndarray]:
-    """Coordinates, nuisances included, of the best drafts of the simpler fits of a choice.
-
-    draft: the thinned records with a law and its coordinates. What the choice holds stays held.
+    draft: what belongs to a choice of parameters, nuisances included; scales: of the data; bounds: those of one's own
     """
-    space, found = draft(chosen).space, []
-    if bounds:
-        found.append(_best(draft, _choice(chosen.template, chosen.space.names, scales), scales, {}, starts, loss, seed))
-    for name, values in type(chosen.template).special_cases.items():
-        simpler = _special_case(chosen, name, values, scales, bounds)
-        if simpler is None:
-            continue
-        best = _best(draft, simpler, scales, bounds, starts, loss, seed)
-        if best is not None:
-            found.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
-    middle = dict(zip(space.names, space.values(_padded(chosen.start, space)).tolist(), strict=True))
-    return [
-        space.of({**middle, **{k: v for k, v in each.items() if k in middle}}) for each in found if each is not None
-    ]
 
+    draft: Callable[[Parametrisation], Prediction]
+    scales: DataScales
+    bounds: Mapping[str, tuple[float, float]]
+    starts: int
+    loss: Loss
+    seed: int
 
-def _choice(template: Any, free: Iterable[str], scales: DataScales, bounds: Any = None) -> Parametrisation:
-    """The choice of a law's free parameters; the others are held at the template's values."""
-    names = tuple(free)
-    held = {
-        info.name: value
-        for info in parameter_table(template)
-        if info.name not in names and isinstance(value := getattr(template, info.name), float)
-    }
-    return parametrisation(type(template), scales, names, held, bounds)
+    def ends(self, chosen: Parametrisation) -> list[np.ndarray]:
+        """Coordinates, nuisances included, of the best drafts of the simpler fits of a choice."""
+        space, found = self.draft(chosen).space, []
+        if self.bounds:
+            free = self._choice(chosen.template, chosen.space.names)
+            found.append(dataclasses.replace(self, bounds={}).best(free))
+        for name, values in type(chosen.template).special_cases.items():
+            simpler = self._special_case(chosen, name, values)
+            best = None if simpler is None else self.best(simpler)
+            if best is not None:
+                found.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
+        middle = dict(zip(space.names, space.values(_padded(chosen.start, space)).tolist(), strict=True))
+        return [
+            space.of({**middle, **{k: v for k, v in each.items() if k in middle}}) for each in found if each is not None
+        ]
 
-
-def _special_case(
-    chosen: Parametrisation, name: str, values: Mapping[str, float | str], scales: DataScales, bounds: Any
-) -> Parametrisation | None:
-    """The choice of a simpler law; None where what is held does not allow it."""
-    template, free = chosen.template, chosen.space.names
-    for own, value in values.items():
-        wanted = getattr(template, value) if isinstance(value, str) else value
-        if own not in free and getattr(template, own) != wanted:
+    def best(self, chosen: Parametrisation) -> dict[str, float] | None:
+        """Values by name of the best draft of a choice, its own simpler fits among the starts."""
+        prediction = self.draft(chosen)
+        first, also = [_padded(chosen.start, prediction.space)], self.ends(chosen)
+        end, _ = drafts(prediction, first, also, starts=self.starts, loss=self.loss, seed=self.seed)[0]
+        if end.status == SearchStatus.FAILED:
             return None
-    cls = law_class(name)
-    shared = [info.name for info in parameter_table(cls) if info.name in free]
-    if not shared:
-        return None
-    inner = cls(**{
-        info.name: getattr(template, info.name) for info in parameter_table(cls) if hasattr(template, info.name)
-    })  # fmt: skip
-    kept = {k: pair for k, pair in bounds.items() if k in shared}
-    return _choice(inner, shared, scales, kept)
+        return dict(zip(prediction.space.names, prediction.space.values(end.u).tolist(), strict=True))
 
+    def _choice(self, template: Any, free: Iterable[str], bounds: Any = None) -> Parametrisation:
+        """The choice of a law's free parameters; the others are held at the template's values."""
+        names = tuple(free)
+        held = {
+            info.name: value
+            for info in parameter_table(template)
+            if info.name not in names and isinstance(value := getattr(template, info.name), float)
+        }
+        return parametrisation(type(template), self.scales, names, held, bounds)
 
-def _best(
-    draft: Draft,
-    chosen: Parametrisation,
-    scales: DataScales,
-    bounds: Mapping[str, tuple[float, float]],
-    starts: int,
-    loss: Loss,
-    seed: int,
-) -> dict[str, float] | None:
-    """Values by name of the best draft of a choice, its own simpler fits among the starts."""
-    prediction = draft(chosen)
-    also = simpler_starts(draft, chosen, scales, bounds, starts, loss, seed)
-    best = drafts(prediction, [_padded(chosen.start, prediction.space)], also, starts=starts, loss=loss, seed=seed)[0][
-        0
-    ]
-    if best.status == SearchStatus.FAILED:
-        return None
-    return dict(zip(prediction.space.names, prediction.space.values(best.u).tolist(), strict=True))
+    def _special_case(
+        self, chosen: Parametrisation, name: str, values: Mapping[str, float | str]
+    ) -> Parametrisation | None:
+        """The choice of a simpler law; None where what is held does not allow it."""
+        template, free = chosen.template, chosen.space.names
+        for own, value in values.items():
+            wanted = getattr(template, value) if isinstance(value, str) else value
+            if own not in free and getattr(template, own) != wanted:
+                return None
+        cls = law_class(name)
+        infos = parameter_table(cls)
+        shared = [info.name for info in infos if info.name in free]
+        if not shared:
+            return None
+        inner = cls(**{info.name: getattr(template, info.name) for info in infos if hasattr(template, info.name)})
+        return self._choice(inner, shared, {k: pair for k, pair in self.bounds.items() if k in shared})
 
 
 def _padded(start: np.ndarray, space: Any) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.identification.fitting.fit import DRAFT, split_records, units
-from vibrocap.identification.fitting.simpler_fits import simpler_starts
+from vibrocap.identification.fitting.simpler_fits import SimplerFits
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import Parametrisation, leading_levels, parametrisation
@@ -69,7 +69,8 @@ def steady_fit(
     searched = [name for name in chosen.space.names if name in shown or leaders.get(name) in shown]
     hidden = [name for name in chosen.space.names if name not in searched]
     if hidden:
-        chosen = _reduced(law, scales, searched, fixed, bounds)
+        kept = {name: pair for name, pair in (bounds or {}).items() if name in searched}
+        chosen = parametrisation(law, scales, searched, fixed, kept)
     own_units = units(fitted, weights)
 
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> SteadyPrediction:
@@ -78,11 +79,11 @@ def steady_fit(
 
     prediction = predicted(chosen, tuple(fitted))
     every = max(1, prediction.size // DRAFT)
-    thinned = tuple(_each(record, every) for record in fitted)
+    thinned = tuple(_kept(record, slice(None, None, every)) for record in fitted)
 
     def simpler(loss: Loss) -> list[np.ndarray]:
         draft = functools.partial(predicted, of=thinned)
-        return simpler_starts(draft, chosen, scales, bounds or {}, starts, loss, seed)
+        return SimplerFits(draft, scales, bounds or {}, starts, loss, seed).ends(chosen)
 
     options = {
         "method": "steady curve",
@@ -98,22 +99,12 @@ def steady_fit(
         return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
 
 
-def _reduced(law: Any, scales: Any, shown: list[str], fixed: Any, bounds: Any) -> Parametrisation:
-    kept = {name: pair for name, pair in (bounds or {}).items() if name in shown}
-    return parametrisation(law, scales, shown, fixed, kept)
-
-
 def _moving(record: Samples, least_speed: float) -> Samples:
     """The samples that move."""
     moving = np.abs(record.velocity) > least_speed
     if moving.sum() < 8:
         raise ValueError(f"record {record.name!r}: has {int(moving.sum())} samples faster than {least_speed:g} m/s")
     return _kept(record, moving)
-
-
-def _each(record: Samples, every: int) -> Samples:
-    """Each `every`-th sample, for a draft."""
-    return _kept(record, slice(None, None, every))
 
 
 def _kept(record: Samples, which: Any) -> Samples:

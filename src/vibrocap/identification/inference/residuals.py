@@ -231,7 +231,8 @@ def _share(column: np.ndarray, error: np.ndarray, cuts: np.ndarray) -> tuple[flo
     if not total > 0 or np.ptp(column) == 0:
         return none
     distinct = np.unique(column)
-    bins = np.searchsorted(distinct, column) if len(distinct) <= 3 else _bins(column)
+    edges = distinct if len(distinct) <= 3 else np.quantile(column, np.linspace(0, 1, BINS + 1)[1:-1])
+    bins = np.searchsorted(edges, column)
     number = np.bincount(bins)
     means = np.bincount(bins, error) / np.maximum(number, 1)
     rest = error - means[bins]
@@ -243,11 +244,6 @@ def _share(column: np.ndarray, error: np.ndarray, cuts: np.ndarray) -> tuple[flo
         return none
     ratio = between / tau / groups / (within / tau / free)
     return (between / total, means[bins]) if float(fdtrc(groups, free, ratio)) < CHANCE else none
-
-
-def _bins(column: np.ndarray) -> np.ndarray:
-    edges = np.quantile(column, np.linspace(0, 1, BINS + 1)[1:-1])
-    return np.searchsorted(edges, column)
 
 
 def _growth(

@@ -13,7 +13,6 @@ from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
 from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
-from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
@@ -314,7 +313,7 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
         way = followed(finer, first, 1.0, points, step, from_parent=True)
         if len(way.points) < 2:
             return None
-        if _drifts_back(way.points[1]):
+        if way.points[1].closing.drift < 0.0:
             turned = dataclasses.replace(first, tangent=-first.tangent)
             way = followed(finer, turned, 1.0, points, step, from_parent=True)
         assert isinstance(finer, ClosingMap)
@@ -332,10 +331,6 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
 def _bifurcation_end(special: SpecialPoint) -> BranchEnd:
     """How a branch begins that leaves at a special point."""
     return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
-
-
-def _drifts_back(point: BranchPoint) -> bool:
-    return point.closing.drift < 0.0
 
 
 def check_options(towards: str, points: int, step: float) -> None:

@@ -1,5 +1,6 @@
 """Tables in files of named arrays: NPZ of NumPy, MAT of MATLAB."""
 
+import dataclasses
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -144,7 +145,8 @@ def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
         else:
             fields = {}
         if fields:
-            tables += _tables_by_prefix(_numeric(fields), key, path, _scalars(fields))
+            own = {name: each for name, each in fields.items() if each.dtype.kind in "fiu" and each.ndim == 1}
+            tables += _tables_by_prefix(own, key, path, _scalars(fields))
         elif not isinstance(array, Mapping) and key == NAMES_KEY and array.dtype.kind == "U":
             names = [str(name).strip() for name in array.ravel()]
         elif not isinstance(array, Mapping) and array.dtype.kind in "fiu":
@@ -158,19 +160,11 @@ def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
         raise RecordError(
             [f"holds no columns of numbers, only {', '.join(map(repr, variables)) or 'nothing'}"], str(path)
         )
-    return [_with_scalars(table, scalars) for table in tables]
-
-
-def _numeric(fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: array for name, array in fields.items() if array.dtype.kind in "fiu" and array.ndim == 1}
+    return [dataclasses.replace(table, scalars={**scalars, **table.scalars}) for table in tables]
 
 
 def _scalars(fields: Mapping[str, np.ndarray]) -> dict[str, float]:
     return {name: float(array) for name, array in fields.items() if array.ndim == 0 and array.dtype.kind in "fiu"}
-
-
-def _with_scalars(table: Table, scalars: Mapping[str, float]) -> Table:
-    return Table(table.name, table.source, table.columns, scalars={**scalars, **table.scalars}, named=table.named)
 
 
 def _table_of_matrix(array: np.ndarray, names: list[str], key: str, path: Path) -> Table:

@@ -162,16 +162,13 @@ def _one_motion(named: Mapping[str, str], guesses: dict[str, tuple[int, str]]) -
     if not both:
         return
     whole = "force" in {*named, *guesses} and bool({"velocity", "displacement"} & {*named, *guesses})
-    straight = not any(quantity in TURNING for quantity in named) and (whole or not _whole_turning(guesses))
+    turned = "torque" in guesses and bool({"angle", "angular_velocity"} & {*guesses})
+    straight = not any(quantity in TURNING for quantity in named) and (whole or not turned)
     for turning in both:
         guesses.pop(turning if straight else TURNING[turning])
     if straight and whole:
         for turning in TURNING:
             guesses.pop(turning, None)
-
-
-def _whole_turning(guesses: Mapping[str, Any]) -> bool:
-    return "torque" in guesses and bool({"angle", "angular_velocity"} & set(guesses))
 
 
 def _tell_normal(

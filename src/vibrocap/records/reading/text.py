@@ -28,7 +28,7 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     Raises RecordError with the lines that are wrong: ragged, without a number, or text where a number should be.
     """
     lines = _lines(path)
-    comments = [(number, _uncommented(line)) for number, line in lines if line.startswith(COMMENTS)]
+    comments = [(number, line.lstrip("#%/! ")) for number, line in lines if line.startswith(COMMENTS)]
     lines = [(number, line) for number, line in lines if not line.startswith(COMMENTS)]
     delimiter = _delimiter([line for _, line in lines])
     decimal_comma = delimiter in (";", "\t") and not any("." in line for _, line in lines[-20:])
@@ -103,10 +103,6 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     if not lines:
         raise RecordError(["is empty; should be a table, a sample in each line"], str(path))
     return lines
-
-
-def _uncommented(line: str) -> str:
-    return line.lstrip("#%/! ")
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
