@@ -12,13 +12,41 @@ from vibrocap.arguments import ArgumentError, check_whole, is_number, shown
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
-from vibrocap.motion.observer import Observer
 from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.trajectory import Status, Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run
+from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.system import BOUNDS, System
 from vibrocap.progress import Progress, reporting
 from vibrocap.resources import TooMuchMemory, in_words
+
+
+@dataclasses.dataclass(frozen=True)
+class Observer:
+    """Observables and rates of integrals of a system, as functions of time, states and side of the contact."""
+
+    system: System
+
+    def __reduce__(self):
+        return type(self), (self.system,)  # the equations are recorded anew
+
+    @functools.cached_property
+    def known(self) -> dict[str, Expression]:
+        """What can be asked for, by name."""
+        recording = equations(self.system)
+        names = (*(f"{name}_work" for name in self.system.channels), "impulse")
+        return recording.observables | dict(zip(names, recording.integrals, strict=True))
+
+    def __call__(
+        self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, side: np.ndarray, drive: tuple
+    ) -> list[np.ndarray]:
+        """Values by name at times t [n], with states [states, n] and sides [n]: an array [n] each.
+
+        drive: (times since it began its period, parameter vector), see `Trajectory.drive_at`
+        """
+        found = evaluate([self.known[name] for name in names], drive[0], states, side, drive[1])
+        return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
+
 
 MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding

@@ -6,6 +6,7 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.contacts import MachineOnContacts
+from vibrocap.physics.conversion import parts_without_units
 from vibrocap.physics.coupled_contacts import CoupledContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
@@ -17,7 +18,6 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import FURTHER, further_laws, state_names
-from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")  # of every system

@@ -151,7 +151,7 @@ class Controls {
   // What a slider says: rounded to what its steps can tell, so that it reads well.
   fromSlider(entry) {
     const [low, high, log] = this.range(entry), value = atShare([low, high, log], entry.slider.valueAsNumber / STEPS);
-    if (entry.path === "run.periods") return Math.round(value);
+    if (entry.path === "run.periods" || isSwitched(this.model.form, entry.path)) return Math.round(value) + 0;
     const digits = log ? 3 : Math.max(1, Math.ceil(Math.log10(Math.max(Math.abs(value), 1e-300) / ((high - low) / STEPS))) + 0);
     const rounded = Number(value.toPrecision(Math.min(12, Math.max(1, digits))));
     return Math.min(high, Math.max(low, rounded));

@@ -74,12 +74,12 @@ function usualFields({ form }) {
   };
 }
 
-const axesOf = (form) => [...form.parameters, ...form.states.map((name) => `initial.${name}`)];
+const axesOf = (form) => [...form.parameters, ...form.states.map((name) => `initial.${name}`).filter((path) => !isSwitched(form, path))];
 
 // What such a setting may be, of those that are no axis.
 function choicesOf({ form }, key) {
   if (key === "map.measure") return form.measures.map(({ name }) => name);
-  if (key === "strip.state") return form.states.filter((_, i) => i !== form.cyclic);
+  if (key === "strip.state") return form.states.filter((name, i) => i !== form.cyclic && !form.switched.includes(name));
   return key === "map.size" ? SIZES : ["own", "mirrored"];
 }
 

@@ -48,6 +48,7 @@ def variational_equations(equations: Equations) -> Equations:
         integrals=tuple(map(moved, equations.integrals)),
         scales=(*map(moved, equations.scales), *(LEEWAY * moved(scale) for scale in equations.scales)),
         contact_velocity=moved(equations.contact_velocity),
+        imposed_velocities=tuple(map(moved, equations.imposed_velocities)),
         period=moved(equations.period),
         hold=None if equations.hold is None else moved(equations.hold),
         arriving=None if equations.arriving is None else moved(equations.arriving),
