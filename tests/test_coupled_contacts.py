@@ -112,6 +112,48 @@ def test_at_every_event_one_set_of_modes_can_go_on_and_it_is_the_one_that_is_tak
         assert [each.sides for each in found] == [sides_after(motion, after)]
 
 
+@pytest.mark.parametrize("law", [COULOMB, vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=1.4)], ids=["even", "uneven"])
+def test_contacts_that_come_to_rest_at_one_instant_take_the_only_set_of_modes(law):
+    """Worms at random whose distances turn round while their centre stands, whatever the sides before: all meet."""
+    draw, seen = np.random.default_rng(8), set()
+    for _ in range(25):
+        bodies = int(draw.integers(2, 5))
+        given = {name: float(draw.uniform(0.3, 2.0)) for name in vc.worm(bodies).__dataclass_fields__}
+        drive = vc.Harmonic(amplitude=float(draw.uniform(0.02, 0.5)) * float(draw.choice([-1.0, 1.0])))
+        system = vc.System(vc.worm(bodies)(**given), law, drive)
+        sides = draw.choice([-1.0, 1.0], bodies)
+        (found,) = vc.contact_modes(system)
+        contacts = system.placed.seen(float(sides[0]), (), None)
+        taken = contacts.decided(0.0, (0.0, 0.0, *sides[1:].tolist()), drive.value(0.0), 0.1, 2)
+        assert tuple(taken[number] for number in range(1, bodies + 1)) == found.sides
+        seen.add(sum(side == 0 for side in found.sides))
+    assert seen == {0, 1}
+
+
+def assert_it_sways(motion, body):
+    """Its centre stands, and so it is known; all bodies turn at one instant."""
+    machine, z = motion.system.machine, motion.system.drive
+    times = np.linspace(0.0, motion.end, 200)
+    ahead = [body * (z.value(float(t)) - z.value(0.0)) for t in times]
+    assert motion.status is vc.Status.FINISHED
+    assert motion.at(times, "position") == pytest.approx(ahead, abs=motion.tolerance)
+    turns = {event.time: {other.kind for other in motion.events if other.time == event.time} for event in motion.events}
+    assert {"reversal", f"reversal_{machine.bodies}"} in turns.values()
+    assert motion.certificate.ok
+
+
+def test_a_worm_that_is_its_own_mirror_image_sways_about_its_centre():
+    assert_it_sways(vc.simulate(vc.System(vc.TwoBodyWorm(), vc.Coulomb(), vc.Harmonic()), periods=40), -0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [vc.Coulomb(), vc.Exponential(), vc.HyperbolicStribeck(), vc.Stribeck()])
+def test_longer_worms_that_are_their_own_mirror_images_sway(law):
+    """Of an odd number of bodies the middle one rests between two that turn."""
+    assert_it_sways(vc.simulate(vc.System(vc.ThreeBodyWorm(), law, vc.Harmonic()), periods=20), -1.0)
+    assert_it_sways(vc.simulate(vc.System(vc.worm(4)(), law, vc.Harmonic()), periods=5), -1.5)
+
+
 # --- closed forms -----------------------------------------------------------------------------------------------------
 
 

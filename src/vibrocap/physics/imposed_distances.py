@@ -201,7 +201,7 @@ class ImposedDistances(CoupledContacts):
         velocity = self.machine.contact_velocity(t, self._own(y))
         return (self.side * self.side * above(velocity / size, AT_REST) if self._sticks else 1.0), found
 
-    def _decided(self, t, y, drive, force, trigger: int = 0) -> dict[int, Any]:
+    def decided(self, t, y, drive, force, trigger: int = 0) -> dict[int, Any]:
         """The side of each set-valued contact, by number, at an instant at which some of them come to rest.
 
         From the largest forces that can be held. Where friction then falls at once to that of sliding, and one that has
@@ -268,7 +268,7 @@ class ImposedDistances(CoupledContacts):
         still.push, still.push_at_rest = self.push, self.push_at_rest
         for mode in self._meeting(t, y)[1]:
             alone = alone * (mode.slips if mode.law.kind == "set-valued" else 1.0)
-        side = still._decided(t, y, drive, 0.0)[1]
+        side = still.decided(t, y, drive, 0.0)[1]
         return hold + (1.0 - alone) * (middle + 2.0 * limit * side - self.push_at_rest - hold)
 
     def further(self, t, y, drive, force=0.0) -> tuple[ImposedContact, ...]:
@@ -304,7 +304,7 @@ class ImposedDistances(CoupledContacts):
         each = stops.get(which)
         if each not in joining:
             return super().after_switch(which, t, y, drive, force)
-        states, decided = list(y), self._decided(t, y, drive, force, each.number)
+        states, decided = list(y), self.decided(t, y, drive, force, each.number)
         others = [1.0 - self.side * self.side] if self._sticks else []
         others += [1.0 - other.side * other.side for other in joining if other is not each]
         alone = 1.0
