@@ -6,6 +6,7 @@ import pytest
 import vibrocap as vc
 from test_contact_modes import EPSILON, TOLERANCE, assert_consistent, stick_slip
 from test_simulate_reference import CASES, system_of
+from vibrocap.motion.polynomials import polynomial_slopes, polynomial_values
 from vibrocap.physics.parameters import parameters
 
 
@@ -219,3 +220,23 @@ def test_a_hold_is_followed_where_every_other_term_of_its_force_vanishes():
     motion, exact = (vc.simulate(system, periods=6, initial=start, tolerance=t) for t in (1e-6, 1e-12))
     assert motion.certificate.ok
     assert motion.event_times == pytest.approx(exact.event_times, abs=1e-4)
+
+
+def test_values_of_pieces_do_not_depend_on_how_they_are_asked():
+    """In order, with as many points in each piece, or in any order: the same bits, and those of polynomials."""
+    draw = np.random.default_rng(3)
+    coefficients, points = draw.normal(size=(6, 3, 8)), 9
+    index, s = np.repeat(np.arange(6), points), draw.uniform(size=6 * points)
+    order = draw.permutation(len(index))
+    for found, degree in ((polynomial_values, 0), (polynomial_slopes, 1)):
+        inorder = found(coefficients, index, s)
+        assert np.array_equal(found(coefficients, index[order], s[order]), inorder[:, order])
+        for i, (piece, x) in enumerate(zip(index, s, strict=True)):
+            known = [np.polyval(np.polyder(c[::-1], degree), x) for c in coefficients[piece]]
+            assert inorder[:, i] == pytest.approx(known, rel=1e-13, abs=1e-13)
+        assert found(coefficients, index[:0], s[:0]).shape == (3, 0)
+    uneven = np.array([0, 0, 1, 1, 1, 2])  # as many in all as would fit
+    assert np.array_equal(
+        polynomial_values(coefficients, uneven, s[:6]),
+        np.hstack([polynomial_values(coefficients, uneven[i : i + 1], s[i : i + 1]) for i in range(6)]),
+    )

@@ -8,6 +8,9 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
 from stability_polynomials import DAMPED, damping, interval, longest_reach, smallest_filter, terms, undamped, wedge
+from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.numerics.codegen.source import decay_rates
+from vibrocap.numerics.expressions.graph import derivative, evaluate
 from vibrocap.numerics.kernel.step.stabilised import POLYNOMIALS
 
 ORDERS = sorted(POLYNOMIALS)
@@ -136,3 +139,18 @@ def test_the_rate_is_the_trace_of_the_jacobian(kernel):
     rate = kernel.floats[kernel.place("DECAY_RATE")]
     assert rate == pytest.approx(-np.trace(slopes), rel=1e-13)
     assert rate == pytest.approx(-np.linalg.eigvals(slopes).real.min(), rel=0.02)
+
+
+def test_bristles_of_two_contacts_do_not_add_their_rates():
+    """The fastest decay is that of one contact: of two that slide alike, the trace would be twice as much."""
+    system = vc.System(vc.TwoBodyCrawler(), vc.LuGre(), vc.Harmonic())
+    recorded, parameters = equations(system), parameter_values(system)
+    moving = {"velocity": 2.0, "velocity_2": -1.5, "side_2": -1.0, "bristle": 0.0015, "bristle_2": -0.0015}
+    states = [moving.get(name, 0.1) for name in system.state_names]
+    slopes = [derivative(rate, i) for rate in recorded.rates for i in range(len(states))]
+    jacobian = np.reshape([float(value) for value in evaluate(slopes, 0.0, states, 1.0, parameters)], (len(states), -1))
+    fastest = np.max(np.abs(np.linalg.eigvals(jacobian)))
+    rates = evaluate(decay_rates(recorded), 0.0, states, 1.0, parameters)
+    assert len(rates) == 2
+    assert fastest > 1000.0
+    assert max(rates) == pytest.approx(fastest, rel=0.05)  # dampers and springs, a hundredth of it
