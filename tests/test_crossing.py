@@ -155,6 +155,7 @@ def test_a_bracket_in_which_a_motion_is_lost_is_said(monkeypatch):
     assert "raise `periods`" in str(found)
 
 
+@pytest.mark.slow
 def test_a_state_that_one_law_has_is_given_to_that_one():
     lm, em = capsule("lugre"), capsule("exponential")
     start = START | {"bristle": 0.0026}

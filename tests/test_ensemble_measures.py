@@ -9,7 +9,7 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.measures.during_run import SYNONYMS, resolved
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
@@ -112,7 +112,7 @@ def window_of(motion):
     return (done - WINDOW) * motion.period, done * motion.period
 
 
-@pytest.mark.parametrize("name", slow_but([2], [*MOTIONS]))
+@pytest.mark.parametrize("name", slow_but([2], exhaustive_but([2, 3], [*MOTIONS])))
 class TestAgainstArrays:
     """Six points per piece against twelve or sixteen, which are exact to rounding.
 

@@ -18,7 +18,7 @@ from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.problem.velocity_step import Step, found_step, measured_stiffness
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing
 from vibrocap.physics.friction.stribeck import Stribeck
 from vibrocap.records.record import Record
 

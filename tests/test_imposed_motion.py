@@ -181,7 +181,8 @@ def test_the_force_of_the_actuator_is_that_of_newton(environment):
     assert power == pytest.approx(force * slope, abs=1e-12)
 
 
-@pytest.mark.parametrize("motion", slow_but([0], ["angle", "displacement"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", ["angle", "displacement"])
 def test_the_torque_of_the_pendulum_drives_a_pendulum_capsule(motion):
     """The torque that the imposed motion takes, given to the free machine, makes that motion again: both equations."""
     imposed = vc.System(vc.PendulumCrawler(motion=motion), vc.Exponential(), vc.Harmonic(amplitude=0.6, frequency=1.2))
@@ -211,6 +212,7 @@ def test_what_cannot_be_imposed_is_refused_by_name():
         vc.System(vc.TwoMassCrawler(), vc.Coulomb(), vc.Ramp())
 
 
+@pytest.mark.slow
 def test_measures_of_what_an_imposed_motion_takes():
     """The largest |force| and power of z = h cos(omega t) where the body is held: m z'' and m z'' z'."""
     amplitude, frequency, inner = 0.4, 1.7, 1.0

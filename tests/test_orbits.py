@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.expressions.graph import derivative, evaluate
@@ -115,7 +116,7 @@ def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", exhaustive_but([0, 3, 6], range(10)))
 @pytest.mark.parametrize("law", LAWS)
 def test_multipliers_are_those_of_differences(law, seed):
     system, start = random_system(law, seed)

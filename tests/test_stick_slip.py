@@ -16,7 +16,7 @@ from thinned import slow_but
 from vibrocap.cli.options import Refusal
 from vibrocap.cli.records import stick_slip as command
 from vibrocap.records.checks import RecordError
-from vibrocap.records.pull_files import read_pulls
+from vibrocap.records.pull import read_pulls
 from vibrocap.records.regime_diagram import regime_diagram
 from vibrocap.records.regimes import HALF_STICK_RATIO, HALF_STICK_X
 from vibrocap.records.stick_slip import slider_velocity, stick_slip, stick_slip_of

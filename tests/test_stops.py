@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 
 # Capsule of Liu, Wiercigroch, Pavlovskaia and Yu 2013; orbit and drifts of an explicit method with events, at two
 # tolerances near 3e-13 that agree to the digits shown. State (x1 - x2, x1', x2').
@@ -75,7 +75,9 @@ def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("machine", [{}, {"back_gap": 0.02, "actuation": "internal"}, {"back_gap": 0.3}])
+@pytest.mark.parametrize(
+    "machine", exhaustive_but([1], [{}, {"back_gap": 0.02, "actuation": "internal"}, {"back_gap": 0.3}])
+)
 @pytest.mark.parametrize("law", [vc.Coulomb(1.0, 1.2), vc.LuGre()])
 def test_measures_of_an_ensemble_are_those_of_single_motions(machine, law):
     """Over a few periods, before neighbouring motions part."""
@@ -110,6 +112,7 @@ def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kin
     assert pressed == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_linear_capsule_without_friction_vibrates_in_closed_form():
     """z'' (lambda/(lambda+1)) = h cos(omega t) - rho z - nu z', and the common momentum stays."""
     machine = vc.TwoMassCapsule(mass_ratio=2.0, stiffness=1.3, damping=0.2, normal_load=0.0)
@@ -223,10 +226,8 @@ def test_elastic_bouncing_keeps_all_energy():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.4), pytest.param(vc.LuGre(), marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    "machine", [pytest.param(IMPACTS[name], marks=[] if name == "plastic" else [pytest.mark.slow]) for name in IMPACTS]
-)
+@pytest.mark.parametrize("law", exhaustive_but([0], [vc.Coulomb(0.3, 0.4), vc.LuGre()]))
+@pytest.mark.parametrize("machine", IMPACTS.values())
 def test_impacts_of_an_ensemble_are_those_of_single_motions(machine, law):
     """The work of impacts among all others, which must add up; the capsule is struck at rest and while it moves."""
     measures = ["drift", "drive_work", "impact_work", "damper_work", "contact_sliding_work", "largest_velocity"]

@@ -131,6 +131,7 @@ def test_twins_and_what_an_orbit_gives_way_to_are_in_si():
 
 
 # --- over a parameter -------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_a_branch_in_si(place, capsys):
     words = ("branch", "si.toml", "--over", "machine.capsule_mass_kg=0.5:0.51", "--points", "400")
     found = answer(capsys, *words)

@@ -76,11 +76,11 @@ def branch(
     else:
         Page().say(str(shown))
     if plot is not None and len(found.branches) and any(len(each) for each in found.branches):
-        from vibrocap.plotting.branches import plot_branches
+        from vibrocap.plotting.branches import branch_figure
+        from vibrocap.plotting.style import save
 
         drawn = "mean_velocity" if found.system.machine.cyclic is not None else "period"
-        drawn = "mean_velocity" if found.system.machine.cyclic is not None else "period"
-        plot_branches(found, plot, drawn, over=along.path)
+        save(branch_figure(found, drawn, over=along.path), plot)
         if not json:
             Page().say(f"picture    {plot}")
     if not any(len(each) for each in found.branches):
@@ -147,9 +147,10 @@ def basins(
     else:
         _print_basins(record)
     if plot is not None:
-        from vibrocap.plotting.basins import plot_basins
+        from vibrocap.plotting.basins import PRINT, basin_figure
+        from vibrocap.plotting.style import save
 
-        plot_basins(found, plot)
+        save(basin_figure(found), plot, PRINT)
         if not json:
             Page().say(f"picture    {plot}")
     return OK

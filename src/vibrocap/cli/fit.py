@@ -188,9 +188,10 @@ def _fitted(
         return INCOMPLETE
     written = _write(found, out, scales) if out is not None else []
     if plot is not None:
-        from vibrocap.plotting.fits import plot_fit
+        from vibrocap.plotting.fits import fit_figure
+        from vibrocap.plotting.style import save
 
-        written.append(plot_fit(found, plot))
+        written.append(save(fit_figure(found), plot))
     if json:
         print(json_text(as_data(found)))
         return OK
@@ -216,9 +217,10 @@ def _compared(
     pictures = [plot] if plot is not None else []
     pictures += [out / "comparison.png"] if out is not None and _can_draw() else []
     for picture in pictures if good else ():
-        from vibrocap.plotting.fits import plot_comparison
+        from vibrocap.plotting.fits import comparison_figure
+        from vibrocap.plotting.style import save
 
-        written.append(plot_comparison(found, picture))
+        written.append(save(comparison_figure(found), picture))
     if json:
         print(json_text(comparison_record(found)))
     else:
@@ -247,10 +249,11 @@ def _write(found: "Fit", folder: Path, scales: Any) -> list[Path]:
     written = list(found.save(folder, scales))
     written.append(write_residuals(found, folder / "residuals.csv"))
     if _can_draw():
-        from vibrocap.plotting.fits import plot_fit, plot_residuals
+        from vibrocap.plotting.fits import fit_figure, residual_figure
+        from vibrocap.plotting.style import save
 
-        written.append(plot_fit(found, folder / "fit.png"))
-        written.append(plot_residuals(found, folder / "residuals.png"))
+        written.append(save(fit_figure(found), folder / "fit.png"))
+        written.append(save(residual_figure(found), folder / "residuals.png"))
     return written
 
 

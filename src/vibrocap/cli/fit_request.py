@@ -165,4 +165,5 @@ def by_option(text: str) -> str:
     text = re.sub(r"columns=\{'(\w+)': \.\.\.\}", r"--columns \1=NAME", text)
     text = text.replace(", or dt=;", ", or --sampling-rate;")
     fields = "|".join(sorted(map(re.escape, OPTIONS), key=len, reverse=True))
-    return re.sub(rf"^(\s*)({fields}):", lambda match: f"{match[1]}--{OPTIONS[match[2]]}:", text, flags=re.MULTILINE)
+    named = rf"^(\s*)({fields})(?::| (?=should)) ?"
+    return re.sub(named, lambda match: f"{match[1]}--{OPTIONS[match[2]]}: ", text, flags=re.MULTILINE)

@@ -73,7 +73,7 @@ def stick_slip(
         print one JSON object in full precision, a list of them for several records
     """
     from vibrocap.records.checks import RecordError
-    from vibrocap.records.pull_files import read_pulls
+    from vibrocap.records.pull import read_pulls
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
     complaints = Complaints()
@@ -118,14 +118,15 @@ def stick_slip(
 
 
 def _draw(found: "list[StickSlip]", path: Path) -> None:
-    from vibrocap.plotting.stick_slip import plot_regimes, plot_stick_slip
+    from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
+    from vibrocap.plotting.style import save
     from vibrocap.records.regime_diagram import regime_diagram
 
     if len(found) == 1:
-        plot_stick_slip(found[0], path)
+        save(stick_slip_figure(found[0]), path)
         return
     try:
-        plot_regimes(regime_diagram(found), path)
+        save(regime_figure(regime_diagram(found)), path)
     except ValueError as error:
         raise Refusal(f"--plot: {error}; or draw one with --record") from None
 

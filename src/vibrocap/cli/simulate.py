@@ -129,9 +129,10 @@ def simulate(
         write_motion(motion, setup, out)
     moved = len(motion.piece_start) > 0
     if plot is not None and moved:
-        from vibrocap.plotting.motion import plot_motion
+        from vibrocap.plotting.motion import motion_figure
+        from vibrocap.plotting.style import save
 
-        plot_motion(motion, plot)
+        save(motion_figure(motion), plot)
     if animate is not None and moved:
         from vibrocap.plotting.animation import animate_motion
 

@@ -1,4 +1,4 @@
-"""`vibrocap sweep`, `vibrocap measures` and `vibrocap plot`: many runs, measured on the way, and their pictures."""
+"""`vibrocap sweep`, `measures`, `plot` and `verify`: many runs, measured on the way, their pictures, and a check."""
 
 import dataclasses
 import time
@@ -12,17 +12,7 @@ import numpy as np
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.cli.options import PICTURES, Refusal, needs, pairs, writable_file
-from vibrocap.cli.terminal import (
-    INCOMPLETE,
-    OK,
-    Page,
-    TimeLeft,
-    complain,
-    duration,
-    notes,
-    progress,
-    table,
-)
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, TimeLeft, complain, duration, notes, progress, table
 from vibrocap.files import WriteError
 from vibrocap.io.motion_file import read_source
 
@@ -117,7 +107,8 @@ def sweep(
     """
     options = dict(locals())
     from vibrocap.cli.sweep_request import SweepRequest
-    from vibrocap.studies.sweep import MAX_RUNS, size_in_words
+    from vibrocap.studies.execution import MAX_RUNS
+    from vibrocap.studies.sweep import size_in_words
 
     request = SweepRequest(**options)
     study = request.study()
@@ -168,17 +159,7 @@ def _run(study: "Study", request: "SweepRequest") -> "Outcome":
     try:
         with notes(), progress("Sweeping") as report:
             completed = carried_out(
-                study,
-                out=request.out,
-                resume=request.resume,
-                mixed=request.mixed,
-                yes=request.yes,
-                threads=request.threads,
-                workers=request.workers,
-                scheduler=request.scheduler,
-                device=request.device,
-                tile_runs=request.tile_runs,
-                progress=lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip()),
+                study, request, lambda share: report(share, " ".join(("Sweeping", left.words(share))).strip())
             )
     except CaseError as error:
         if request.out is None or error.source != str(request.out):
@@ -357,3 +338,36 @@ def picture_path(source: Path, measure: str) -> Path:
     place = source if source.name not in ("", "..") else source.resolve()
     word = "".join(c if c.isalnum() or c in "_.-" else "_" for c in measure)
     return place.with_name(f"{place.stem if place.is_file() else place.name}-{word}.png")
+
+
+def verify(study: Path, /) -> int:
+    """Whether a stored study is as it was written: every file is compared with its checksum.
+
+    A file that is missing, cut short, altered or in the place of another one is
+    named. The sweep with --resume computes damaged tiles again.
+
+    Exit codes: 0 all that is stored is whole, finished or not. 3 something is
+    damaged. 2 there is no study, or none that vibrocap wrote.
+
+    Parameters
+    ----------
+    study
+        the folder of a study (`vibrocap sweep --out`)
+    """
+    needs("verify", "xarray", "zarr")
+    from vibrocap.studies.store.verification import verify_study
+
+    found = verify_study(study)
+    page = Page()
+    for line in found.lines():
+        page.say(f"  damaged    {line}")
+    if found.mixed:
+        page.say(f"  mixed      {len(found.mixed):,} tiles were not computed with what the study was begun with")
+    state = f"{found.stored:,} of {found.tiles:,} tiles are stored"
+    if not found.ok:
+        page.say(f"{study}: damaged; {state}. The sweep with --resume mends what it can.")
+        return INCOMPLETE
+    if not found.checked:
+        state += "; this store of an earlier format has no checksums, nothing is missing"
+    page.say(f"{study}: whole; {state}.")
+    return OK

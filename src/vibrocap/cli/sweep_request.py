@@ -4,30 +4,28 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import Complaint, Complaints, check_whole
+from vibrocap.arguments import Complaint, Complaints
 from vibrocap.case.case import Case, CaseError
 from vibrocap.cli.options import by_option, needs, pairs, split, writable_folder, writable_table
 from vibrocap.io.case_table import CaseTable, read_cases
 from vibrocap.io.motion_file import read_source
+from vibrocap.studies.execution import Execution
 
 if TYPE_CHECKING:
     from vibrocap.studies.plan.study import Study
 
-DEVICES = ("cpu", "cuda")
 FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
+NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "scheduler", "tile_runs")
 
 
-@dataclasses.dataclass(frozen=True)
-class SweepRequest:
-    """The options of `vibrocap sweep`, as they were given."""
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SweepRequest(Execution):
+    """The options of `vibrocap sweep`, as they were given; some of them say how the study is carried out."""
 
     case: Path
     over: list[str] | None
     measure: list[str] | None
-    out: Path | None
     export: Path | None
-    resume: bool
-    mixed: bool
     cases: Path | None
     design: str | None
     runs: int | None
@@ -37,12 +35,6 @@ class SweepRequest:
     window: int | None
     settle: float | None
     tolerance: float | None
-    threads: int | None
-    workers: int | None
-    scheduler: str | None
-    device: str
-    tile_runs: int | None
-    yes: bool
 
     @property
     def measures(self) -> list[str]:
@@ -55,7 +47,7 @@ class SweepRequest:
         from vibrocap.studies.plan.planning import planned_study
 
         needs("sweep", "xarray", "zarr")
-        complaints = Complaints([*self._destination_complaints(), *self._execution_complaints()])
+        complaints = Complaints([*self._destination_complaints(), *self._option_complaints()])
         over = pairs("over", self.over, complaints, "PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
         if not self.over and self.cases is None:
             complaints.add("--over", "is missing; name what varies, such as --over machine.mass_ratio=0.1:8:40")
@@ -108,48 +100,31 @@ class SweepRequest:
             writable_table("--export", self.export)
         return found
 
-    def _execution_complaints(self) -> list[str]:
+    def _option_complaints(self) -> list[str]:
         """Options that do not go together, and those on how the work is done."""
         given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
-        found = Complaints()
-        for name in ("cases", "design", "resume", "mixed", "workers", "scheduler", "tile_runs"):
-            if self.adaptive and name in given:
-                found.add(f"--{name.replace('_', '-')}", "does not go with --adaptive; leave one of them out")
+        found, apart = Complaints(), ()
+        if self.adaptive:
+            apart = tuple(name for name in NOT_ADAPTIVE if name in given)
+            for name in apart:
+                found.add(_option(name), "does not go with --adaptive; leave one of them out")
         for name in ("over", "design"):
             if self.cases is not None and name in given:
-                found.add(f"--{name}", "does not go with --cases; leave one out")
+                found.add(_option(name), "does not go with --cases; leave one out")
         for name in ("runs", "seed"):
             if self.design is None and name in given:
-                found.add(f"--{name}", "belongs to --design, such as --design sobol")
-        if self.mixed and not self.resume:
-            found.add("--mixed", "goes on with a stored study; give --resume with it")
+                found.add(_option(name), "belongs to --design, such as --design sobol")
         if self.design is not None and self.runs is None:
             found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
-        for name in ("threads", "workers", "tile_runs"):
-            with found.collected():
-                check_whole(f"--{name.replace('_', '-')}", 1 if getattr(self, name) is None else getattr(self, name), 1)
-        if self.workers is not None and self.scheduler is not None:
-            found.add("--workers", "are processes of this machine; with --scheduler leave them out")
-        if self.scheduler is not None:
-            from vibrocap.studies.run.cluster import address_complaints
+        found += [each.about(_option(each.field)) for each in self.complaints() if each.field not in apart]
+        if self.device == "cuda":
+            from vibrocap.numerics.api import cuda_problem
 
-            found += [complaint.about("--scheduler") for complaint in address_complaints(self.scheduler)]
-        for name in ("resume", "workers", "scheduler", "tile_runs"):
-            if name in given and self.out is None and not self.adaptive:
-                found.add(f"--{name.replace('_', '-')}", "needs a folder for the results, --out DIR")
-        return found + self._device_complaints()
-
-    def _device_complaints(self) -> list[str]:
-        from vibrocap.numerics.api import cuda_problem
-
-        if self.device not in DEVICES:
-            return [f"--device: should be {' or '.join(DEVICES)}, got {self.device!r}"]
-        if self.device == "cpu":
-            return []
-        if self.adaptive:
-            return ["--device: an adaptive map runs on the processor; leave it out"]
-        problem = cuda_problem()
-        return [f"--device: {problem.removeprefix('device: ')}"] if problem else []
+            if self.adaptive:
+                found.add("--device", "an adaptive map runs on the processor; leave it out")
+            elif problem := cuda_problem():
+                found.add("--device", problem.removeprefix("device: "))
+        return found
 
     def _settings(self, case: Case) -> dict[str, Any]:
         """How the runs are made: as the options say, else as the case does; settling is on unless it is 0."""
@@ -195,6 +170,10 @@ class SweepRequest:
             elif field == "settle":
                 found[i] = new.replace("None or a positive", "0, for never, or a positive")
         return found
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def _map_complaints(study: "Study") -> list[str]:

@@ -100,7 +100,7 @@ def preset_record(preset: Preset) -> dict[str, Any]:
         "periods": case.periods,
         "tolerance": case.tolerance,
         "units": "none" if case.system.units is None else "SI",
-        "scales": None if scales is None else [scales.mass_kg, scales.length_m, scales.time_s],
+        "scales": None if scales is None else list(scales.units),
         "check": end_of(case),
     }
 

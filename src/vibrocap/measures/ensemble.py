@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_number, suggestion
+from vibrocap.arguments import ArgumentError, check_one_of, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
@@ -90,8 +90,7 @@ def ensemble(
     window = usual_window(periods) if window is None else window
     check_whole("window", window, 1, int(periods))
     check_whole("threads", 1 if threads is None else threads, 1, 2**16)
-    if device not in DEVICES:
-        raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
+    check_one_of("device", device, DEVICES)
     if device == "cuda":
         from vibrocap.numerics.api import cuda_ensemble_run, cuda_problem
 

@@ -95,23 +95,6 @@ PRINT: dict[Any, Any] = {
 LINE_TITLE, LINE_SMALL = 0.145, 0.115  # inches
 
 
-def plot_study(
-    dataset: Any,
-    path: str | Path,
-    measure: str | None = None,
-    *,
-    at: Mapping[str, str] | None = None,
-    dead_band: float | None = None,
-    border: str | Sequence[str] | None = None,
-) -> Path:
-    """Draw a study into a file (.png, .svg or .pdf); the same study gives the same bytes.
-
-    measure, at, dead_band: as in `study_view`, which raises ViewError for what the study does not have
-    border: a discrete variable, or several, the lines of whose changes are drawn over a map; "travel", the way of it
-    """
-    return plot_view(study_view(dataset, measure, at, dead_band), path, border)
-
-
 def plot_view(view: View, path: str | Path, border: str | Sequence[str] | None = None) -> Path:
     """Draw a view of a study into a file (.png, .svg or .pdf)."""
     return save(study_figure(view, border), path, PRINT)

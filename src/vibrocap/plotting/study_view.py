@@ -15,11 +15,10 @@ from vibrocap.case.case import CaseError, case_from_text
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
-from vibrocap.plotting.labels import EQUALS, percent, symbol_text
-from vibrocap.plotting.units import KIND_PATHS, case_in_si
+from vibrocap.plotting.labels import EQUALS, KIND_PATHS, case_in_si, percent, symbol_text
+from vibrocap.studies.quadtree import even_in_logarithm
 
 MOST_PANELS = 6
-EVEN = 1e-9  # relative spread of the ratios along an axis that is evenly spaced in its logarithm
 ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
 ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
 SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its absence matter most
@@ -68,13 +67,10 @@ class ViewAxis:
     @property
     def logarithmic(self) -> bool:
         """Whether the values are evenly spaced, or where they are scattered spread, in their logarithm."""
-        if len(self.values) < 3 or self.values[0] <= 0.0:
-            return False
-        if self.scattered:
+        if self.scattered and len(self.values) > 2 and self.values[0] > 0.0:
             low, middle, high = np.percentile(self.values, (0.0, 50.0, 100.0))
             return high > low and bool(abs(_share(np.log, low, middle, high)) < abs(_share(float, low, middle, high)))
-        ratios = self.values[1:] / self.values[:-1]
-        return bool(np.ptp(ratios) <= EVEN * (ratios[0] - 1.0))
+        return not self.scattered and even_in_logarithm(self.values)
 
     @property
     def counts(self) -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import is_positive
 from vibrocap.records.arrays import mat_tables, npz_tables
 from vibrocap.records.checks import RecordError, complaints
 from vibrocap.records.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
@@ -60,8 +61,7 @@ def read_records(
     columns, units = dict(columns or {}), dict(units or {})
     wrong = setting_complaints(columns, units)
     for field, value in (("dt", dt), ("sampling_rate", sampling_rate), ("normal_force", normal_force), ("area", area)):
-        number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-        if value is not None and not (number and np.isfinite(value) and value > 0):
+        if value is not None and not is_positive(value):
             wrong.append(f"{field}: should be a number greater than 0, got {value!r}")
     if dt is not None and sampling_rate is not None:
         wrong.append("dt, sampling_rate: give one of them, got both")

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.records.pull import Pull, is_number, pull
+from vibrocap.arguments import is_number
+from vibrocap.records.pull import Pull, pull
 from vibrocap.records.record import Record
 from vibrocap.records.regimes import AGREE, INERTIAL, STEADY, STICK_SLIP, Regime, regime
 from vibrocap.records.stick_slip_periods import Drift, Recurrence, period_drift, recurrence, stretch_periods

@@ -51,7 +51,7 @@ class SharpArgument:
 class Sharpness:
     """The sharp nodes of some rates and guards.
 
-    internal: whether any of them depends on an internal state of the law
+    internal: whether any of them depends on an internal state of the law, or on the velocity of a further contact
     arguments: of those exponentials and hyperbolic tangents that depend on the contact velocity alone
     """
 
@@ -69,7 +69,7 @@ def sharpness(
 ) -> Sharpness:
     """What in these rates could hide within a step.
 
-    contact: the contact velocity; internal: the internal states of the law
+    contact: the contact velocity; internal: the internal states of the law, and velocities of further contacts
     bounded: quotients that are watched elsewhere
     """
     on_contact, on_internal = {contact.index}, {state.index for state in internal}
@@ -93,6 +93,7 @@ def sharpness(
 def system_sharpness(equations: Any) -> Sharpness:
     """What in the equations of a system could hide within a step."""
     internal = [equations.graph.node("state", i) for i in equations.internal_states]
+    internal += equations.imposed_velocities
     rates = (*equations.rates, *equations.switches)
     # A load that the motion makes is a quotient whose divisor is one of the equations' bounds: before it vanishes the
     # load grows without end, and shortens the steps.
@@ -179,6 +180,7 @@ def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
         return "\n".join([head, f"    return {'0.0 * h' if simd else '0.0'}", ""])
     text = Lines(simd, polynomials)
     graph, contact = equations.graph, equations.contact_velocity.index
+    imposed = {velocity.index: i for i, velocity in enumerate(equations.imposed_velocities)}
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
 
@@ -186,6 +188,14 @@ def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
         op, *operands = graph.nodes[index]
         if index == contact:
             return "low", "high"
+        if index in imposed:  # as the difference of two rates that nearly cancel its enclosure would be far too wide
+            row = f"IMPOSED + {imposed[index]} * (ORDER + 1) * LANES"
+            value, size = text.name(text.entry(row)), f"SCALE + {equations.contact_state} * LANES"
+            if simd:
+                r = text.name(f"excursion_simd(floats, {row}, h)")
+            else:
+                r = text.name(f"excursion(floats, {row} + lane, h) + widened * {text.entry(size)}")
+            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
         if op == "state":
             value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
             row, scale = f"SERIES + {operands[0]} * (ORDER + 1) * LANES", f"SCALE + {operands[0]} * LANES"
@@ -200,6 +210,12 @@ def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
         op, *operands = graph.nodes[index]
         if index == contact:
             return "start_low", "start_high"
+        if index in imposed:
+            value = text.name(text.entry(f"IMPOSED + {imposed[index]} * (ORDER + 1) * LANES"))
+            if simd:
+                return same(value)
+            r = text.name(f"widened * {text.entry(f'SCALE + {equations.contact_state} * LANES')}")
+            return text.name(f"{value} - {r}"), text.name(f"{value} + {r}")
         if op == "state":
             value = text.name(text.entry(f"STATE + {operands[0]} * LANES"))
             if simd:

@@ -59,7 +59,10 @@ TABLE_NUMBERS = 0  # of the segments of a drive with corners: length and coeffic
 # First coefficients of rows of the series: contact velocity, force that would hold the contact and largest holding
 # force (both to ORDER - 1), a work row of the event search, and the guards of the law's pieces (to ORDER - 1).
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
+IMPOSED = 0  # and of the velocities of further contacts that are no states (to ORDER)
+IMPOSED_COUNT = 0  # how many these are
 SWITCHES = 1  # how many guards there are
+LOCATED = (1,)  # of each guard: whether it is a series, whose zero is an event, or asked where a step starts
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
 BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
@@ -129,6 +132,11 @@ def holding_limit(floats, t, point, lane):
 
 def contact_velocity(floats, t, point, lane):
     """Contact velocity of one lane at the state floats[point:point + STATES]."""
+    raise NotImplementedError
+
+
+def imposed_velocities(floats, t, point, lane, out):
+    """Velocities of further contacts that are no states, at the state floats[point:point + STATES]; from `out` on."""
     raise NotImplementedError
 
 

@@ -150,6 +150,7 @@ class Layout:
     gathered: tuple[tuple[str, int], ...] = ()  # see `gathered_entries`
     switches: int = 0  # guards of the branches of law and machine, and bounds
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
+    imposed: int = 0  # velocities of further contacts that are no states
 
     @property
     def measured(self) -> int:
@@ -182,7 +183,7 @@ class Layout:
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
             "MARKS": self.marks * self.states,
-            "SERIES": (self.rows + 4 + self.switches) * (self.order + 1),
+            "SERIES": (self.rows + 4 + self.switches + self.imposed) * (self.order + 1),
         }
 
     @property
@@ -197,7 +198,7 @@ class Layout:
     def event_work_size(self) -> int:
         """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
         gathering = self.states + 8 * (self.measured + 8)
-        return max(40 * (self.order + 3), self.states + 5 * self.switches, gathering)
+        return max(40 * (self.order + 3), self.states + 5 * max(self.switches, self.imposed), gathering)
 
     @property
     def work_size(self) -> int:
@@ -265,6 +266,7 @@ class Layout:
             "EVENT_SIZE": self.event_size,
             "EVENT_WORK": self.event_work_size,
             "SWITCHES": self.switches,
+            "IMPOSED_COUNT": self.imposed,
             "PARAMETERS": self.parameters,
             "PRESENT": self.present,
             "COEFFICIENTS": self.coefficients,

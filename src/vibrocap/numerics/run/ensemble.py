@@ -75,7 +75,8 @@ def ensemble_source(
     parameters, switches = len(equations.parameter_paths), len(equations.guards)
     corners = equations.corners
     coefficients = 0 if corners is None else corners.coefficients
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients)
+    imposed = len(equations.imposed_velocities)
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients, imposed)
     generated = [generated_source(equations, layout, loop), integrands.text]
     tangent = layout.states > equations.base
     stiff = equations.hold is None and not tangent

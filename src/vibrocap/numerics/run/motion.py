@@ -99,8 +99,9 @@ def kernel(equations: Any, order: int, plain: bool = False, literal: bool = Fals
     switches = len(equations.guards)
     corners = equations.corners
     coefficients = 0 if corners is None else corners.coefficients
+    imposed = len(equations.imposed_velocities)
     parameters = len(equations.parameter_paths)
-    layout = Layout(1, states, states, order, parameters, switches=switches, coefficients=coefficients)
+    layout = Layout(1, states, states, order, parameters, switches=switches, coefficients=coefficients, imposed=imposed)
     recipe = motion_recipe(equations.hold is None, switches > 0, corners is not None)
     text = linked_source(generated_source(equations, layout), recipe)
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole
+from vibrocap.arguments import ArgumentError, check_whole, is_number
 from vibrocap.measures.during_run import check_travel, known_measures, measure_table, near_measure, resolved
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
@@ -174,7 +174,7 @@ def _checked(
     checked_measure(systems, measure)
     (low, high), *_ = [checked_range(each, over, between) for each in systems]
     check_whole("points", points, 2)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if not is_number(value) or not math.isfinite(value):
         raise ValueError(f"value should be a finite number, got {value!r}")
     for each in systems:
         if not is_driven(each):

@@ -15,6 +15,8 @@ from vibrocap.numerics.kernel.generated import (
     CONTACT_STATE,
     EVENT_WORK,
     IMPLICIT_STEP,
+    IMPOSED,
+    IMPOSED_COUNT,
     LANES,
     ORDER,
     ROWS,
@@ -28,6 +30,7 @@ from vibrocap.numerics.kernel.generated import (
     VELOCITY,
     WORK,
     contact_velocity,
+    imposed_velocities,
     jacobian,
     rates,
 )
@@ -186,7 +189,12 @@ def implicit_series(floats, ints, lane, h):
 
 
 def velocity_series(floats, ints, lane, h):
-    """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output."""
+    """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output.
+
+    So are those of further contacts that are no states.
+    """
+    if IMPOSED_COUNT > 0:
+        imposed_series(floats, lane, h)
     if VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
         return  # it is a state
     v0 = velocity_at(floats, ints, lane, 0.0)
@@ -197,14 +205,30 @@ def velocity_series(floats, ints, lane, h):
     through_five(floats, VELOCITY + lane, v0, v1, v2, v3, v4, h)
 
 
-def velocity_at(floats, ints, lane, s):
-    """Contact velocity at time s of the present series."""
+def imposed_series(floats, lane, h):
+    """The same of the velocities of further contacts that are no states."""
+    for point in range(5):
+        states_at(floats, lane, 0.25 * point * h)
+        imposed_velocities(floats, floats[TIME + lane] + 0.25 * point * h, POINT, lane, WORK + point * IMPOSED_COUNT)
+    for i in range(IMPOSED_COUNT):
+        v0, v1, v2 = floats[WORK + i], floats[WORK + IMPOSED_COUNT + i], floats[WORK + 2 * IMPOSED_COUNT + i]
+        v3, v4 = floats[WORK + 3 * IMPOSED_COUNT + i], floats[WORK + 4 * IMPOSED_COUNT + i]
+        through_five(floats, IMPOSED + i * (ORDER + 1) * LANES + lane, v0, v1, v2, v3, v4, h)
+
+
+def states_at(floats, lane, s):
+    """Write the states at time s of the present series, of degree 4, to POINT."""
     for i in range(STATES):
         start = i * (ORDER + 1)
         result = floats[SERIES + (start + 4) * LANES + lane]
         for k in range(3, -1, -1):
             result = result * s + floats[SERIES + (start + k) * LANES + lane]
         floats[POINT + i] = result
+
+
+def velocity_at(floats, ints, lane, s):
+    """Contact velocity at time s of the present series."""
+    states_at(floats, lane, s)
     return contact_velocity(floats, floats[TIME + lane] + s, POINT, lane)
 
 

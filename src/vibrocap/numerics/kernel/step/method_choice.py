@@ -30,7 +30,7 @@ from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
 REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
-REACH = 2.0  # times the time to rest: the longest implicit step towards a reversal
+TIMES_TO_REST = 2.0  # times the time to rest: the longest implicit step towards a reversal
 IMPLICIT_COST = 5.0  # in Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused
 
 
@@ -57,13 +57,13 @@ def chosen_step(floats, ints, lane, remaining):
         floats[EXPLICIT_STEP + lane] = explicit
         floats[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
         ints[PATIENCE + lane] = 0  # one step tells whether it pays
-        h = attempted_step(floats, ints, lane, min(remaining, REACH * time_to_rest(floats, lane)), 1)
+        h = attempted_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)), 1)
         if h == 0.0:
             ints[PATIENCE + lane] = rest_steps(ints, lane)
             return explicit
         ints[STIFF + lane] = 1
     else:
-        h = implicit_step(floats, ints, lane, min(remaining, REACH * time_to_rest(floats, lane)))
+        h = implicit_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)))
     if ints[PATIENCE + lane] <= 0:
         ints[PATIENCE + lane] = LOOK
         reach = floats[IMPLICIT_STEP + lane] / IMPLICIT_COST

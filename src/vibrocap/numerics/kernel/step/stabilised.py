@@ -18,12 +18,17 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 import numpy as np
 
 from vibrocap.numerics.kernel.generated import (
+    BRANCHES,
     CONTACT_STATE,
     DAMPED_STEP,
     DECAY_RATE,
+    IMPOSED,
+    IMPOSED_COUNT,
     KINKED,
     LANES,
+    LOCATED,
     ORDER,
+    PERIOD,
     ROWS,
     SCALE,
     SERIES,
@@ -35,7 +40,7 @@ from vibrocap.numerics.kernel.generated import (
     VELOCITY,
     ZEROS,
 )
-from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, taylor_step
+from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, stays_positive, taylor_step
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
 POLYNOMIALS = {
@@ -92,11 +97,20 @@ def stabilised_step(floats, lane, longest):
     rate = floats[DECAY_RATE + lane]
     h = min(DAMPED_REACH / rate, LONGEST * longest)
     for _ in range(LENGTHS):
-        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane]:
+        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane] and clear_of_bounds(floats, lane, h):
             damp_series(floats, lane)
             return h
         h *= SHORTER
     return PLAIN_REACH / rate
+
+
+def clear_of_bounds(floats, lane, h):
+    """Whether no bound of the equations is near over a step of length h."""
+    for i in range(BRANCHES, SWITCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, floats[PERIOD + lane])):
+            return False
+    return True
 
 
 def damping_error(floats, lane, h):
@@ -122,6 +136,8 @@ def damp_series(floats, lane):
         damp_row(floats, VELOCITY + lane)
     for i in range(SWITCHES):
         damp_row(floats, SWITCH + i * (ORDER + 1) * LANES + lane)
+    for i in range(IMPOSED_COUNT):
+        damp_row(floats, IMPOSED + i * (ORDER + 1) * LANES + lane)
 
 
 def damp_row(floats, row):
