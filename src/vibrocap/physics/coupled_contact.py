@@ -9,17 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.physics.contacts import LEAST, FurtherContact
-from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.friction.law import Law
-
-STILL = 1e-9  # of the natural speed: so slow a contact that comes to rest is stopped, a faster one has jumped
-PUSHED = 1e-7  # of the natural speed, from which on a contact that should rest is seen to slide
-ROUNDING = 1e-12  # of the natural speed
-AT_REST = 1e-14  # of the natural speed: less is none; the guards of a kernel take somewhat more for rounding
-WIDE = 8.0  # natural speeds are that of imposed distances: the speeds below are far less than what is at rest there
-BEYOND_REST, WITHIN_REST = 2e-14, 2e-15  # of the natural speed, around what `jumped` of a kernel takes for rounding
-EARLY = 2e-14  # of the natural speed, at which a contact has yet to come to rest where it is said to
-BEYOND = 1e-12  # of a limit: by so much a force exceeds what can be held
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,54 +26,6 @@ class Mode:
     slips: Any
     force: Any
     drag: Any = 0.0
-
-
-def sign(x):
-    """Exactly +1 or -1; 0 of what is far below rounding."""
-    return x / sqrt(x * x + LEAST)
-
-
-def above(x, level):
-    """Exactly 1 where abs(x) is above a level, else 0."""
-    return 0.5 + 0.5 * sign(x * x - level * level)
-
-
-def static(law: Law, load) -> tuple:
-    """(limit, middle) of the forces that a contact can hold at rest."""
-    return law.holding_limit(load), law.holding_middle(load)
-
-
-def kinetic(law: Law, load) -> tuple:
-    """(limit, middle) of the forces between those of the slowest slides forward and back."""
-    forward, back = (law.force(0.0, (), side, load)[0] for side in (1.0, -1.0))
-    return 0.5 * (forward - back), 0.5 * (forward + back)
-
-
-@dataclasses.dataclass(frozen=True)
-class Held:
-    """The force that must be held of one contact at imposed distances, while others can share it.
-
-    middle, limit: of what the contact itself can hold; total: what must be held, over that middle
-    weight: the limits of those that rest and keep their distance from it; together: how many these are
-    """
-
-    middle: Any
-    total: Any
-    limit: Any
-    weight: Any
-    together: Any
-
-    @property
-    def force(self):
-        """That is shown of the contact: all have the same share of their limit."""
-        own = self.limit + LEAST
-        return self.middle + self.total * (own / (own + self.weight))
-
-    @property
-    def side(self):
-        """To which it slides from rest, 0 where it rests: one limit alone decides, whatever the share."""
-        most = (self.limit + self.weight) * (1.0 + BEYOND)
-        return 0.5 * (sign(self.total - most) + sign(self.total + most))
 
 
 class CoupledContact(FurtherContact):
@@ -123,26 +65,6 @@ class CoupledContact(FurtherContact):
         limit, over = self.limit, self.hold - self.middle
         size = self.law.holding_limit(self.load) * self.usual + LEAST
         return (limit - over) / size, (limit + over) / size
-
-
-class ImposedContact(CoupledContact):
-    """One whose velocity is not a state of its own, so that it is at rest to rounding, and may jump with the drive.
-
-    together: how many other contacts rest that can rest together with it
-    """
-
-    imposed = True
-    together: Any = 0.0
-
-    def joins(self) -> Any:
-        """Guard of a contact that slides, though with one at rest that keeps its distance: they rest together."""
-        slides = self.side * self.side
-        return 1.0 - slides + self.side * self.velocity / self.scale - slides * (ROUNDING * self.together)
-
-    def _push(self):
-        share = self.velocity / (PUSHED * self.scale)
-        cube = share * share * share
-        return cube * cube * cube
 
 
 def eliminated(rows: Sequence[Sequence], columns: Sequence[Sequence]) -> tuple[list[list], list]:

@@ -12,6 +12,7 @@ from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.imposed_distances import ImposedDistances
 from vibrocap.physics.machines.machine import Imposed, Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
@@ -162,7 +163,8 @@ class System:
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
         if machine.coupled:
-            machine = CoupledContacts(machine, self.further_laws, self.environment, self.friction)
+            kind = ImposedDistances if machine.coupled == "distances" else CoupledContacts
+            machine = kind(machine, self.further_laws, self.environment, self.friction)
         elif machine.contacts:
             machine = MachineOnContacts(machine, self.further_laws, self.environment)
         return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
