@@ -109,8 +109,9 @@ def test_paper_has_everything_open(report):
     assert shown.js(f"{folded}.length") > 0
     assert shown.js(f"{folded}.every((each) => each.checkVisibility({{contentVisibilityAuto: true}}))")
     assert shown.js(f"{folded}.every((each) => each.getBoundingClientRect().height > 20)")
-    broken = "[...document.querySelectorAll('figure, .claim, tr')].map((each) => getComputedStyle(each).breakInside)"
-    assert set(shown.js(broken)) == {"avoid"}
+    broken = "[...document.querySelectorAll('figure, .claim, tr, .before')]"
+    assert set(shown.js(f"{broken}.map((each) => getComputedStyle(each).breakInside)")) == {"avoid"}
     headings = "[...document.querySelectorAll('h2, h3')].map((each) => getComputedStyle(each).breakAfter)"
     assert set(shown.js(headings)) == {"avoid"}
+    assert shown.js("getComputedStyle(document.getElementById('claims')).breakBefore") == "page"
     shown("Emulation.setEmulatedMedia", media="")
