@@ -8,7 +8,7 @@ import pytest
 import independent
 import vibrocap as vc
 from independent import BACK, FORWARD, REVERSAL, STICK, until_switch
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.measures.during_run import measured
 from vibrocap.physics.drives.drive import segment_table
 
@@ -25,8 +25,11 @@ DRIVES = [
     vc.DriveTable(amplitude=1.5, stretch=1.4),
     vc.DriveTable((0.0, 1.0, 2.5, 4.0), (0.0, 2.0, -1.0, 0.0), interpolation="linear"),
 ]
+SQUARE = [each.name for each in DRIVES].index("square")
 each_drive = pytest.mark.parametrize(  # each of the others is compiled anew
-    "drive", slow_but([[each.name for each in DRIVES].index("square")], DRIVES), ids=lambda drive: drive.name
+    "drive",
+    slow_but([SQUARE], exhaustive_but({SQUARE, *range(0, len(DRIVES), 3)}, DRIVES)),
+    ids=lambda drive: drive.name,
 )
 KINDS = {"stick": STICK, "slip_forward": FORWARD, "slip_back": BACK, "reversal": REVERSAL}
 
