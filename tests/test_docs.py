@@ -24,6 +24,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_from_text, case_text
 from vibrocap.cli import main as cli
 from vibrocap.cli.command_examples import EXAMPLES
@@ -326,8 +327,16 @@ def write_pull(path: str) -> None:
     np.savetxt(path, np.column_stack((time, force)), delimiter=",", header="time [s],force [N]", comments="")
 
 
+OF_THE_PAPER = "vibrocap reproduce"  # which tests/test_paper.py runs as a whole
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("command", SLOW_COMMANDS)
+@pytest.mark.parametrize(
+    "command",
+    exhaustive_but(
+        [i for i, command in enumerate(SLOW_COMMANDS) if not command.startswith(OF_THE_PAPER)], SLOW_COMMANDS
+    ),
+)
 def test_slow_commands_run_word_for_word(command, workplace, capsys):
     run_command(command)
 
