@@ -189,7 +189,9 @@ class ImposedDistances(CoupledContacts):
         for number, mode in enumerate(self._contacts(t, y), start=2):
             if mode.law.kind == "set-valued":
                 moves = above(mode.velocity / size, PUSHED if number == trigger else AT_REST)
-                side = sign(mode.velocity)  # where a velocity has jumped, the law knows nothing of the side before
+                # Its own side as far as guards take either; where the velocity has jumped, the one to which it moves.
+                side = mode.own[0]
+                side = side + above(mode.velocity / size, EARLY) * (sign(mode.velocity) - side)
                 mode = dataclasses.replace(
                     mode,
                     slips=mode.slips * moves,
