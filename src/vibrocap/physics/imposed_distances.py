@@ -189,7 +189,9 @@ class ImposedDistances(CoupledContacts):
         for number, mode in enumerate(self._contacts(t, y), start=2):
             if mode.law.kind == "set-valued":
                 moves = above(mode.velocity / size, PUSHED if number == trigger else AT_REST)
-                side = sign(mode.velocity)  # where a velocity has jumped, the law knows nothing of the side before
+                # Its own side as far as guards take either; where the velocity has jumped, the one to which it moves.
+                side = mode.own[0]
+                side = side + above(mode.velocity / size, EARLY) * (sign(mode.velocity) - side)
                 mode = dataclasses.replace(
                     mode,
                     slips=mode.slips * moves,
@@ -314,7 +316,9 @@ class ImposedDistances(CoupledContacts):
         # The end of its slide is located on the series, from which the velocity at that instant differs by an error.
         joins = each.together if which >= places[-1] else 0.0
         early = 0.5 + 0.5 * sign(each.side * share - (EARLY + TOGETHER * joins))
-        stops = alone * (1.0 - decided[each.number] * decided[each.number]) * (1.0 - early)
+        turns_to = decided[each.number]
+        astray = 0.5 - 0.5 * sign(turns_to * share + EARLY)  # it has gone too far to the side that it is to leave
+        stops = alone * (1.0 - turns_to * turns_to * (1.0 - astray)) * (1.0 - early)
         stops = stops * above(share, AT_REST) * (1.0 - above(share, STILL))
         moved = each.velocity * (1.0 - stops)
         if self._sticks:
