@@ -143,6 +143,8 @@ def test_the_lab_stands_where_a_page_has_a_mark_for_it():
     found = with_lab(marked, "gallery/a.md", {"mirror-twin": "lab.html#v=1&preset=mirror-twin"})
     assert 'src="../lab.html#v=1&amp;preset=mirror-twin"' in found
     assert with_lab(marked, "gallery/a.md", {}) == "before\n\n\n\nafter\n"
+    more = with_lab("<!-- lab: mirror-twin&beside=twin -->", "gallery/a.md", {"mirror-twin": "lab.html#v=1"})
+    assert 'src="../lab.html#v=1&amp;beside=twin"' in more
 
 
 def test_the_report_comes_with_the_files_that_it_links_to(tmp_path):

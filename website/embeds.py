@@ -15,7 +15,8 @@ from website.staging import ROOT
 
 PAGE = "live/lab.html"  # of the lab; docs/lab.md is another page
 FIRST = "travels-by-stick-slip"  # the example with which the lab begins
-MARK = re.compile(r"^<!-- lab: ([\w-]+) -->$", re.MULTILINE)  # a place in a page for the lab, at an example
+# A place in a page for the lab, at an example, with what else its address is to say.
+MARK = re.compile(r"^<!-- lab: ([\w-]+)((?:&[\w.-]+=[\w.,-]+)*) -->$", re.MULTILINE)
 HEAD = """# vibrocap
 
 Simulation, analysis and design of vibro-driven capsules: machines without legs or wheels that travel by shaking an
@@ -60,7 +61,7 @@ def lab_frame(address: str, place: str = "") -> str:
 
 def with_lab(text: str, place: str, addresses: dict[str, str]) -> str:
     """The text of a page with the lab where the page has a mark for it."""
-    return MARK.sub(lambda mark: lab_frame(addresses[mark[1]], place) if mark[1] in addresses else "", text)
+    return MARK.sub(lambda mark: lab_frame(addresses[mark[1]] + mark[2], place) if mark[1] in addresses else "", text)
 
 
 def stage_lab_frames(folder: Path, addresses: dict[str, str]) -> None:

@@ -22,9 +22,15 @@ function drawScene(pen, theme, form, now) {
   if (contact < 0) return;
   const x = px(now.shapes[contact][0]), edge = (form.scene[contact].size[0] * scale) / 2;
   arrow(pen, theme, x, py(-0.3), -now.friction * now.perForce * scale, 0);
-  pen.text(x - Math.sign(-now.friction || 1) * 6, py(-0.3), "R", { fill: theme.ink, size: 12, align: now.friction > 0 ? "left" : "right", base: "middle" });
+  letter(pen, theme, x - Math.sign(-now.friction || 1) * 11, py(-0.3), "R");
   arrow(pen, theme, x + 0.8 * edge, py(-0.02), 0, Math.max(0, now.load) * now.perLoad * scale);
-  pen.text(x + 0.8 * edge + 7, py(-0.2), "N", { fill: theme.ink, size: 12, base: "middle" });
+  letter(pen, theme, x + 0.8 * edge + 12, py(-0.2), "N");
+}
+
+// Beside an arrow, on paper of its own: the numbers of the ground may stand there.
+function letter(pen, theme, x, y, text) {
+  pen.box(x - 6, y - 8, 12, 16, theme.paper);
+  pen.text(x, y, text, { fill: theme.ink, size: 12, align: "center", base: "middle" });
 }
 
 // Where the motion began.
