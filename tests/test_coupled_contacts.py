@@ -11,6 +11,7 @@ import vibrocap as vc
 from coupled_motions import LinkageMotion, WormMotion
 from thinned import exhaustive_but
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.coupled_contact import determinant, eliminated
 
 COULOMB, UNEVEN = vc.Coulomb(0.1, 0.1), vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=2.0)
 LINKAGE_DRIVE = vc.Biharmonic(amplitude=0.5, frequency=1.3, second_amplitude=0.15, second_phase=0.5)
@@ -192,6 +193,18 @@ def ways(machine, friction, state, level, push=0.0):
     around = vc.Environment(force=push)
     system = vc.System(machine, vc.Coulomb(friction, friction), vc.Constant(level), environment=around)
     return len(vc.contact_modes(system, state))
+
+
+def test_linear_problems_of_contacts_are_solved_and_their_quotients_told():
+    draw = np.random.default_rng(3)
+    for n in (1, 2, 3, 4):
+        rows = draw.uniform(-0.4, 0.4, (n, n)) + np.eye(n)
+        columns = draw.uniform(-1.0, 1.0, (2, n))
+        found, quotients = eliminated(rows.tolist(), columns.tolist())
+        assert np.array(found) == pytest.approx(np.linalg.solve(rows, columns.T).T, rel=1e-12, abs=1e-14)
+        assert len(quotients) == n * (n - 1) // 2 + 2 * n
+        assert quotients[-n:] == found[-1]
+        assert determinant(rows.tolist()) == pytest.approx(np.linalg.det(rows), rel=1e-12)
 
 
 def test_there_is_one_way_to_go_on_for_every_force_exactly_where_all_determinants_are_positive():
