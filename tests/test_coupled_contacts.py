@@ -11,6 +11,7 @@ import vibrocap as vc
 from coupled_motions import LinkageMotion, WormMotion
 from thinned import exhaustive_but
 from vibrocap.physics.catalogue import machines
+from vibrocap.physics.coupled_contact import CoupledContact, determinant, eliminated
 
 COULOMB, UNEVEN = vc.Coulomb(0.1, 0.1), vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=2.0)
 LINKAGE_DRIVE = vc.Biharmonic(amplitude=0.5, frequency=1.3, second_amplitude=0.15, second_phase=0.5)
@@ -244,6 +245,27 @@ def ways(machine, friction, state, level, push=0.0):
     around = vc.Environment(force=push)
     system = vc.System(machine, vc.Coulomb(friction, friction), vc.Constant(level), environment=around)
     return len(vc.contact_modes(system, state))
+
+
+def test_a_coupled_contact_holds_what_it_slides_with_under_its_load_each_way():
+    """0.1 N forward and 0.2 N back, of a law whose static level is its sliding one; what is left of both is told."""
+    contact = CoupledContact(2, UNEVEN, 1.0, 0.0, (0.0,), 0.05, 1.0, None, normal=1.5, usual=2.0)
+    assert contact.middle + contact.limit == pytest.approx(0.1 * 1.5, rel=1e-15)
+    assert contact.middle - contact.limit == pytest.approx(-0.2 * 1.5, rel=1e-15)
+    forward, back = ((0.1 * 1.5 - 0.05) / (0.15 * 2.0), (0.05 + 0.2 * 1.5) / (0.15 * 2.0))
+    assert contact._margins() == pytest.approx((forward, back), rel=1e-12)
+
+
+def test_linear_problems_of_contacts_are_solved_and_their_quotients_told():
+    draw = np.random.default_rng(3)
+    for n in (1, 2, 3, 4):
+        rows = draw.uniform(-0.4, 0.4, (n, n)) + np.eye(n)
+        columns = draw.uniform(-1.0, 1.0, (2, n))
+        found, quotients = eliminated(rows.tolist(), columns.tolist())
+        assert np.array(found) == pytest.approx(np.linalg.solve(rows, columns.T).T, rel=1e-12, abs=1e-14)
+        assert len(quotients) == n * (n - 1) // 2 + 2 * n
+        assert quotients[-n:] == found[-1]
+        assert determinant(rows.tolist()) == pytest.approx(np.linalg.det(rows), rel=1e-12)
 
 
 def test_there_is_one_way_to_go_on_for_every_force_exactly_where_all_determinants_are_positive():

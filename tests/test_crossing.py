@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import types
 
 import numpy as np
 import pytest
@@ -157,6 +158,41 @@ def test_a_bracket_in_which_a_motion_is_lost_is_said(monkeypatch):
 
 
 @pytest.mark.slow
+class Bent:
+    """A difference 3 d + 2 10^4 d^3 of the distance d from a place, which ten times the tolerance moves by 1e-9."""
+
+    measure, tolerance, lost = "drift", 1e-12, -1
+
+    def __init__(self, place):
+        self.place, self.asked = place, 0
+
+    def followed(self, motions, at, tolerance=1e-12):
+        self.asked += 1
+        shift = 0.0 if tolerance == self.tolerance else 1e-9
+        return None if self.asked == self.lost else (types.SimpleNamespace(at=at + shift, value=lambda measure: at),)
+
+    def of(self, motions):
+        away = motions[0].at - self.place
+        return 3.0 * away + 2e4 * away**3 + 1e-30  # nowhere exactly zero
+
+
+def test_a_crossing_in_a_narrow_bracket_is_located_as_sharply_as_in_a_wide_one():
+    """The bracket to rounding of its own width, and the slope from points as near as that width tells."""
+    for width in (0.02, 3.0):
+        bent = Bent(0.3 * width)
+        ends = [(at, bent.followed((), at)) for at in (0.0, width)]
+        found = crossing_bracket.located(bent, *ends)  # type: ignore[arg-type]
+        assert (found.kind, found.values) == (CrossingKind.CROSSING, (found.at,))
+        assert found.at == pytest.approx(0.3 * width, rel=1e-12)
+        assert found.bracket[1] - found.bracket[0] <= 1.01 * crossing_bracket.NARROW * width
+        assert found.slope == pytest.approx(3.0 + 2e4 * (1e-3 * width) ** 2, rel=1e-9)
+        assert found.error == pytest.approx(found.bracket[1] - found.bracket[0] + 3e-9 / found.slope, rel=1e-5)
+    for lost in range(1, 4):  # of the last motions, at the place itself and beside it
+        again = Bent(0.3 * width)
+        ends, again.lost = [(at, again.followed((), at)) for at in (0.0, width)], bent.asked + 1 - lost
+        assert crossing_bracket.located(again, *ends).kind is CrossingKind.LOST  # type: ignore[arg-type]
+
+
 def test_a_state_that_one_law_has_is_given_to_that_one():
     lm, em = capsule("lugre"), capsule("exponential")
     start = START | {"bristle": 0.0026}
