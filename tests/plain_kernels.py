@@ -57,11 +57,8 @@ def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel
     recorded = equations(system)
     states = len(recorded.rates)
     switches = len(recorded.switches)
-    imposed = len(recorded.imposed_velocities)
-    layout = Layout(
-        lanes, states, states, order, len(recorded.parameter_paths), switches=switches, imposed=imposed
-    )
-    text = linked_source(generated_source(recorded, layout), motion_recipe(recorded.hold is None, switches > 0))
+    layout = Layout(lanes, states, states, order, len(recorded.parameter_paths), switches=switches)
+    text = linked_source(generated_source(recorded, layout), motion_recipe(recorded.maybe_stiff, switches > 0))
     kernel = PlainKernel(plain_kernel(text), layout, recorded, text, *layout.allocated())
     for lane in range(lanes):
         set_lane(kernel, system, lane)

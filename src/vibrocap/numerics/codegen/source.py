@@ -26,6 +26,12 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         **layout.constants(),
         "SET_VALUED": equations.hold is not None,
         "KINKED": equations.kinked,
+        "MAYBE_STIFF": equations.maybe_stiff,
+        "SEVERAL": equations.several,
+        "TURNING": tuple(equations.turning.get(i, (-1,))[0] for i in range(len(equations.guards))) or (-1,),
+        "SIDES_AT_REST": equations.sides_at_rest or (-1,),
+        "SIDES_COUNT": len(equations.sides_at_rest),
+        "STICKS": equations.sticks,
         "BASE": equations.base,
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
@@ -40,6 +46,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     if velocity_is_state(equations):
         constants["VELOCITY"] = series + equations.contact_state * row_size
     constants["IMPOSED"] = series + (layout.rows + 4 + layout.switches) * row_size
+    constants["SHIFT"] = constants["IMPOSED"] + layout.imposed * row_size
     if not layout.coefficients:
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
@@ -113,13 +120,14 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             writer.lines.append(f"unloaded = {unloaded}")
             most = writer.entry("UNLOADED")
             put("UNLOADED", f"where(unloaded > {most}, unloaded, {most})" if simd else f"max({most}, unloaded)")
-        if k == 1 and equations.hold is None:
+        if k == 1 and equations.maybe_stiff:
             put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
         for i, guard in enumerate(equations.guards):
-            moves = k == 0 or (located[i] and k < order)
+            moves = k == 0 or (located[i] and k < order) or i in equations.turning
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
-        for i, velocity in enumerate(equations.imposed_velocities, start=rows + 4 + len(equations.guards)):
+        own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
+        for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
             keep(i, k, writer.coefficient(velocity.index, k))
     body = [*head, *writer.lines]
     if simd:
@@ -181,7 +189,7 @@ def _paired(coefficients: list[str], name: str) -> list[str]:
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
-    """`rates`, `contact_velocity` and `imposed_velocities` of one lane."""
+    """`rates`, `contact_velocity` and `shifts` of one lane."""
     writer = ScalarWriter(equations.graph)
     body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
     rates = ["def rates(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
@@ -190,8 +198,12 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
     head = "def contact_velocity(floats, t, point, lane):"
     contact = [head, *_indented([*writer.lines, f"return {velocity}"], 4), ""]
     writer = ScalarWriter(equations.graph)
-    body = [f"floats[out + {i}] = {writer.name(each)}" for i, each in enumerate(equations.imposed_velocities)]
-    head = "def imposed_velocities(floats, t, point, lane, out):"
+    body = []
+    for shift in equations.shifts:
+        slope = derivative(shift, -1)
+        for value in (shift, slope, derivative(slope, -1)):
+            body.append(f"floats[out + {len(body)}] = {writer.name(value)}")
+    head = "def shifts(floats, t, lane, out):"
     imposed = [*writer.lines, *body] if body else ['"""There is none."""']
     return "\n".join([*rates, *contact, head, *_indented(imposed, 4), ""])
 

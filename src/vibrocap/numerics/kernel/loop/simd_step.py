@@ -32,14 +32,18 @@ from vibrocap.numerics.kernel.generated import (
     LANES,
     LIMIT,
     LIMIT_CONSTANT,
+    MAYBE_STIFF,
     ORDER,
     PATIENCE,
     PERIOD,
     ROWS,
     SERIES,
     SET_VALUED,
+    SEVERAL,
     SHARP,
     SIDE,
+    SIDES_AT_REST,
+    SIDES_COUNT,
     SPARSE,
     STATE,
     STATUS,
@@ -50,6 +54,7 @@ from vibrocap.numerics.kernel.generated import (
     SWITCHES,
     TAYLOR_STEPS,
     TIME,
+    TURNING,
     TOLERANCE,
     UNTIL,
     VELOCITY,
@@ -101,18 +106,24 @@ def step_simd(floats, ints, trace, running):
     if KINKED:
         change = abs(load(floats, VELOCITY + LANES)) * longest
         moving = running & (0.1 * (abs(start) + change) >= load(floats, TOLERANCE))
-    if not SET_VALUED:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
+    if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
         gentle = gentle | whole_above(ints, ZEROS, 0) | (longest >= remaining)
         moving = moving & whole_equal(ints, STIFF, 0) & (gentle | whole_above(ints, PATIENCE, 1))
+        if SEVERAL:
+            moving = moving & (gentle | ~rest_simd(floats, side))
         longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     plain = plain & ~whole_above(ints, ZEROS, 2) & whole_equal(ints, ARRIVING, 0)
     plain = tangents_wait(ints, plain)
     for i in range(SWITCHES):
-        plain = plain & within_piece(floats, SWITCH + i * (ORDER + 1) * LANES, h)
+        row = SWITCH + i * (ORDER + 1) * LANES
+        plain = plain & within_piece(floats, row, h)
+        if SEVERAL and TURNING[i] >= 0:
+            change = abs(load(floats, row + LANES)) * longest
+            plain = plain & (0.1 * (abs(load(floats, row)) + change) >= load(floats, TOLERANCE))
     event = plain & ~plain
     if KINKED or SET_VALUED:
         one = whole_equal(ints, ZEROS, 1)
@@ -142,7 +153,7 @@ def step_simd(floats, ints, trace, running):
     elif SHARP:
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
     end = series_values(floats, VELOCITY, h)
-    if not SET_VALUED:
+    if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     move_simd(floats, ints, trace, plain, h, end)
     finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
@@ -156,6 +167,8 @@ def within_piece(floats, row, h):
     all others, which is largest at the end of the step.
     """
     others = abs(load(floats, row + (ORDER - 1) * LANES))
+    if SEVERAL:  # the last coefficient is one of velocities only, but for a slope that makes the bound no smaller
+        others = others + abs(load(floats, row + ORDER * LANES)) * h
     for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     first = load(floats, row)
@@ -165,6 +178,14 @@ def within_piece(floats, row, h):
     early = first + second * (1.0 / 3.0)
     late = early + (second + third) * (1.0 / 3.0)
     return lesser(lesser(first, early), lesser(late, first + second + third + fourth)) > 0.0
+
+
+def rest_simd(floats, side):
+    """Where a contact sticks, of several."""
+    rests = side == 0.0
+    for i in range(SIDES_COUNT):
+        rests = rests | (load(floats, STATE + SIDES_AT_REST[i] * LANES) == 0.0)
+    return rests
 
 
 def ahead_simd(floats, side, stuck, one, two, h):
@@ -264,7 +285,7 @@ def move_simd(floats, ints, trace, plain, h, end):
     whole_set(ints, ZEROS, 0, plain)
     whole_set(ints, IDLE, 0, plain)
     whole_add(ints, TAYLOR_STEPS, 1, plain)
-    if not SET_VALUED:
+    if MAYBE_STIFF:
         whole_add(ints, PATIENCE, -1, plain)
 
 
