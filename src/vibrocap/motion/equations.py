@@ -39,7 +39,9 @@ class Equations:
     internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
     resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
     imposed_velocities: tuple[Expression, ...]  # of further contacts, where they are no states
-    shifts: tuple[Expression, ...]  # of all contacts, these velocities less the state that they share: functions of time
+    shifts: tuple[
+        Expression, ...
+    ]  # of all contacts, these velocities less the state that they share: functions of time
     pinned: tuple[Expression, ...]  # velocities that decide the state of the first contact where one of them is zero
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
@@ -244,9 +246,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         maybe_stiff=any(law.kind != "set-valued" for law in (system.friction, *system.further_laws)),
         several=bool(flow.further),
         turning=_turning(system, flow, expression),
-        sides_at_rest=tuple(
-            system.state_names.index(f"side_{each.number}") for each in flow.further if each.sticks
-        ),
+        sides_at_rest=tuple(system.state_names.index(f"side_{each.number}") for each in flow.further if each.sticks),
         sticks=tuple(int(law.kind == "set-valued") for law in (system.friction, *system.further_laws)),
         observables={name: expression(value) for name, value in observables.items()},
         base=len(flow.rates),

@@ -151,7 +151,9 @@ class Layout:
     switches: int = 0  # guards of the branches of law and machine, and bounds
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
     imposed: int = 0  # velocities of further contacts that are no states
-    shifts: int = 0  # of these and that of the first contact, where a contact may be stiff: what each is ahead of a state
+    shifts: int = (
+        0  # of these and that of the first contact, where a contact may be stiff: what each is ahead of a state
+    )
 
     @property
     def measured(self) -> int:
@@ -203,10 +205,10 @@ class Layout:
 
     @property
     def work_size(self) -> int:
-        """Work space of the event search, then that of the implicit step (Jacobian, matrix, stages, velocities)."""
+        """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities, guards."""
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
-        implicit += 1 + 3 * self.shifts
+        implicit += 1 + 3 * self.shifts + 2 * self.switches
         return self.event_work_size + implicit
 
     @property

@@ -32,8 +32,8 @@ from vibrocap.numerics.kernel.generated import (
     SWITCH,
     SWITCHES,
     TIME,
-    TURNING,
     TOLERANCE,
+    TURNING,
     VELOCITY,
     WORK,
     contact_velocity,
@@ -43,7 +43,7 @@ from vibrocap.numerics.kernel.generated import (
 )
 from vibrocap.numerics.kernel.interface import interpolated_guards
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.taylor import series_value, through_five
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five
 
 STAGES = 8
 GAMMA = 0.21193756319429014
@@ -98,6 +98,7 @@ TIME_WEIGHTS = np.array(
 )
 
 SURE = 0.03  # share of a velocity that its error may have where its sign counts
+BEYOND_DOUBT = 1e9
 ROUNDING_NOISE = 1e-14  # of a state, over its natural size
 WIDTH = STATES + 1
 # Places in the work space, after that of the event search: the Jacobian outlives a search.
@@ -106,7 +107,8 @@ MATRIX = JACOBIAN + ROWS * WIDTH
 STAGE = MATRIX + STATES * STATES
 POINT = STAGE + STAGES * ROWS
 RATE = POINT + ROWS
-REFERENCE = RATE + ROWS  # of velocities that are no states: number of the one that is followed, then all of them
+REFERENCE = RATE + ROWS  # of velocities at imposed distances: number of the one that is followed, then all of them
+GUARDS = REFERENCE + 1 + 3 * SHIFTS  # at two states
 
 
 def factorise(floats):
@@ -296,15 +298,19 @@ def doubt_of_signs(floats, lane, h):
     for i in range(SWITCHES):
         if TURNING[i] >= 0:
             row = SWITCH + i * (ORDER + 1) * LANES + lane
-            scale = floats[SCALE + TURNING[i] * LANES + lane]
-            doubt = max(doubt, doubt_of_sign(floats, TURNING[i], lane, scale, floats[row], series_value(floats, row, h)))
+            scale, start, end = floats[SCALE + TURNING[i] * LANES + lane], floats[row], series_value(floats, row, h)
+            doubt = max(doubt, doubt_of_sign(floats, TURNING[i], lane, scale, start, end))
+            if not (start > 0.0) and end < -NO_SPEED:
+                doubt = BEYOND_DOUBT  # it turned where the step starts, which rounding hid: explicit steps tell
     return doubt
 
 
 def doubt_of_sign(floats, state, lane, unit, start, end):
     """The same of one, from `start` to `end` in this unit, which moves as the state does."""
     error = abs(floats[STAGE + (STAGES - 1) * ROWS + state])
-    return error / (SURE * unit * (abs(start) + abs(end - start)) + ROUNDING_NOISE * floats[SCALE + state * LANES + lane])
+    return error / (
+        SURE * unit * (abs(start) + abs(end - start)) + ROUNDING_NOISE * floats[SCALE + state * LANES + lane]
+    )
 
 
 def implicit_step(floats, ints, lane, longest):

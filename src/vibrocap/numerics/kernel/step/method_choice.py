@@ -73,7 +73,7 @@ def chosen_step(floats, ints, lane, remaining):
     else:
         longest = min(remaining, REACH * time_to_rest(floats, lane))
         h = implicit_step(floats, ints, lane, longest)
-        if SEVERAL and (h == 0.0 or h < floats[EXPLICIT_STEP + lane] and h < remaining):
+        if SEVERAL and (h == 0.0 or (h < floats[EXPLICIT_STEP + lane] and h < remaining)):
             leave_implicit(ints, lane)
             return -1.0
     if ints[PATIENCE + lane] <= 0:
@@ -83,6 +83,8 @@ def chosen_step(floats, ints, lane, remaining):
         if lost or reach * spectral_radius(floats, ints, lane) < STABILITY:
             ints[STIFF + lane] = 0
             ints[PATIENCE + lane] = rest_steps(ints, lane) if lost else LOOK
+            if SEVERAL:
+                return -1.0  # made anew: an explicit step may end with an event
     return h
 
 

@@ -39,8 +39,8 @@ from vibrocap.numerics.kernel.generated import (
     STATES,
     SWITCH,
     SWITCHES,
-    TURNING,
     TOLERANCE,
+    TURNING,
     VELOCITY,
     ZEROS,
 )
@@ -108,12 +108,10 @@ def near_turning(floats, lane, h):
 
 def one_rests(floats, lane):
     """Whether a contact sticks, of several."""
-    if SET_VALUED and floats[SIDE + lane] == 0.0:
-        return True
+    rests = SET_VALUED and floats[SIDE + lane] == 0.0
     for i in range(SIDES_COUNT):
-        if floats[STATE + SIDES_AT_REST[i] * LANES + lane] == 0.0:
-            return True
-    return False
+        rests = rests or floats[STATE + SIDES_AT_REST[i] * LANES + lane] == 0.0
+    return rests
 
 
 def stabilised_step(floats, lane, longest):

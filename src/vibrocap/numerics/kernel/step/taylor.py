@@ -23,8 +23,8 @@ from vibrocap.numerics.kernel.generated import (
     SWITCH,
     SWITCHES,
     TIME,
-    TURNING,
     TOLERANCE,
+    TURNING,
     VELOCITY,
     ZEROS,
 )
