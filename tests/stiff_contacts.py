@@ -235,8 +235,8 @@ MOTIONS = {
     "crawler ageing ageing": 1.0,
     "worm coulomb ageing": 1.0,
     "worm ageing ageing": 1.0,
-    "worm coulomb coulomb ageing": 0.6,
-    "worm coulomb lugre": 0.2,
+    "worm coulomb ageing ageing": 0.3,
+    "worm coulomb lugre": 0.6,
     "worm lugre lugre": 0.3,
 }  # machine and laws, and for how many periods
 
