@@ -11,7 +11,7 @@ export PYTHONDONTWRITEBYTECODE =
 # A worker begins with its half of the files, so that few kernels and kept motions are made twice, and helps at the end.
 TESTS := $(BIN)/python -m pytest -q -n $(JOBS) --dist worksteal
 
-.PHONY: help reproduce test test-slow torture lint format type bench docs site links all lock clean
+.PHONY: help reproduce test test-slow test-exhaustive torture lint format type bench docs site links all lock clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -24,7 +24,10 @@ test: $(READY) ## the tests, without the slow ones
 	@$(TESTS)
 
 test-slow: $(READY) ## the slow tests alone
-	@$(TESTS) -m slow || [ $$? -eq 5 ] # 5: there is none
+	@$(TESTS) -m 'slow and not exhaustive' || [ $$? -eq 5 ] # 5: there is none
+
+test-exhaustive: $(READY) ## the long rest of tables of which the others run a part: before a release
+	@$(TESTS) -m exhaustive
 
 torture: $(READY) ## kills, damage, full disks, fuzzed cases and commands: ten minutes (docs/trust.md)
 	@$(BIN)/python -m torture

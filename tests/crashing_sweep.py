@@ -21,7 +21,7 @@ from pathlib import Path
 import cheap_ensemble
 import vibrocap as vc
 import vibrocap.studies.plan.code_version
-import vibrocap.studies.store.zarr_files
+import vibrocap.studies.store.store
 import vibrocap.studies.sweep
 
 importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble

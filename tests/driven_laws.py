@@ -7,7 +7,7 @@ from unittest import mock
 
 import numpy as np
 
-from vibrocap.laboratory.driven_equations import driven_equations
+from vibrocap.laboratory.driven import driven_equations
 from vibrocap.numerics.codegen.driven_step import driven_source
 from vibrocap.numerics.linker.link import linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import DRIVEN

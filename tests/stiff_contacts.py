@@ -235,7 +235,6 @@ MOTIONS = {
     "crawler ageing ageing": 1.0,
     "worm coulomb ageing": 1.0,
     "worm ageing ageing": 1.0,
-    "worm coulomb ageing ageing": 0.3,
     "worm coulomb lugre": 0.6,
     "worm lugre lugre": 0.3,
 }  # machine and laws, and for how many periods

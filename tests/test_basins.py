@@ -13,8 +13,7 @@ from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD,
 from vibrocap.orbits.attractors.basins import Basins, basins
 from vibrocap.orbits.attractors.classification import MotionClass
 from vibrocap.orbits.maps import settling_runs
-from vibrocap.orbits.maps.drive_phase import at_next_section
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section
 
 PLANE = {"angle": (-3.0, 3.0), "angle_rate": (-3.0, 3.0)}
 
@@ -243,7 +242,8 @@ def test_drift_and_direction_of_every_kind_of_start():
 
 @pytest.mark.slow
 def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
-    from vibrocap.plotting.basins import basin_figure, plot_basins
+    from vibrocap.plotting.basins import PRINT, basin_figure
+    from vibrocap.plotting.style import save
 
     given = drawn()
     figure = basin_figure(given)
@@ -253,8 +253,8 @@ def test_picture_shows_both_what_travels_and_what_has_no_value(tmp_path):
     hatches = {patch.get_hatch() for patch in figure.axes[0].patches}
     assert len(hatches) == 3  # one for each kind of cell without a value
     assert "t₀/T" in " ".join(text.get_text() for text in figure.texts)
-    one = plot_basins(given, tmp_path / "one.png").read_bytes()
-    assert one == plot_basins(given, tmp_path / "two.png").read_bytes()
+    one = save(basin_figure(given), tmp_path / "one.png", PRINT).read_bytes()
+    assert one == save(basin_figure(given), tmp_path / "two.png", PRINT).read_bytes()
     kept = np.where(given.label == 2, 0, given.label)
     single = dataclasses.replace(
         given, label=kept, attractors=given.attractors[:2], drift=np.where(kept == 0, 0.16, given.drift)

@@ -12,6 +12,7 @@ from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import SpecialKind, SpecialPoint
 from vibrocap.orbits.maps.itinerary import WordChange
 from vibrocap.plotting import branches as branch_plots
+from vibrocap.plotting.style import save
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 OVER, BETWEEN = "drive.amplitude", (1.0, 3.0)
@@ -83,11 +84,11 @@ def test_stable_is_solid_and_twins_are_drawn():
 
 @pytest.mark.slow
 def test_picture_is_written_for_one_and_for_several(tmp_path):
-    one = branch_plots.plot_branches(diagram(), tmp_path / "one.png")
-    two = branch_plots.plot_branches([diagram(), diagram()], tmp_path / "two.svg", "drift", multipliers=True)
+    one = save(branch_plots.branch_figure(diagram()), tmp_path / "one.png")
+    two = save(branch_plots.branch_figure([diagram(), diagram()], "drift", multipliers=True), tmp_path / "two.svg")
     assert one.stat().st_size > 10_000
     text = two.read_text()
-    again = branch_plots.plot_branches([diagram(), diagram()], tmp_path / "again.svg", "drift", multipliers=True)
+    again = save(branch_plots.branch_figure([diagram(), diagram()], "drift", multipliers=True), tmp_path / "again.svg")
     assert again.read_text() == text
 
 
@@ -117,15 +118,15 @@ def test_places_where_travel_begins_and_ends_bear_their_parameter():
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
     with pytest.raises(ValueError, match="swept should be a diagram for each panel"):
-        branch_plots.plot_branches(diagram(), tmp_path / "x.png", swept=[swept("machine.stiffness")])
+        save(branch_plots.branch_figure(diagram(), swept=[swept("machine.stiffness")]), tmp_path / "x.png")
     with pytest.raises(ValueError, match="swept should be a diagram for each panel"):
-        branch_plots.plot_branches([diagram(), diagram()], tmp_path / "x.png", swept=[swept()])
+        save(branch_plots.branch_figure([diagram(), diagram()], swept=[swept()]), tmp_path / "x.png")
     with pytest.raises(ValueError, match="quantity should be one of mean_velocity, drift, period, got 'speed'"):
-        branch_plots.plot_branches(diagram(), tmp_path / "x.png", "speed")
+        save(branch_plots.branch_figure(diagram(), "speed"), tmp_path / "x.png")
     with pytest.raises(ValueError, match="at least one branch"):
-        branch_plots.plot_branches([], tmp_path / "x.png")
+        save(branch_plots.branch_figure([]), tmp_path / "x.png")
     with pytest.raises(ValueError, match="held to its place"):
-        branch_plots.plot_branches(branch([1.0, 2.0], [np.nan] * 2, [True] * 2), tmp_path / "x.png")
+        save(branch_plots.branch_figure(branch([1.0, 2.0], [np.nan] * 2, [True] * 2)), tmp_path / "x.png")
 
 
 def test_branch_in_words_and_as_a_table():

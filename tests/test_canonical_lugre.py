@@ -117,6 +117,7 @@ def test_no_creep_about_zero():
     assert not found.creeps
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_ten_thousand_cycles():
     """LuGre's drift is measured, the elasto-plastic block stays: by no more than rounding."""

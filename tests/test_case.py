@@ -94,7 +94,8 @@ def test_text_reads_back_equal_to_the_last_bit(machine, law, drive):
             vc.System(moving, part(laws()[law]), driving)
         return
     system = vc.System(moving, part(laws()[law]), driving)
-    case = Case(system, dict.fromkeys(system.state_names, -1e-17 / 3), periods=7 / 3, tolerance=1e-9 / 3)
+    start = dict.fromkeys(system.state_names, -1e-17 / 3) | dict.fromkeys(system.switched, -1.0)
+    case = Case(system, start, periods=7 / 3, tolerance=1e-9 / 3)
     assert case_from_text(case_text(case)) == case
 
 

@@ -10,8 +10,8 @@ from scipy.special import erfinv
 
 from vibrocap.case.case import case_from_text
 from vibrocap.cli import main as cli
-from vibrocap.cli.fit import fit
-from vibrocap.cli.fit_request import by_option, is_refusal
+from vibrocap.cli.commands.fit import fit
+from vibrocap.cli.commands.fit_request import by_option, is_refusal
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.identification.fitting import steady_fit as steady_fits
@@ -146,9 +146,9 @@ def test_a_contact_that_turns_is_fitted_in_its_own_units(folder, capsys):
 
 @pytest.mark.slow
 def test_a_step_of_the_speed_goes_through_the_machines_spring(folder, capsys):
-    from vibrocap.identification.problem.spring_prediction import _pulled
+    from vibrocap.identification.fitting.spring_fit import _pulled
     from vibrocap.identification.problem.velocity_step import Step
-    from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+    from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing
 
     law = RateAndStateAgeing(
         reference_coefficient=0.6, direct_effect=0.008, evolution_effect=0.009, critical_distance=8e-6,
@@ -178,7 +178,8 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
     from vibrocap.identification.experiments.motions import ramp
     from vibrocap.physics.friction.exponential import Exponential
     from vibrocap.physics.friction.stribeck import Stribeck
-    from vibrocap.plotting.fits import match_figure, plot_match
+    from vibrocap.plotting.fits import match_figure
+    from vibrocap.plotting.style import save
 
     for over in ({"velocity": (0.01, 1.0)}, {"motion": ramp(0.5, 4.0, 100)}):
         found = match("exponential", Stribeck(), starts=2, **over)
@@ -187,7 +188,7 @@ def test_a_match_is_drawn_with_the_difference_that_remains(tmp_path):
         remaining = axes[-1].get_lines()[0].get_ydata()
         assert np.abs(remaining).max() == pytest.approx(found.largest)
         assert found.largest > 0
-    assert plot_match(found, tmp_path / "match.png").stat().st_size > 10_000
+    assert save(match_figure(found), tmp_path / "match.png").stat().st_size > 10_000
     assert isinstance(found.law, Exponential)
 
 
@@ -224,7 +225,7 @@ def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_picture_shows_records_and_parameters(folder):
     from vibrocap.plotting.fits import fit_figure, residual_figure
-    from vibrocap.records.readers import read_records
+    from vibrocap.records.reading.readers import read_records
 
     records = read_records(["wide.csv", "narrow.csv"])
     found = steady_fits.steady_fit(records, "exponential", held_out="narrow")

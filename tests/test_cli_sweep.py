@@ -412,6 +412,7 @@ def test_plot_names_what_it_cannot_draw(case, cheap, capsys):
     assert Path("line.svg").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_exported_study_is_drawn(case, cheap):
     assert command("sweep", case, "--over", MASS, "--over", TORQUE, "--export", "map.nc") == OK
     assert command("plot", "map.nc") == OK

@@ -15,6 +15,7 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of
+from thinned import exhaustive_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import Compiled, Refused, compiled, host, ir, object_code
 from vibrocap.numerics.compiler.subset import parsed
@@ -284,7 +285,10 @@ def test_vectors_on_the_stack_are_aligned_where_they_are():
 # --- whole kernels ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
+@pytest.mark.parametrize(
+    "law",
+    [pytest.param(vc.Exponential(), id="exponential", marks=pytest.mark.slow), pytest.param(vc.LuGre(), id="lugre")],
+)
 def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypatch):
     """Every piece and every event, to the last bit."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))
@@ -319,7 +323,7 @@ ENTRY = {motion: "advance", ensemble: "advance_ensemble"}
 @pytest.mark.parametrize(
     ("law", "lanes"),
     [
-        pytest.param(vc.Dahl(), 0, id="one motion"),
+        pytest.param(vc.Dahl(), 0, id="one motion", marks=pytest.mark.slow),
         pytest.param(vc.LuGre(), 0, id="one stiff motion", marks=pytest.mark.slow),
         pytest.param(vc.LuGre(), None, id="lanes", marks=pytest.mark.slow),
     ],
@@ -350,8 +354,11 @@ def test_the_quick_way_gives_the_bits_of_the_long_one(law, lanes, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lanes", [1, None], ids=["one by one", "simd"])
-@pytest.mark.parametrize("law", [vc.Exponential(), vc.LuGre()], ids=["exponential", "lugre"])
+@pytest.mark.parametrize(
+    ("law", "lanes"),
+    exhaustive_but([0, 3], [(vc.Exponential(), 1), (vc.Exponential(), None), (vc.LuGre(), 1), (vc.LuGre(), None)]),
+    ids=["exponential-one by one", "exponential-simd", "lugre-one by one", "lugre-simd"],
+)
 def test_an_ensemble_without_fused_operations_is_that_of_plain_python(law, lanes, monkeypatch):
     system = vc.System(vc.PendulumCapsule(), law, vc.Harmonic())
     recorded = equations(system)

@@ -155,6 +155,7 @@ def test_a_bracket_in_which_a_motion_is_lost_is_said(monkeypatch):
     assert "raise `periods`" in str(found)
 
 
+@pytest.mark.slow
 def test_a_state_that_one_law_has_is_given_to_that_one():
     lm, em = capsule("lugre"), capsule("exponential")
     start = START | {"bristle": 0.0026}
@@ -291,7 +292,7 @@ def test_command_refuses_what_makes_no_sense(case, arguments, complaint, capsys)
 
 
 def test_another_law_takes_over_what_both_have():
-    from vibrocap.cli.orbit import _other
+    from vibrocap.cli.commands.orbit import _other
 
     given = capsule("exponential").with_parameters({"friction.static_coefficient": 0.6})
     assert _other(given, "friction.law=lugre").friction == vc.LuGre(static_coefficient=0.6)

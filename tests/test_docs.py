@@ -234,6 +234,7 @@ def test_a_tutorial_is_kept_without_results_and_begins_by_installing(notebook):
     assert 'find_spec("vibrocap") is None' in "".join(code[0]["source"])
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 @pytest.mark.parametrize("notebook", TUTORIALS, ids=lambda path: path.stem)
 def test_a_tutorial_runs_from_top_to_bottom(notebook, workplace):

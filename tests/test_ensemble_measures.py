@@ -9,7 +9,7 @@ import pytest
 
 import vibrocap as vc
 from signals import Signal, made_up_motion
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.measures.during_run import SYNONYMS, resolved
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
@@ -20,6 +20,7 @@ from vibrocap.numerics.run import ensemble as numerics
 from vibrocap.numerics.run import replay
 from vibrocap.numerics.run.motion import recorded_run
 from vibrocap.numerics.run.results import RunResults
+from vibrocap.physics.catalogue import machines
 
 BRIDGE = importlib.import_module("vibrocap.measures.ensemble")  # whose name in the package is the function's
 LAWS = {"exponential": vc.Exponential(), "lugre": vc.LuGre()}
@@ -111,7 +112,7 @@ def window_of(motion):
     return (done - WINDOW) * motion.period, done * motion.period
 
 
-@pytest.mark.parametrize("name", slow_but([2], [*MOTIONS]))
+@pytest.mark.parametrize("name", slow_but([2], exhaustive_but([2, 3], [*MOTIONS])))
 class TestAgainstArrays:
     """Six points per piece against twelve or sixteen, which are exact to rounding.
 
@@ -336,6 +337,26 @@ def test_names_that_measures_have_elsewhere_lead_to_them():
             resolved(name)
     with pytest.raises(ValueError, match="did you mean 'mean_velocity'"):
         vc.crossing(SYSTEM, "Average speed", "machine.mass_ratio", (1.0, 2.0))
+
+
+@pytest.mark.parametrize("kind", sorted(machines()))
+def test_every_measure_that_a_system_has_can_be_asked_for(kind):
+    """By name and as it stands in the table, those of further contacts and of laws of one's own included."""
+    laws = {"friction_2": Named()} if machines()[kind].contacts else {}
+    system = vc.System(machines()[kind](), Named(), vc.Harmonic(), **laws)
+    table = vc.measure_table(system)
+    assert "largest_strain" in table
+    assert ("largest_strain_2" in table) == bool(laws)
+    asked, _ = resolved(list(table), system)
+    assert asked == tuple(table.values()) == resolved(table.values(), system)[0]
+    with pytest.raises(ValueError, match="no measure 'largest_strain'"):
+        resolved("largest_strain")
+
+
+class Named(vc.Dahl):
+    """A law whose state no law of the package has."""
+
+    internal = ("strain",)
 
 
 def test_what_is_derived_comes_after_what_it_needs():

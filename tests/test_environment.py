@@ -12,7 +12,7 @@ import pytest
 import vibrocap as vc
 from independent import until_switch
 from law_instances import LAWS
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
 from vibrocap.contracts.samples import draws, machine_draw, random_internal
@@ -316,7 +316,7 @@ def test_the_acceleration_comes_from_the_balance_of_momentum(system):
 
 
 @pytest.mark.slow  # a kernel each; the balances of all systems are tested state by state above
-@pytest.mark.parametrize("system", IN_TURN, ids=LABELS_IN_TURN)
+@pytest.mark.parametrize("system", exhaustive_but(range(0, len(IN_TURN), 3), IN_TURN), ids=LABELS_IN_TURN)
 def test_balances_of_motions_close(system):
     motion = vc.simulate(system, periods=5, initial={system.machine.contact_state: 0.3})
     assert motion.status.ok or motion.status.value in ("lift off", "paradox", "stop reached")
@@ -325,6 +325,7 @@ def test_balances_of_motions_close(system):
     assert max(motion.certificate.energy_residual, motion.certificate.momentum_residual) < bound
 
 
+@pytest.mark.slow
 def test_an_environment_of_nothing_changes_nothing():
     plain = vc.simulate(capsule(), periods=5, initial=START, tolerance=1e-12)
     empty = vc.System(*(plain.system.parts.values()), environment=vc.Environment())
@@ -473,7 +474,7 @@ def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [vc.Exponential, vc.LuGre])
+@pytest.mark.parametrize("law", exhaustive_but([0], [vc.Exponential, vc.LuGre]))
 def test_multipliers_of_an_orbit_are_those_of_differences(law):
     """Of motions that start a little beside the orbit: drag, slope and load are in the tangents too."""
     drive = vc.Biharmonic(amplitude=1.8, second_amplitude=0.8, second_phase=math.pi)

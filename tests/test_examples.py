@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 from vibrocap.case.case import case_from_text, case_text, read_case
 from vibrocap.cli import main as cli
 from vibrocap.measures.response import response_class
@@ -50,8 +51,8 @@ def test_example_says_what_to_see_and_reads_back_equal(path):
     assert case_from_text(case_text(case)) == case
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@pytest.mark.slow  # the others are run where the site is built, by their pages
+@pytest.mark.parametrize("path", exhaustive_but(range(0, len(FILES), 4), FILES), ids=lambda path: path.stem)
 def test_example_runs_settles_and_has_the_drift_of_the_table(path, motions):
     motion = motions[path.stem]
     assert motion.status.ok
@@ -160,6 +161,7 @@ def test_buckled_pendulum_leans_to_one_side(motions):
     assert vc.stick_fraction(motion, periods=10) == 0.0
 
 
+@pytest.mark.slow
 def test_slow_drive_mostly_sticks_and_weight_sticks_a_third(motions):
     assert vc.stick_fraction(motions["slow-drive-mostly-sticks"]) == pytest.approx(0.76, abs=0.01)
     assert vc.stick_fraction(motions["weight-as-load"]) == pytest.approx(1 / 3, abs=0.03)

@@ -141,7 +141,7 @@ def test_a_missing_folder_and_one_that_cannot_be_made_are_named(tmp_path):
         ("--plot", "run.png", 30_000),
         pytest.param("--plot", "run.svg", 30_000, marks=pytest.mark.slow),
         pytest.param("--animate", "run.gif", 30_000, marks=pytest.mark.slow),
-        pytest.param("--animate", "run.mp4", 3000, marks=pytest.mark.slow),
+        pytest.param("--animate", "run.mp4", 3000, marks=pytest.mark.exhaustive),
     ],
 )
 def test_a_full_disk_ends_with_code_3_and_leaves_the_old_file(tmp_path, capfd, option, name, size):

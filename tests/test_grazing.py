@@ -10,6 +10,7 @@ import pytest
 
 import vibrocap as vc
 from exact_stops import ExactCapsule
+from thinned import slow_but
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.studies.adaptive import border
 
@@ -38,6 +39,7 @@ def grazing(branch):
     return found
 
 
+@pytest.mark.slow
 def test_branch_crossing_and_map_find_the_same_grazing():
     system = elastic(0.65, gap=1.55)
     found = grazing(vc.branch(system, "machine.gap", (1.55, 1.6), step=0.05))
@@ -52,6 +54,7 @@ def test_branch_crossing_and_map_find_the_same_grazing():
     assert counted["impacts"].tolist() == [2.0, 1.0]
 
 
+@pytest.mark.slow
 def test_grazing_of_a_rigid_stop_ends_the_branch_without_impacts():
     found = vc.branch(rigid(0.1), "machine.gap", (0.1, 2.0), step=0.05)
     assert found.ends[0] is BranchEnd.GRAZING
@@ -74,7 +77,9 @@ def test_grazing_behind_a_fold_and_after_an_impact():
     assert_exact(struck.orbit(len(struck) - 1), "drive.amplitude", AMPLITUDE)
 
 
-@pytest.mark.parametrize("system", [elastic(0.7, gap=0.1), rigid(1.2), elastic(0.7, gap=0.1, back_gap=0.3)])
+@pytest.mark.parametrize(
+    "system", slow_but([1], [elastic(0.7, gap=0.1), rigid(1.2), elastic(0.7, gap=0.1, back_gap=0.3)])
+)
 def test_impacts_are_those_of_the_events(system):
     """During a run, of a stored motion, and counted by hand."""
     motion = vc.simulate(system, periods=8, tolerance=1e-11)
@@ -87,6 +92,7 @@ def test_impacts_are_those_of_the_events(system):
     assert vc.ensemble(system, {"drive.frequency": [frequency]}, **options)["impacts"] == struck / 5.0
 
 
+@pytest.mark.slow
 def test_impacts_that_accumulate_are_infinite_and_machines_without_stops_have_none():
     chatters = vc.RigidStopCapsule(gap=0.1, restitution=0.3)
     drive, options = vc.Harmonic(amplitude=1.6, frequency=0.95), {"measures": ["impacts"], "periods": 30}
@@ -101,8 +107,8 @@ def test_impacts_that_accumulate_are_infinite_and_machines_without_stops_have_no
 @pytest.mark.slow
 def test_borders_of_a_map_are_the_curves_of_grazing_and_of_zero_progression():
     """Half a step of the grid from what `branch` and `crossing` find on two of its lines."""
-    from vibrocap.plotting.maps import study_figure
-    from vibrocap.plotting.study_view import study_view
+    from vibrocap.plotting.studies.maps import study_figure
+    from vibrocap.plotting.studies.view import study_view
 
     over = {"drive.frequency": (0.6, 0.7, 3), "machine.gap": (1.5, 1.65, 16)}
     found = vc.adaptive_map(elastic(0.65), over, by=("impacts", "travel"), coarse=1, periods=400)

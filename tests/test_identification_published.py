@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from published_data import published_folder
+from thinned import exhaustive_but
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.spring_fit import spring_fit
 from vibrocap.identification.problem.samples import samples
@@ -35,6 +36,7 @@ def test_lugre_on_the_rotary_damper(damper):
     assert one.effective_samples < one.samples / 100
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_four_records_are_fitted_within_ten_seconds(damper):
     """From the data alone, all 8 starts, intervals included: 2 to 3 s on two cores. A busy machine has a second try."""
@@ -42,6 +44,7 @@ def test_four_records_are_fitted_within_ten_seconds(damper):
     assert any(seconds <= 10.0 for seconds in tries)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_laws_on_the_rotary_damper(damper):
     reached = {}
@@ -54,6 +57,7 @@ def test_laws_on_the_rotary_damper(damper):
     assert reached["backlash-anisotropic-lugre"] <= 0.75 * reached["anisotropic-lugre"]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_profiles_of_the_rotary_damper_name_what_is_open(damper):
     records = [r for r in damper if r.name in ("harmonic_02", "harmonic_11")]
@@ -77,6 +81,7 @@ def test_basalt_with_the_spring_as_measured(basalt, intervals):
         assert one[name].high < 1.7 * one[name].low, name
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_basalt_with_the_spring_searched_fits_better_and_is_stiffer(basalt):
     measured = spring_fit(basalt, machine_stiffness="measured", starts=1)
@@ -91,7 +96,7 @@ def test_basalt_with_the_spring_searched_fits_better_and_is_stiffer(basalt):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["harmonic_02", "harmonic_07", "harmonic_11"])
+@pytest.mark.parametrize("name", exhaustive_but([0], ["harmonic_02", "harmonic_07", "harmonic_11"]))
 def test_one_stroke_without_its_reversals_does_not_tell_the_stiffness(damper, name):
     """Of the longest stroke the first 20 mm are left out: the gap and several times the distance to break-away."""
     record = samples(next(each for each in damper if each.name == name))

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from thinned import exhaustive_but
 from vibrocap.identification.experiments.motions import Motion, joined, multisine, ramp, sinusoid, synthetic_record
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.fitting.solution import away_from_jumps
@@ -104,17 +105,18 @@ def cases(count):
 
 
 @pytest.mark.slow
-def test_fits_from_the_data_alone_end_at_the_noise():
+@pytest.mark.parametrize(("count", "most"), exhaustive_but([0], [(8, 1), (30, 2)]))
+def test_fits_from_the_data_alone_end_at_the_noise(count, most):
     """Of 30 laws and motions at most 2 may be missed: with the starts of an earlier version it was every fifth."""
     missed = []
-    for seed, (law, motion) in enumerate(cases(30)):
+    for seed, (law, motion) in enumerate(cases(count)):
         exact = synthetic_record(law, motion)
         record = synthetic_record(law, motion, noise=0.02, seed=seed)
         noise = np.std(record.force - exact.force) / np.std(record.force)
         one = fit(record, "lugre", start="relaxed", intervals="covariance")
         if one.relative_rmse > 1.1 * noise:
             missed.append((seed, one.relative_rmse))
-    assert len(missed) <= 2, missed
+    assert len(missed) <= most, missed
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from vibrocap.identification.problem.steady_prediction import steady_force
 from vibrocap.identification.problem.velocity_step import Step, found_step, measured_stiffness
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.lugre import LuGre
-from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
+from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing
 from vibrocap.physics.friction.stribeck import Stribeck
 from vibrocap.records.record import Record
 
@@ -231,6 +231,7 @@ def velocity_step():
     return time, friction, displacement
 
 
+@pytest.mark.slow
 def test_a_velocity_step_through_a_spring_gives_back_its_parameters(velocity_step):
     time, friction, displacement = velocity_step
     noise = 0.0004 * np.random.default_rng(4).standard_normal(len(time))

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but
 
 ROOT = Path(__file__).resolve().parents[1]
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
@@ -112,7 +113,7 @@ def test_strict_type_checkers_accept_a_users_script(distributions, tmp_path):
         run(pyright, "-p", tmp_path, cwd=tmp_path, env=quiet)
 
 
-@pytest.mark.parametrize("version", PYTHONS)
+@pytest.mark.parametrize("version", exhaustive_but([1], PYTHONS))
 def test_a_user_installs_the_wheel_and_runs_an_example(version, distributions, tmp_path):
     """In an empty folder: no sources, no make; the core alone, and what is missing is said."""
     python = python_of(version)

@@ -1,5 +1,6 @@
 """The page of `vibrocap lab`, by Node: kernels with the bits of the plain one; files and addresses that read back."""
 
+import itertools
 import json
 import random
 import re
@@ -21,9 +22,9 @@ from vibrocap.lab.page import SCRIPTS, WORKER, page, source
 from vibrocap.lab.presets import Preset, file_preset
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.measures.during_run import measure_table
-from vibrocap.measures.measure import Reduction
 from vibrocap.paper.presets import figures_5_to_8, start
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.drives.drive import ROUNDING, Piecewise
 from vibrocap.physics.parameters import ParameterError
 
 NODE = shutil.which("node")
@@ -163,23 +164,53 @@ def test_a_motion_that_only_its_holding_force_tells_of_is_that_of_the_plain_kern
 
 @pytest.mark.slow
 @needs_node
-def test_a_start_beyond_a_stop_is_refused_by_name(node):
-    """By the bound that the parameters of the page make, not those of the case."""
+def test_a_machine_with_stops_in_a_page(node):
+    """What impacts take is a work, so that the balance closes; a start beyond a stop is refused, by the bound that the
+    parameters of the page make, not those of the case."""
     system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Exponential(), vc.Harmonic())
-    made = bundle(Contents((system,), (Preset("stop", "stop", "", vc.Case(system, periods=1)),)))
-    found = node(f"""
-    const made = {json.dumps(made)}, [form] = opened(made), model = new Model(made);
-    const tried = (gap, displacement) => {{
+    case = vc.Case(system, periods=2)
+    made = bundle(Contents((system,), (Preset("stop", "stop", "", case),)))
+    found = node(
+        """
+    const made = JSON.parse(fs.readFileSync(process.argv[3])), [form] = opened(made), model = new Model(made);
+    const { parameters, initial, tolerance } = model.request();
+    const dense = new Dense(recordedRun(form, parameters, initial, 2, tolerance, limits));
+    const { data: works, width, rows, residual } = dense.works(0, dense.end), taken = [];
+    const place = 1 + form.channels.indexOf("impact");
+    for (let i = 0; i < rows; i++) taken.push([works[i * width], works[i * width + place]]);
+    const tried = (gap, displacement) => {
       model.set("machine.gap", gap);
       model.set("initial.displacement", displacement);
-      const {{ parameters, initial }} = model.request();
-      try {{ form.beginning(parameters, initial); return ""; }} catch (error) {{ return error.message; }}
-    }};
-    print([tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
-    """)
-    assert found == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
+      const { parameters, initial } = model.request();
+      try { form.beginning(parameters, initial); return ""; } catch (error) { return error.message; }
+    };
+    const inner = axesOf(form).includes("initial.touching");
+    const half = [model.set("initial.touching", 0.5), usualFields(model)["strip.state"], inner];
+    print([taken, residual, half, tried(0.2, 0.2), tried(0.2, 0.25), tried(0.3, 0.25)]);
+    """,
+        made,
+    )
+    taken, residual, half, *said = found
+    assert half == ["should be a whole number, as it says which branch of the equations holds", "displacement", False]
+    motion = case.simulate()
+    assert residual < 1e-8
+    assert taken[-1][1] == pytest.approx(motion.at(motion.end, "impact_work")[0], rel=1e-6)
+    assert taken[-1][1] < -0.01
+    steps = {time for (time, work), (after, less) in itertools.pairwise(taken) if time == after and less < work}
+    impacts = motion.event_times[motion.event_kinds == "impact"]
+    assert sorted(steps) == pytest.approx(impacts, abs=1e-7)  # and there the curve is vertical
+    assert said == ["", "initial.displacement: should be at most 0.2, where a stop stands, got 0.25", ""]
 
 
+def test_a_page_has_every_measure_that_is_a_number(data):
+    for form, law in zip(data["forms"], ("exponential", "lugre"), strict=True):
+        table = measure_table(paper(law).case.system)
+        none = {"exponential": {"word"}, "lugre": {"word", "stick_fraction", "stick_phases"}}[law]  # it cannot stick
+        assert [each["name"] for each in form["measures"]] == [name for name in table if name not in none]
+        assert {"least_reaction", "mean_reaction", "largest_reaction"} < set(table)
+
+
+@pytest.mark.slow
 @needs_node
 def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
     """Every measure of a settled run, its word and its response, beside `ensemble`; the same tolerance and order."""
@@ -203,8 +234,6 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
         settle=1e-5,
         tolerance=data["forms"][0]["tolerance"],
     )
-    numbers = {name for name, each in measure_table(system).items() if not isinstance(each.how, Reduction)}
-    assert {*names} == numbers - {"word"}
     for run, one in enumerate(found):
         assert one["response"] == wanted["response_period"][run] > 0
         assert one["windowStart"] == wanted["window_start"][run]
@@ -217,13 +246,14 @@ def test_measures_of_the_page_are_those_of_an_ensemble(data, node):
 
 RULES = """
 const cases = JSON.parse(fs.readFileSync(process.argv[3]));
-print(cases.map(({ form, parts, tried }) => {
+print(cases.map(({ form, parts, tried, tables }) => {
   const preset = { key: "", form: 0, values: {}, initial: {}, units: "none" };
   const model = new Model({ presets: [preset], forms: [form], parts });
-  return tried.map((given) => {
+  return tried.map((given, i) => {
     const values = Object.fromEntries(form.parameters.map((path, i) => [path, given[i]]));
     const wrong = form.parameters.map((path) => [path, model.complaint(path, values[path], form, values)]);
-    return [wrong.filter((each) => each[1]), new Function("p", `return ${form.mirrored}`)(given)];
+    const drive = tables[i] && form.corners && firstSegment(form.corners, Float64Array.from(tables[i]), 1);
+    return [wrong.filter((each) => each[1]), tables[i] && isMirrored(form, { parameters: given, drive })];
   });
 }));
 """
@@ -238,6 +268,12 @@ def systems():
         yield vc.System(machine(), vc.LuGre(), wave)
     for drive in drives().values():
         yield vc.System(capsule, vc.Exponential(), drive())
+    back = {"level_3": -1.0, "duration_3": 1.0, "level_4": -0.5, "duration_4": 2.0}
+    yield vc.System(capsule, vc.Exponential(), drives()["phases"](level_2=0.5, **back))
+    yield vc.System(vc.TwoBodyWorm(), vc.Exponential(), drives()["triangle"]())
+    yield vc.System(
+        capsule, vc.Exponential(), drives()["table"](times=(0.0, 1.0, 2.5, 3.0), values=(0.0, 1.0, 2.0, 0.0))
+    )
     yield vc.System(vc.PendulumCapsuleWithStops(restitution=0.5), vc.Dahl(), wave)
     yield vc.System(vc.RigidStopCapsule(back_gap=0.5), vc.Dahl(), wave)
     yield vc.System(capsule, vc.Exponential(), wave, environment=vc.Environment(inclination=0.1, gravity=1.0))
@@ -257,30 +293,46 @@ def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
         }
         form = {name: part.name for name, part in system.parts.items()}
         form |= {"parameters": paths, "rules": rules(system, paths), "mirrored": mirrored(system, paths)}
-        tried, said = [], []
+        form["corners"] = shape_of(system.drive)[0]
+        tried, said, tables = [], [], []
         for number in range(60):
             given = dict(values)
             for path in draw.sample(paths, min(len(paths), 1 + number % 4)):
                 given[path] = draw.choice(odd)
             tried.append([given[path] for path in paths])
+            tables.append(None)
             try:
-                said.append(([], system.with_parameters(given).mirrored))
+                one = system.with_parameters(given)
+                said.append(([], one.mirrored))
+                tables[-1] = shape_of(one.drive)[1]
             except (ParameterError, ArgumentError) as error:
                 said.append(([(each.field, each.text) for each in error.complaints], None))
-        cases.append({"form": form, "parts": parts, "tried": tried})
+        cases.append({"form": form, "parts": parts, "tried": tried, "tables": tables})
         wanted.append(said)
     found = node(RULES, cases)
-    refused = 0
+    refused, answers = 0, []
     for case, one, other in zip(cases, found, wanted, strict=True):
         for given, (shown, twins), (package, mirrors) in zip(case["tried"], one, other, strict=True):
             where = dict(zip(case["form"]["parameters"], given, strict=True))
             assert bool(shown) == bool(package), (where, shown, package)
             refused += bool(package)
-            assert mirrors in (None, twins) or case["form"]["mirrored"] == "false", where
+            answers += [mirrors] if case["form"]["corners"] else []
+            assert mirrors in (None, twins), where
             words = {numberless(text) for _, text in package}
             words |= {"should be at least 0" for each in words if "finite number >= 0" in each}
             assert not shown or words & {numberless(text) for _, text in shown}, (shown, package)
     assert refused > 600
+    assert min(map(answers.count, (True, False))) > 60  # of drives of many pieces
+
+
+def shape_of(drive):
+    """Of a drive of many pieces: its record as a page has it, and the numbers of its pieces."""
+    if not isinstance(drive, Piecewise):
+        return None, []
+    segments, width = drive.segments(), drive.degree + 1
+    record = {"segments": len(segments), "coefficients": width, "rounding": ROUNDING}
+    padded = [[each.length, *each.coefficients, *[0.0] * (width - len(each.coefficients))] for each in segments]
+    return record, [number for row in padded for number in row]
 
 
 def numberless(text):

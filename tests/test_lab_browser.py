@@ -11,13 +11,14 @@ import pytest
 import vibrocap as vc
 from browser import CHROMIUM, browser
 from lab_motions import ending, motions, plain, stored
+from thinned import exhaustive_but
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle
 from vibrocap.lab.page import page
 from vibrocap.lab.presets import Preset
 from vibrocap.motion.equations import parameter_values
 from vibrocap.paper.presets import figures_5_to_8
-from vibrocap.physics.catalogue import machines
+from vibrocap.physics.catalogue import drives, machines
 
 pytestmark = [
     pytest.mark.slow,
@@ -102,7 +103,7 @@ ALL = """(async () => {
 })()"""
 
 
-@pytest.mark.parametrize("kind", sorted(machines()))
+@pytest.mark.parametrize("kind", exhaustive_but(range(0, len(machines()), 4), sorted(machines())))
 def test_every_law_on_every_machine_runs_and_is_the_plain_kernel(chromium, tmp_path, kind):
     """To the last bit of the stored ends (`lab_motions.py`); the page of its first law finds its own end by itself."""
     cases = motions(kind)
@@ -197,6 +198,40 @@ def test_two_cases_stand_beside_each_other(shown):
     drift, other = shown.js("[lab.shown.drift, lab.other.drift]")
     assert other == pytest.approx(-drift, rel=1e-6)
     assert abs(drift) > 0.1
+
+
+def test_the_mirror_twin_is_shown_wherever_there_is_one(chromium, tmp_path):
+    """Under drives of many pieces and on worms too: half a period later it is where the motion is, mirrored."""
+    machine, law, worm = vc.PendulumCapsule(), vc.Exponential(), vc.TwoBodyWorm(mass_2=2.0)
+    cases = [
+        vc.Case(vc.System(machine, law, drives()["square"](amplitude=1.7)), {"angle": 0.5}, periods=2),
+        vc.Case(vc.System(machine, law, drives()["table"]()), {"angle": 0.5}, periods=2),
+        vc.Case(vc.System(worm, law, drives()["triangle"]()), {"centre_velocity": 0.2}, periods=2),
+    ]
+    presets = tuple(Preset(f"twin-{i}", "twin", "", case) for i, case in enumerate(cases))
+    out = tmp_path / "twins.html"
+    out.write_text(page(bundle(Contents(tuple(case.system for case in cases), presets))))
+    chromium.events.clear()
+    for preset in presets:
+        chromium.open(f"{out.as_uri()}#v=1&preset={preset.key}")
+        chromium.wait(SETTLED)
+        assert chromium.js("[...document.getElementById('beside').options].some(({ value }) => value === 'twin')")
+        changed(chromium, lambda: chromium.js("lab.model.state.beside = 'twin'; lab.rebuilt()"))
+        later = "lab.asked.ask({ ask: 'motion', side: 2, ...lab.model.request(), periods: 2.5 })"
+        signs = preset.case.system.symmetry
+        wanted = [
+            sign * x for sign, x in zip(signs, chromium.js(f"{later}.then(({{ final }}) => [...final])"), strict=False)
+        ]
+        twin = chromium.js("[...lab.other.final]")[: len(signs)]
+        assert twin == pytest.approx(wanted, rel=1e-6, abs=1e-8)
+        assert twin != pytest.approx(end(chromium)[: len(signs)], rel=1e-2)
+    chromium.open(f"{out.as_uri()}#v=1&preset=twin-0&drive.duty=0.4&beside=twin")
+    chromium.wait(SETTLED)
+    assert "no mirror twin" in chromium.js("document.getElementById('notice').textContent")
+    assert chromium.js("[lab.shown.count > 0, lab.other]") == [True, None]
+    changed(chromium, lambda: chromium.js("lab.model.set('drive.duty', 0.5); lab.compute()"))
+    assert chromium.js("[document.getElementById('notice').textContent, lab.other.count > 0]") == ["", True]
+    assert chromium.complaints() == []
 
 
 def test_an_address_brings_the_same_motion(shown, usual):

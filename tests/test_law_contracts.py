@@ -98,10 +98,10 @@ def test_an_unknown_law_is_refused():
 # --- its contract, clause by clause ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("clause", [*LAW_CLAUSES, recorded], ids=lambda clause: clause.__name__)
 @each_law
-def test_law_keeps_its_contract(law, clause):
-    assert clause(law) is None
+def test_law_keeps_its_contract(law):
+    said = {clause.__name__: clause(law) for clause in (*LAW_CLAUSES, recorded)}
+    assert {name: words for name, words in said.items() if words is not None} == {}
 
 
 # --- the equations ---------------------------------------------------------------------------------------------------

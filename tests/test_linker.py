@@ -9,7 +9,7 @@ import vibrocap as vc
 from vibrocap.motion.equations import equations
 from vibrocap.numerics.kernel import interface
 from vibrocap.numerics.linker import link, recipes
-from vibrocap.numerics.linker.checks import LinkError, check, file_of, outline
+from vibrocap.numerics.linker.link import LinkError, check, file_of, outline
 from vibrocap.numerics.run import motion
 from vibrocap.numerics.run.ensemble import ensemble_source
 

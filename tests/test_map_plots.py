@@ -13,9 +13,9 @@ from matplotlib.patches import PathPatch
 from thinned import slow_but
 from vibrocap.case.case import case_text, read_case
 from vibrocap.motion.trajectory import Status
-from vibrocap.plotting.cells import Cell, categories, cells, limits
-from vibrocap.plotting.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_study, study_figure
-from vibrocap.plotting.study_view import ViewError, study_view
+from vibrocap.plotting.studies.cells import Cell, categories, cells, limits
+from vibrocap.plotting.studies.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
+from vibrocap.plotting.studies.view import ViewError, study_view
 from vibrocap.plotting.style import blank_figure, logarithmic
 
 xarray = pytest.importorskip("xarray")
@@ -323,7 +323,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
         ("mean_velocity", None),
         ("word", ["exponential", "lugre"]),
         ("cost_of_transport", ["a", "b", "c"]),
-        ("response_period", ["exponential", "lugre"]),
+        pytest.param("response_period", ["exponential", "lugre"], marks=pytest.mark.slow),
     ],
 )
 def test_nothing_is_cut_off_and_no_words_overlap(measure, laws):
@@ -430,12 +430,12 @@ def test_design_is_drawn_as_dots():
 
 @pytest.mark.parametrize("kind", slow_but([1], ["png", "svg", "pdf"]))
 def test_picture_is_the_same_each_time(kind, tmp_path):
-    paths = [plot_study(study(), tmp_path / f"{number}.{kind}") for number in range(2)]
+    paths = [plot_view(study_view(study()), tmp_path / f"{number}.{kind}") for number in range(2)]
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_picture_is_a_column_wide_and_fine_enough_for_print(tmp_path):
-    with pytest.importorskip("PIL.Image").open(plot_study(study(), tmp_path / "map.png")) as picture:
+    with pytest.importorskip("PIL.Image").open(plot_view(study_view(study()), tmp_path / "map.png")) as picture:
         assert picture.width == round(3.54 * 300)
 
 

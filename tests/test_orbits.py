@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from thinned import exhaustive_but, slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import period_marks
 from vibrocap.numerics.expressions.graph import derivative, evaluate
@@ -95,10 +96,13 @@ def test_derivative_goes_through_stick_and_slip():
 
 @pytest.mark.parametrize(
     ("right", "wrong"),
-    [
-        ("delay = -change / slope if slope != 0.0 else 0.0", "delay = 0.0"),
-        ("-= rate * floats[DELAY + lane]", "+= rate * floats[DELAY + lane]"),
-    ],
+    slow_but(
+        [0],
+        [
+            ("delay = -change / slope if slope != 0.0 else 0.0", "delay = 0.0"),
+            ("-= rate * floats[DELAY + lane]", "+= rate * floats[DELAY + lane]"),
+        ],
+    ),
 )
 def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):
     system = system_with(vc.Exponential(), **{"machine.mass_ratio": 2.6})
@@ -115,7 +119,7 @@ def test_lost_saltation_would_be_noticed(right, wrong, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", exhaustive_but([0, 3, 6], range(10)))
 @pytest.mark.parametrize("law", LAWS)
 def test_multipliers_are_those_of_differences(law, seed):
     system, start = random_system(law, seed)

@@ -330,7 +330,7 @@ def test_numbers_in_the_errata_are_those_found(runs):
     assert f"alike at {soft['P1']:.4f} and {soft['P2']:.4f}" in texts[8]
 
 
-SLOW_FIGURES = ("fig09", "load05")  # sweeps, and kernels of their own
+SLOW_FIGURES = ("fig09", "load05", "load06", "load07", "load09")  # sweeps, and kernels of their own
 
 
 @pytest.mark.parametrize(
@@ -392,6 +392,7 @@ def test_motion_of_figure_5_under_the_dynamic_load_is_that_of_its_own_simulation
     assert rows["EM", 1.0].drift > 0.1 > 1e-9 > abs(rows["EM", "dynamic"].drift)
 
 
+@pytest.mark.slow
 def test_runs_that_the_load_ends_are_shown_and_not_left_out(runs):
     names = {"LM": "lugre", "EM": "exponential"}
     panels = FIGURES["load09"](runs).panels

@@ -187,7 +187,7 @@ def test_a_switch_that_is_missed_would_be_noticed():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "number", [214, pytest.param(72, marks=pytest.mark.slow), pytest.param(118, marks=pytest.mark.slow)]
+    "number", [214, pytest.param(72, marks=pytest.mark.exhaustive), pytest.param(118, marks=pytest.mark.exhaustive)]
 )
 def test_guards_are_as_exact_as_states(number):
     """A level that no rate knows yet, as all elements stick, decides when one of them slips.

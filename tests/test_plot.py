@@ -67,7 +67,8 @@ def test_a_panel_is_drawn_into_the_axes_that_are_given(results, kind, what):
     "kind",
     [
         "branch",
-        *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("motion", "fit", "map", "line", "basins", "law")),
+        *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("motion", "map")),
+        *(pytest.param(kind, marks=pytest.mark.exhaustive) for kind in ("fit", "line", "basins", "law")),
     ],
 )
 def test_the_whole_sheet_is_what_the_command_line_writes(results, kind, tmp_path):
@@ -305,6 +306,7 @@ def test_cases_of_a_list_are_counted_in_whole_numbers():
     assert all(float(tick).is_integer() for tick in ax.get_xticks())
 
 
+@pytest.mark.slow
 def test_nothing_is_drawn_across_an_impact_in_the_friction_loop():
     machine = vc.PendulumCapsuleWithStops(limit_angle=0.8, restitution=0.6)
     motion = vc.simulate(vc.System(machine, vc.Exponential(), vc.Harmonic()), periods=6, initial={"angle": 0.5})
@@ -319,6 +321,7 @@ def texts(fig):
     return [(ax.get_title(loc="left"), ax.get_xlabel(), ax.get_ylabel()) for ax in fig.axes]
 
 
+@pytest.mark.slow
 def test_the_sheet_of_a_crawler_shows_every_contact():
     """As a line of its own each, with the modes of all in strips that change where its events are."""
     drive, front = vc.Biharmonic(1.5, 0.8, 0.7, 0.5), vc.Coulomb(0.1, 0.15)
@@ -350,6 +353,7 @@ def test_the_sheet_of_a_crawler_shows_every_contact():
             vc.word(motion, contact=contact)
 
 
+@pytest.mark.slow
 def test_the_sheet_of_an_imposed_motion_shows_the_body_and_what_the_motion_takes():
     """The velocity is that of the body; the state is that of the common centre of mass."""
     motion = vc.simulate(vc.System(vc.TwoMassCrawler(), vc.Coulomb(0.3, 0.3), vc.Triangle(rise=0.8)), periods=2)

@@ -73,7 +73,7 @@ def test_thinned_keeps_every_nth_sample():
     np.testing.assert_array_equal(made.force, FORCE[::3])
     assert made.normal_force == 100.0
     for every in (0, -1, 1.5, True):
-        with pytest.raises(ValueError, match="every: should be a whole number of at least 1"):
+        with pytest.raises(ValueError, match="every should be a whole number >= 1"):
             record().thinned(every)
 
 

@@ -17,7 +17,8 @@ from vibrocap.physics.catalogue import law as named
 from vibrocap.physics.catalogue import laws
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.plotting import style as plots
-from vibrocap.plotting.laboratory import draw_errors, draw_steps, plot_regularisation
+from vibrocap.plotting.laboratory import draw_errors, draw_steps, regularisation_figure
+from vibrocap.plotting.style import save
 
 START = {"angle": math.pi / 3}
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
@@ -139,7 +140,7 @@ def test_picture_shows_every_error_above_the_noise(made_up, tmp_path):
     assert axes[0, 0].get_lines()[2].get_xdata()[0] == pytest.approx(0.05, rel=0.02)
     np.testing.assert_array_equal(axes[0, 1].get_lines()[0].get_ydata(), 100)
     assert axes[0, 1].get_lines()[1].get_ydata()[0] == 50
-    assert plot_regularisation(report, tmp_path / "error.png").stat().st_size > 10_000
+    assert save(regularisation_figure(report), tmp_path / "error.png").stat().st_size > 10_000
 
 
 # --- the meter -------------------------------------------------------------------------------------------------------

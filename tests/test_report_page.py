@@ -5,7 +5,8 @@ import collections
 import pytest
 
 from browser import CHROMIUM, browser
-from vibrocap.report.judgements import BADGES
+from thinned import exhaustive_but
+from vibrocap.report.findings import BADGES
 from vibrocap.report.reproduce import reproduce
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")]
@@ -83,7 +84,9 @@ def test_contents_stay_in_sight_and_numbers_have_all_their_digits(report):
     assert shown.js(f"{number}.textContent") == short
 
 
-@pytest.mark.parametrize(("width", "dark"), [(390, False), (390, True), (1280, False), (1280, True)])
+@pytest.mark.parametrize(
+    ("width", "dark"), exhaustive_but([1, 2], [(390, False), (390, True), (1280, False), (1280, True)])
+)
 def test_nothing_is_cut_off_or_faint(report, width, dark):
     shown, _, url = report
     shown.open(url, width, 844, dark)

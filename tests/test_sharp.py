@@ -13,8 +13,8 @@ import pytest
 
 import vibrocap as vc
 from plain_kernels import kernel_of, running_on
-from thinned import slow_but
-from vibrocap.laboratory.driven_equations import driven_equations
+from thinned import exhaustive_but, slow_but
+from vibrocap.laboratory.driven import driven_equations
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.codegen.resolution import system_sharpness, visible_speed
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
@@ -99,16 +99,17 @@ def assert_as_the_yardstick(row: dict):
         assert motion.status.ok
 
 
-@pytest.mark.parametrize("number", [24, 36])
+@pytest.mark.parametrize("number", slow_but([1], [24, 36]))
 def test_motions_with_sharp_friction(number):
     """A capsule with bristles, an oscillator with a law of exponentials; the others are in the slow test below."""
     assert_as_the_yardstick(TABLE["systems"][number])
 
 
 @pytest.mark.slow
-def test_three_hundred_motions_with_sharp_friction():
+@pytest.mark.parametrize("tenth", exhaustive_but([0, 7], range(10)))
+def test_three_hundred_motions_with_sharp_friction(tenth):
     assert len(TABLE["systems"]) == 300
-    for row in TABLE["systems"]:
+    for row in TABLE["systems"][tenth::10]:
         assert_as_the_yardstick(row)
 
 
@@ -116,7 +117,7 @@ def dip(tolerance=1e-9):
     return vc.simulate(DIP, periods=8, initial=DIP_START, tolerance=tolerance)
 
 
-@pytest.mark.parametrize(("tolerance", "within"), [(1e-9, 1e-7), (1e-12, 1e-8)])
+@pytest.mark.parametrize(("tolerance", "within"), slow_but([0], [(1e-9, 1e-7), (1e-12, 1e-8)]))
 def test_a_dip_of_the_speed_is_not_stepped_over(tolerance, within):
     """At 1e-9 the worst event, after a glancing approach to rest, is 2e-8 off."""
     motion = dip(tolerance)
@@ -171,18 +172,21 @@ def stepped(law, tolerance):
     ("law", "tolerance"),
     slow_but(
         [2],
-        [
-            (vc.BoucWen(knee_exponent=20.0), 1e-6),
-            (vc.BoucWen(knee_exponent=2.5), 1e-9),
-            (vc.Dahl(shape_exponent=1.5), 1e-6),
-            (vc.Stribeck(stribeck_velocity=2e-3, stribeck_exponent=1.7, viscous_damping=0.0), 1e-9),
-            (vc.ElastoPlastic(stribeck_velocity=2e-3), 1e-6),
-            (vc.MaxwellSlip(stribeck_velocity=2e-3), 1e-9),
-            (vc.RateAndStateAgeing(direct_effect=0.01), 1e-6),
-            (vc.anisotropic(vc.Stribeck)(stribeck_velocity=2e-3, viscous_damping=0.0, back_ratio=2.0), 1e-9),
-            (vc.backlash(vc.LuGre)(stribeck_velocity=2e-3, gap=0.01), 1e-6),
-            (smoothed(vc.Exponential)(decay_rate=300.0, smoothing_velocity=1e-3), 1e-9),
-        ],
+        exhaustive_but(
+            range(0, 10, 2),
+            [
+                (vc.BoucWen(knee_exponent=20.0), 1e-6),
+                (vc.BoucWen(knee_exponent=2.5), 1e-9),
+                (vc.Dahl(shape_exponent=1.5), 1e-6),
+                (vc.Stribeck(stribeck_velocity=2e-3, stribeck_exponent=1.7, viscous_damping=0.0), 1e-9),
+                (vc.ElastoPlastic(stribeck_velocity=2e-3), 1e-6),
+                (vc.MaxwellSlip(stribeck_velocity=2e-3), 1e-9),
+                (vc.RateAndStateAgeing(direct_effect=0.01), 1e-6),
+                (vc.anisotropic(vc.Stribeck)(stribeck_velocity=2e-3, viscous_damping=0.0, back_ratio=2.0), 1e-9),
+                (vc.backlash(vc.LuGre)(stribeck_velocity=2e-3, gap=0.01), 1e-6),
+                (smoothed(vc.Exponential)(decay_rate=300.0, smoothing_velocity=1e-3), 1e-9),
+            ],
+        ),
     ),
     ids=lambda value: getattr(value, "name", None),
 )

@@ -1,10 +1,12 @@
 """Capsules whose inner mass strikes stops: values of independent computations, closed forms, and the edge of a stop."""
 
+import math
+
 import numpy as np
 import pytest
 
 import vibrocap as vc
-from thinned import slow_but
+from thinned import exhaustive_but, slow_but
 
 # Capsule of Liu, Wiercigroch, Pavlovskaia and Yu 2013; orbit and drifts of an explicit method with events, at two
 # tolerances near 3e-13 that agree to the digits shown. State (x1 - x2, x1', x2').
@@ -73,7 +75,9 @@ def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("machine", [{}, {"back_gap": 0.02, "actuation": "internal"}, {"back_gap": 0.3}])
+@pytest.mark.parametrize(
+    "machine", exhaustive_but([1], [{}, {"back_gap": 0.02, "actuation": "internal"}, {"back_gap": 0.3}])
+)
 @pytest.mark.parametrize("law", [vc.Coulomb(1.0, 1.2), vc.LuGre()])
 def test_measures_of_an_ensemble_are_those_of_single_motions(machine, law):
     """Over a few periods, before neighbouring motions part."""
@@ -108,6 +112,7 @@ def test_a_start_exactly_at_the_stop_is_decided_by_what_follows(level, rate, kin
     assert pressed == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_linear_capsule_without_friction_vibrates_in_closed_form():
     """z'' (lambda/(lambda+1)) = h cos(omega t) - rho z - nu z', and the common momentum stays."""
     machine = vc.TwoMassCapsule(mass_ratio=2.0, stiffness=1.3, damping=0.2, normal_load=0.0)
@@ -221,10 +226,8 @@ def test_elastic_bouncing_keeps_all_energy():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [vc.Coulomb(0.3, 0.4), pytest.param(vc.LuGre(), marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    "machine", [pytest.param(IMPACTS[name], marks=[] if name == "plastic" else [pytest.mark.slow]) for name in IMPACTS]
-)
+@pytest.mark.parametrize("law", exhaustive_but([0], [vc.Coulomb(0.3, 0.4), vc.LuGre()]))
+@pytest.mark.parametrize("machine", IMPACTS.values())
 def test_impacts_of_an_ensemble_are_those_of_single_motions(machine, law):
     """The work of impacts among all others, which must add up; the capsule is struck at rest and while it moves."""
     measures = ["drift", "drive_work", "impact_work", "damper_work", "contact_sliding_work", "largest_velocity"]
@@ -344,9 +347,30 @@ def test_shapes_of_the_scene_move_and_are_filmed(tmp_path):
     assert shown[-1] == 1.0
 
 
+@pytest.mark.parametrize("limit", [0.3, 0.8, math.pi / 2, 2.0])
+@pytest.mark.parametrize(("name", "side"), [("stop behind", 1.0), ("stop in front", -1.0)])
+def test_the_bob_is_drawn_at_its_stop_where_it_touches_it(name, side, limit):
+    """The line of the stop touches the disc of the bob, beside the middle of the stop; before that it lies free."""
+
+    def gap(angle):
+        shapes = vc.PendulumCapsuleWithStops(limit_angle=limit).scene(0.0, (side * angle, 0.0, 0.7, 0.0, 0.0))
+        drawn = {each.name: each for each in shapes}
+        bob, (first, last) = np.array(drawn["bob"].points[0]), np.array(drawn[name].points)
+        along = (last - first) / np.linalg.norm(last - first)
+        away = bob - first
+        assert drawn["pendulum"].points[0] == (0.7, 0.5)
+        assert 0.0 < away @ along < np.linalg.norm(last - first)
+        return abs(away[0] * along[1] - away[1] * along[0]) - 0.5 * drawn["bob"].size[0]
+
+    assert gap(limit) == pytest.approx(0.0, abs=1e-14)
+    assert gap(limit - 0.1) == pytest.approx(math.sin(0.1 + math.asin(0.15)) - 0.15, abs=1e-14)
+
+
 def test_actuation_and_gaps_are_refused_by_name():
     with pytest.raises(ValueError, match=r"actuation: should be \"internal\" .* got 'both'"):
         vc.TwoMassCapsule(actuation="both")
+    with pytest.raises(ValueError, match=r"initial.touching should be a whole number, .* got 0.5"):
+        vc.simulate(capsule(), periods=1, initial={"touching": 0.5})
     with pytest.raises(ValueError, match=r"gap: should be at least 0, got -0.1"):
         vc.VibroImpactCapsule(gap=-0.1)
     with pytest.raises(ValueError, match=r"back_gap: should be a number >= 0, .* got -0.1"):

@@ -202,6 +202,7 @@ def dying(*_, **__):
     os._exit(9)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_processes_that_die_again_and_again_end_a_study(tmp_path, monkeypatch):
     monkeypatch.setattr(processes, "_tile", dying)
@@ -228,6 +229,7 @@ def test_no_workers_are_said_and_waited_for(tmp_path, cheap, monkeypatch, schedu
     assert files(tmp_path / "a") == files(tmp_path / "b")
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_the_same_study_goes_into_two_folders_of_one_cluster(tmp_path, cheap, deadly):
     made, _ = deadly

@@ -26,6 +26,7 @@ def test_killed_at_many_calls_that_change_the_disk(tmp_path):
     assert found["different"] == []
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_killed_at_fifty_random_moments(tmp_path):
     found = killed(tmp_path, "moments", 50, 3)

@@ -112,6 +112,7 @@ def test_edited_code_is_another_study(tmp_path):
     assert code_differences(mine.code, edited.code)[0].startswith("code: stored vibrocap ")
 
 
+@pytest.mark.slow
 def test_imports_are_found_as_python_finds_them():
     """The sources that count are found by their import statements, which a pattern reads as Python's parser does."""
     package = Path(vibrocap.__file__).parent

@@ -23,15 +23,15 @@ import interrupts
 from vibrocap import Exponential, Harmonic, Measure, PendulumCapsule, PendulumScales, System
 from vibrocap.case.case import RUN_DEFAULTS, CaseError
 from vibrocap.studies.dataset import open_study, stored_study
+from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.run.tile_size import tile_runs_by_time
 from vibrocap.studies.run.tile_worker import run_and_store
 from vibrocap.studies.store import store as stores
 from vibrocap.studies.store.record import read_record
-from vibrocap.studies.store.store import opened_for_writing
+from vibrocap.studies.store.store import ZarrFiles, opened_for_writing
 from vibrocap.studies.store.writing import StoreError
-from vibrocap.studies.store.zarr_files import ZarrFiles
-from vibrocap.studies.sweep import Stopped, run_study, sweep
+from vibrocap.studies.sweep import Stopped, carried_out, sweep
 from vibrocap.studies.tile import tile_block, tile_counts, tile_indices, tile_shape
 from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
 
@@ -247,7 +247,7 @@ def test_the_order_of_tiles_makes_no_difference(tmp_path):
 
 def test_a_stored_study_is_run_again(tmp_path):
     first = stored(tmp_path / "a", initial={"angle": 0.5}, settle=1e-6, periods=33)
-    again = run_study(stored_study(tmp_path / "a"), tile_runs=7)
+    again = carried_out(stored_study(tmp_path / "a"), Execution(tile_runs=7)).dataset()
     xr.testing.assert_identical(first.load(), again)
 
 

@@ -12,8 +12,9 @@ from vibrocap import Biharmonic, Exponential, Harmonic, LuGre, Measure, Pendulum
 from vibrocap.case.case import CaseError
 from vibrocap.motion.trajectory import Status
 from vibrocap.studies.dataset import stored_study
+from vibrocap.studies.execution import Execution
 from vibrocap.studies.plan.designs import Design
-from vibrocap.studies.sweep import run_study, size_in_words, sweep
+from vibrocap.studies.sweep import carried_out, size_in_words, sweep
 
 SYSTEM = System(PendulumCapsule(), Exponential(), Harmonic(amplitude=1.8))
 ALWAYS = ["status", "settled", "response_period", "window_start", "window_periods"]
@@ -221,6 +222,6 @@ def test_the_engine_takes_a_measure_of_ones_own(tmp_path):
     np.testing.assert_array_equal(found.speed, np.abs(found.mean_velocity))
     assert found.speed.attrs["long_name"] == "travel per time, whichever way"
     again = stored_study(tmp_path / "a", measures=[speed])
-    xr.testing.assert_identical(run_study(again), found.load())
+    xr.testing.assert_identical(carried_out(again, Execution()).dataset(), found.load())
     with pytest.raises(CaseError, match="'speed' is a measure of one's own"):
         stored_study(tmp_path / "a")

@@ -303,6 +303,7 @@ def test_a_sweep_in_si_is_the_sweep_without_units_bit_for_bit(tmp_path):
     xarray.testing.assert_identical(found.load(), memory)
 
 
+@pytest.mark.slow
 def test_lists_and_designs_take_paths_in_si():
     system = case_from_text(CASE).system
     rows = [{"machine.capsule_mass_kg": 0.3}, {"drive.frequency_rad_per_s": 7.0}, {"initial.position_m": 0.1}]

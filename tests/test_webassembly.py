@@ -16,6 +16,7 @@ import pytest
 import vibrocap as vc
 from plain_kernels import kernel_of
 from test_compiler import BODIES, Python, bits, body_text, operands
+from thinned import exhaustive_but, slow_but
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.numerics.compiler import FLOATS, INT, INTS, Refused, webassembly_module
 from vibrocap.numerics.compiler.subset import LIBRARY
@@ -251,6 +252,7 @@ def test_what_is_done_first_is_done_first(tmp_path):
 # --- motions ---------------------------------------------------------------------------------------------------------
 
 MACHINES = {"pendulum": vc.PendulumCapsule, "oscillator": vc.Oscillator}
+PAIRS = [(machine, law) for law in laws() for machine in MACHINES]
 
 
 def system_of(machine, law):
@@ -278,7 +280,7 @@ def assert_the_same(plain, found):
         assert np.array_equal(getattr(plain, name), getattr(found, name), equal_nan=True), name
 
 
-@pytest.mark.parametrize("law", ["exponential", "lugre"])
+@pytest.mark.parametrize("law", slow_but([0], ["exponential", "lugre"]))
 def test_a_motion_is_that_of_plain_python(law, tmp_path, monkeypatch):
     """Every piece and every event of the named capsules, to the last bit."""
     system = system_of("pendulum", laws()[law]())
@@ -287,7 +289,7 @@ def test_a_motion_is_that_of_plain_python(law, tmp_path, monkeypatch):
     assert_the_same(plain, found)
 
 
-@pytest.mark.parametrize(("machine", "law"), [("pendulum", "exponential"), ("oscillator", "lugre")])
+@pytest.mark.parametrize(("machine", "law"), slow_but([0], [("pendulum", "exponential"), ("oscillator", "lugre")]))
 def test_literal_machine_code_is_plain_python(machine, law, monkeypatch):
     """By it a page is checked: all sums and products rounded, the package's functions; Taylor and stiff steps."""
     system = system_of(machine, laws()[law]())
@@ -296,8 +298,7 @@ def test_literal_machine_code_is_plain_python(machine, law, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("machine", MACHINES)
-@pytest.mark.parametrize("law", laws())
+@pytest.mark.parametrize(("machine", "law"), exhaustive_but(range(0, len(PAIRS), 5), PAIRS))  # both machines
 def test_motions_of_all_laws_are_those_of_plain_python(law, machine, tmp_path, monkeypatch):
     system = system_of(machine, laws()[law]())
     plain, found = motions(system, (plain_meaning, lambda text: InNode(text, tmp_path)), monkeypatch, 1.6)
@@ -305,7 +306,7 @@ def test_motions_of_all_laws_are_those_of_plain_python(law, machine, tmp_path, m
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["exponential", "lugre", "smoothed-tanh"])
+@pytest.mark.parametrize("law", exhaustive_but([1], ["exponential", "lugre", "smoothed-tanh"]))
 def test_motions_on_a_slope_are_those_of_plain_python(law, tmp_path, monkeypatch):
     outside = vc.Environment(inclination=0.1, linear_drag=0.2, quadratic_drag=0.3, force=0.05)
     capsule = vc.PendulumCapsule(normal_load="dynamic", mass_ratio=4.0)
@@ -316,7 +317,7 @@ def test_motions_on_a_slope_are_those_of_plain_python(law, tmp_path, monkeypatch
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["coulomb", "lugre"])
+@pytest.mark.parametrize("law", exhaustive_but([0], ["coulomb", "lugre"]))
 @pytest.mark.parametrize(
     "machine",
     [
@@ -333,6 +334,7 @@ def test_motions_with_stops_are_those_of_plain_python(machine, law, tmp_path, mo
     assert_the_same(plain, found)
 
 
+@pytest.mark.slow
 def test_a_swapped_subtraction_is_noticed(tmp_path, monkeypatch):
     """A planted fault: one difference of the series the other way round."""
     system = system_of("pendulum", vc.Exponential())

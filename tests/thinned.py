@@ -1,4 +1,4 @@
-"""Values of a parametrised test of which only some are fast: each compiles kernels of its own, and all pass one way."""
+"""Values of a parametrised test of which only some are run each time: each costs much, and all pass one way."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -8,13 +8,22 @@ import pytest
 
 def slow_but(fast: Iterable[int], values: Sequence[Any]) -> list:
     """The values, all but those at the places `fast` marked slow."""
-    kept = set(fast)
-    assert kept <= set(range(len(values)))
-    return [value if i in kept else _slow(value) for i, value in enumerate(values)]
+    return _marked(pytest.mark.slow, fast, values)
 
 
-def _slow(value: Any) -> Any:
+def exhaustive_but(kept: Iterable[int], values: Sequence[Any]) -> list:
+    """The values, all but those at the places `kept` marked exhaustive: run before a release."""
+    return _marked(pytest.mark.exhaustive, kept, values)
+
+
+def _marked(mark: pytest.MarkDecorator, without: Iterable[int], values: Sequence[Any]) -> list:
+    places = set(without)
+    assert places <= set(range(len(values)))
+    return [value if i in places else _with(mark, value) for i, value in enumerate(values)]
+
+
+def _with(mark: pytest.MarkDecorator, value: Any) -> Any:
     if isinstance(value, type(pytest.param())):  # with marks or a name of its own
-        return value._replace(marks=[*value.marks, pytest.mark.slow])
+        return value._replace(marks=[*value.marks, mark])
     values = value if isinstance(value, tuple) else (value,)
-    return pytest.param(*values, marks=pytest.mark.slow)
+    return pytest.param(*values, marks=mark)

@@ -7,7 +7,8 @@ import math
 from pathlib import Path
 
 import vibrocap as vc
-from vibrocap.plotting.branches import plot_branches
+from vibrocap.plotting.branches import branch_figure
+from vibrocap.plotting.style import save
 
 if __name__ == "__main__":
     start = {"angle": math.pi / 3}
@@ -17,4 +18,4 @@ if __name__ == "__main__":
         diagrams.append(vc.branches(system, "drive.amplitude", (1.0, 3.0), initial=start))
         swept.append(vc.bifurcation_diagram(system, "drive.amplitude", (1.0, 3.0), 41, initial=start))
         print(diagrams[-1])
-    plot_branches(diagrams, Path(__file__).with_suffix(".png"), multipliers=True, swept=swept)
+    save(branch_figure(diagrams, multipliers=True, swept=swept), Path(__file__).with_suffix(".png"))

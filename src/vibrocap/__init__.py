@@ -3,10 +3,11 @@
 A name is imported from where it stands when it is first asked for, so that `import vibrocap` costs little.
 """
 
-import sys as _sys
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # read by type checkers, and by `_homes`
+from vibrocap.doors import opened as _opened
+
+if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.case.case import Case, CaseError, read_case, save_case
     from vibrocap.case.drive_file import read_drive_table
     from vibrocap.contracts.check_part import PartReport, check_part
@@ -96,10 +97,8 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.physics.friction.hyperbolic_stribeck import HyperbolicStribeck
     from vibrocap.physics.friction.lugre import LuGre
     from vibrocap.physics.friction.maxwell_slip import MaxwellSlip
-    from vibrocap.physics.friction.rate_and_state_ageing import RateAndStateAgeing
-    from vibrocap.physics.friction.rate_and_state_slip import RateAndStateSlip
-    from vibrocap.physics.friction.smoothed_arctan import SmoothedArctan
-    from vibrocap.physics.friction.smoothed_tanh import SmoothedTanh
+    from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing, RateAndStateSlip
+    from vibrocap.physics.friction.smoothed_stribeck import SmoothedArctan, SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
@@ -121,14 +120,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
-    from vibrocap.plotting.maps import draw_study
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.studies.maps import draw_study
     from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
-    from vibrocap.records.readers import read_records
+    from vibrocap.records.reading.readers import read_records
     from vibrocap.records.record import Record
     from vibrocap.records.regime_diagram import regime_diagram
     from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of
@@ -141,254 +140,77 @@ if TYPE_CHECKING:  # read by type checkers, and by `_homes`
     from vibrocap.studies.sweep import sweep
 
 
-def _homes() -> dict[str, str]:
-    """The module of each public name: the imports above, as they stand in this file."""
-    import ast
-    import pathlib
-
-    tree = ast.parse(pathlib.Path(__file__).read_text(encoding="utf-8"))
-    block = next(node for node in tree.body if isinstance(node, ast.If))
-    found = (node for node in block.body if isinstance(node, ast.ImportFrom))
-    return {alias.name: node.module or "" for node in found for alias in node.names}
-
-
-_HOMES = _homes()
-
-
 __version__: str
 
 if not TYPE_CHECKING:  # which would let every name pass
+    _asked_for = _opened(__name__)
 
     def __getattr__(name: str) -> Any:
-        import importlib
+        if name != "__version__":
+            return _asked_for(name)
+        from importlib.metadata import version
 
-        if name == "__version__":
-            from importlib.metadata import version
-
-            found: Any = version("vibrocap")
-        elif name in _HOMES:
-            found = getattr(importlib.import_module(_HOMES[name]), name)
-        else:
-            raise AttributeError(f"module 'vibrocap' has no attribute '{name}'")
-        setattr(_sys.modules[__name__], name, found)
-        return found
+        globals()[name] = version("vibrocap")
+        return globals()[name]
 
 
 def __dir__() -> list[str]:
     return sorted({*globals(), "__version__", *__all__})
 
 
-__all__ = [
-    "Biharmonic",
-    "Certificate",
-    "Event",
-    "Exponential",
-    "Harmonic",
-    "LuGre",
-    "PendulumCapsule",
-    "Phase",
-    "Status",
-    "System",
-    "Trajectory",
-    "simulate",
-    "Start",
-    "plot",
-    "figure",
-    "style",
-    "thumbnail",
-    "to_xarray",
-    "to_pandas",
-    "sweep",
-    "Design",
-    "open_study",
-    "verify_study",
-    "Verification",
-    "write_study",
-    "adaptive_map",
-    "border",
-    "ensemble",
-    "Measure",
-    "measure_table",
-    "measured",
-    "displacement",
-    "drift",
-    "mean_velocity",
-    "MeanVelocity",
-    "settling",
-    "Settling",
-    "response_class",
-    "ResponseClass",
-    "energy_balance",
-    "EnergyBalance",
-    "stick_fraction",
-    "stick_phases",
-    "StickPhases",
-    "word",
-    "friction_loop",
-    "FrictionLoop",
-    "friction_curve",
-    "FrictionCurve",
-    "frictional_limits",
-    "FrictionalLimits",
-    "boundary_velocity",
-    "offset_points",
-    "steady_friction",
-    "steady_slope",
-    "driven_force",
-    "driven_forces",
-    "Driven",
-    "DrivenSet",
-    "presliding_loop",
-    "PreslidingLoop",
-    "frictional_lag",
-    "FrictionalLag",
-    "break_away",
-    "BreakAway",
-    "stick_slip_test",
-    "creep",
-    "Creep",
-    "test_sheet",
-    "TestSheet",
-    "passivity",
-    "Passivity",
-    "stiffness_report",
-    "StiffnessReport",
-    "regularisation_error",
-    "Regularisation",
-    "width_for",
-    "WidthNeeded",
-    "orbit",
-    "Orbit",
-    "OrbitStatus",
-    "shoot",
-    "attractors",
-    "Attractors",
-    "Attractor",
-    "basins",
-    "Basins",
-    "basin_dataset",
-    "bifurcation_diagram",
-    "BifurcationDiagram",
-    "bifurcation_dataset",
-    "classify",
-    "MotionClass",
-    "lyapunov_exponent",
-    "LyapunovExponents",
-    "zero_one_test",
-    "ZeroOneTest",
-    "crossing",
-    "Crossing",
-    "CrossingKind",
-    "Crossings",
-    "Record",
-    "RecordError",
-    "RecordWarning",
-    "read_records",
-    "prepared",
-    "stick_slip",
-    "stick_slip_of",
-    "StickSlip",
-    "regime_diagram",
-    "rotary_damper",
-    "paper_stick_slip",
-    "basalt_velocity_step",
-    "emps",
-    "Case",
-    "CaseError",
-    "read_case",
-    "save_case",
-    "Scales",
-    "PendulumScales",
-    "FreeScales",
-    "SIScales",
-    "Actuator",
-    "Environment",
-    "Oscillator",
-    "TwoMassCrawler",
-    "PendulumCrawler",
-    "TwoMassCapsule",
-    "VibroImpactCapsule",
-    "RigidStopCapsule",
-    "TwoBodyCrawler",
-    "ThreeBodyCrawler",
-    "crawler",
-    "LinkageCrawler",
-    "contact_modes",
-    "ContactModes",
-    "TwoBodyWorm",
-    "ThreeBodyWorm",
-    "worm",
-    "ModeCouplingBlock",
-    "PendulumCapsuleWithStops",
-    "InnerMassScales",
-    "Constant",
-    "Ramp",
-    "Loading",
-    "Square",
-    "Triangle",
-    "Trapezoid",
-    "PulseWidth",
-    "Phases",
-    "ThreePhase",
-    "SevenPhase",
-    "DriveTable",
-    "read_drive_table",
-    "BoucWen",
-    "Coulomb",
-    "Dahl",
-    "ElastoPlastic",
-    "HyperbolicStribeck",
-    "MaxwellSlip",
-    "RateAndStateAgeing",
-    "RateAndStateSlip",
-    "SmoothedArctan",
-    "SmoothedTanh",
-    "Stribeck",
-    "anisotropic",
-    "backlash",
-    "contact_sizes",
-    "ContactSizes",
-    "branch",
-    "Branch",
-    "branches",
-    "BranchDiagram",
-    "BranchEnd",
-    "BranchCrossing",
-    "SpecialPoint",
-    "SpecialKind",
-    "WordChange",
-    "branch_dataset",
-    "fit",
-    "Fit",
-    "steady_fit",
-    "spring_fit",
-    "bootstrap",
-    "Bootstrap",
-    "compare",
-    "Comparison",
-    "match",
-    "Match",
-    "experiment_design",
-    "ExperimentDesign",
-    "candidate_motions",
-    "draw_history",
-    "draw_phase_plane",
-    "draw_friction_loop",
-    "draw_load",
-    "draw_study",
-    "draw_branch",
-    "draw_floquet_multipliers",
-    "draw_forces",
-    "draw_intervals",
-    "draw_basins",
-    "draw_steady_curve",
-    "draw_presliding",
-    "register",
-    "unregister",
-    "load_parts",
-    "parameter",
-    "parameters",
-    "check_part",
-    "PartReport",
-    "PartsError",
-]
+# the paper's system and a motion of it
+__all__ = ["Biharmonic", "Certificate", "Event", "Exponential", "Harmonic", "LuGre", "PendulumCapsule"]
+__all__ += ["Phase", "Status", "System", "Trajectory", "simulate", "Start"]
+# pictures and tables of any result
+__all__ += ["plot", "figure", "style", "thumbnail", "to_xarray", "to_pandas"]
+# studies
+__all__ += ["sweep", "Design", "open_study", "verify_study", "Verification", "write_study", "adaptive_map"]
+__all__ += ["border", "ensemble"]
+# measures
+__all__ += ["Measure", "measure_table", "measured", "displacement", "drift", "mean_velocity", "MeanVelocity"]
+__all__ += ["settling", "Settling", "response_class", "ResponseClass", "energy_balance", "EnergyBalance"]
+__all__ += ["stick_fraction", "stick_phases", "StickPhases", "word", "friction_loop", "FrictionLoop"]
+__all__ += ["friction_curve", "FrictionCurve", "frictional_limits", "FrictionalLimits", "boundary_velocity"]
+__all__ += ["offset_points", "steady_friction", "steady_slope"]
+# friction laws under test
+__all__ += ["driven_force", "driven_forces", "Driven", "DrivenSet", "presliding_loop", "PreslidingLoop"]
+__all__ += ["frictional_lag", "FrictionalLag", "break_away", "BreakAway", "stick_slip_test", "creep", "Creep"]
+__all__ += ["test_sheet", "TestSheet", "passivity", "Passivity", "stiffness_report", "StiffnessReport"]
+__all__ += ["regularisation_error", "Regularisation", "width_for", "WidthNeeded"]
+# steady motions
+__all__ += ["orbit", "Orbit", "OrbitStatus", "shoot", "attractors", "Attractors", "Attractor", "basins"]
+__all__ += ["Basins", "basin_dataset", "bifurcation_diagram", "BifurcationDiagram", "bifurcation_dataset"]
+__all__ += ["classify", "MotionClass", "lyapunov_exponent", "LyapunovExponents", "zero_one_test", "ZeroOneTest"]
+__all__ += ["crossing", "Crossing", "CrossingKind", "Crossings"]
+# measured data
+__all__ += ["Record", "RecordError", "RecordWarning", "read_records", "prepared", "stick_slip", "stick_slip_of"]
+__all__ += ["StickSlip", "regime_diagram", "rotary_damper", "paper_stick_slip", "basalt_velocity_step", "emps"]
+# cases and their units
+__all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumScales", "FreeScales", "SIScales"]
+# what surrounds and drives a machine
+__all__ += ["Actuator", "Environment"]
+# machines
+__all__ += ["Oscillator", "TwoMassCrawler", "PendulumCrawler", "TwoMassCapsule", "VibroImpactCapsule"]
+__all__ += ["RigidStopCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
+__all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
+__all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
+# drives
+__all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "PulseWidth", "Phases"]
+__all__ += ["ThreePhase", "SevenPhase", "DriveTable", "read_drive_table"]
+# friction laws
+__all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
+__all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
+__all__ += ["anisotropic", "backlash", "contact_sizes", "ContactSizes"]
+# branches
+__all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
+__all__ += ["SpecialKind", "WordChange", "branch_dataset"]
+# identification
+__all__ += ["fit", "Fit", "steady_fit", "spring_fit", "bootstrap", "Bootstrap", "compare", "Comparison"]
+__all__ += ["match", "Match", "experiment_design", "ExperimentDesign", "candidate_motions"]
+# pictures into axes that are given
+__all__ += ["draw_history", "draw_phase_plane", "draw_friction_loop", "draw_load", "draw_study", "draw_branch"]
+__all__ += ["draw_floquet_multipliers", "draw_forces", "draw_intervals", "draw_basins", "draw_steady_curve"]
+__all__ += ["draw_presliding"]
+# parts of one's own
+__all__ += ["register", "unregister", "load_parts", "parameter", "parameters", "check_part", "PartReport"]
+__all__ += ["PartsError"]

@@ -105,9 +105,20 @@ def check_whole(field: str, value: Any, least: int, most: float = math.inf, of: 
         raise ArgumentError(field, f"should be a whole number{of} {limits}, got {shown(value)}")
 
 
+def is_positive(value: Any) -> bool:
+    """Whether a value is a finite number above zero."""
+    return is_number(value) and 0.0 < value < math.inf
+
+
+def check_one_of(field: str, value: Any, known: Iterable[str]) -> None:
+    """ArgumentError for what is none of the words that are known."""
+    if value not in (names := tuple(known)):
+        raise ArgumentError(field, f"should be one of {listed(names)}, got {shown(value)}")
+
+
 def check_threshold(field: str, value: Any) -> None:
     """ArgumentError for what is neither None nor a threshold to which motions can settle."""
-    if value is not None and not (is_number(value) and 0.0 < value < math.inf):
+    if value is not None and not is_positive(value):
         raise ArgumentError(field, f"should be None or a positive threshold such as 1e-6, got {shown(value)}")
 
 

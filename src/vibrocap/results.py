@@ -104,6 +104,19 @@ class Result:
         return vibrocap.to_pandas(self)
 
 
+class Advised(enum.Enum):
+    """How something ended: each member is given as its value and, in words, what it means and what can be done."""
+
+    _value_: str
+    advice: str
+
+    def __new__(cls, value: str, advice: str):
+        """The member of that value."""
+        member = object.__new__(cls)
+        member._value_, member.advice = value, advice
+        return member
+
+
 class Rows(tuple[Record, ...]):
     """Records of one kind, such as the events of a motion: a tuple that can be had as a table."""
 

@@ -1,12 +1,16 @@
-"""Parts of one's own on the command line: `--parts FILE`, which every command takes that knows parts by name."""
+"""Parts of one's own: `--parts FILE`, which every command takes that knows parts by name, and `vibrocap check`."""
 
+import dataclasses
 import functools
 import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from vibrocap.arguments import suggestion
 from vibrocap.cli.options import Refusal
+from vibrocap.cli.terminal import OK, WRONG_INPUT, Page, progress
+from vibrocap.io.json_text import json_text
 
 HELP = """
     parts
@@ -46,3 +50,56 @@ def load(files: "list[Path] | tuple[Path, ...]") -> tuple[type, ...]:
     if complaints:
         raise Refusal(*complaints)
     return tuple(found)
+
+
+def check(*names: str, quick: bool = False, json: bool = False) -> int:
+    """Whether a law, a machine or a drive keeps its contract; of one that does not, what is wrong.
+
+    It is taken with its defaults and with other numbers, sampled, recorded, and let move for some periods.
+
+    Exit codes: 0 all keep their contracts, 2 one does not.
+
+    Parameters
+    ----------
+    names
+        laws, machines or drives by name [default: those of --parts]
+    quick
+        do not let them move, which compiles their equations
+    json
+        print one JSON object instead of the reports
+    """
+    from vibrocap.contracts.check_part import check_part
+
+    parts = _parts(names)
+    reports = []
+    for part in parts:
+        with progress(f"Checking {part.name}"):
+            reports.append(check_part(part, motion=not quick))
+    page = Page()
+    if json:
+        page.say(json_text({"parts": [dataclasses.asdict(each) | {"ok": each.ok} for each in reports]}))
+    else:
+        page.say("\n\n".join(map(str, reports)))
+    return OK if all(each.ok for each in reports) else WRONG_INPUT
+
+
+def _parts(names: tuple[str, ...]) -> list[Any]:
+    """The parts of these names, or those of one's own; Refusal, with the nearest name, for what there is not."""
+    from vibrocap.physics.catalogue import drives, laws, machines, registered
+
+    if not names:
+        if not registered():
+            raise Refusal(
+                "Name a law, a machine or a drive, such as lugre, or a file of your own by --parts mylaws.py."
+            )
+        return list(registered())
+    catalogues = (laws(), machines(), drives())
+    known = [name for catalogue in catalogues for name in catalogue]
+    complaints = [
+        f"no law, machine or drive is called {name!r}; {suggestion(name, known, cutoff=0.0)}"
+        for name in names
+        if not any(name in catalogue for catalogue in catalogues)
+    ]
+    if complaints:
+        raise Refusal(*complaints)
+    return [catalogue[name] for name in names for catalogue in catalogues if name in catalogue]

@@ -5,13 +5,14 @@ from collections.abc import Iterable
 from typing import Any
 
 from vibrocap.lab.controls import exponents
-from vibrocap.lab.measures import measure_records, result_record
+from vibrocap.lab.measures import gathered_functions, measure_records, result_record
 from vibrocap.lab.rules import mirrored, rules
 from vibrocap.motion.corners import Corners
 from vibrocap.motion.equations import equations, recorded_room, recorded_scene
 from vibrocap.motion.simulate import STATUSES, event_kinds
 from vibrocap.motion.trajectory import Status
 from vibrocap.numerics.api import BrowserKernel, browser_kernels, series_order
+from vibrocap.physics.drives.drive import ROUNDING
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import dimension_of_unit
 from vibrocap.physics.system import System
@@ -59,7 +60,8 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     looser = ENSEMBLE_TOLERANCES[series_order(tolerance)]
     room = recorded_room(system)
     bounds = [bound for each in room.values() for bound in each]
-    motion, ensemble = browser_kernels(recording, functions, tolerance, looser, bounds)
+    own = gathered_functions(system)
+    motion, ensemble = browser_kernels(recording, functions, tolerance, looser, bounds, own)
     fixed = {
         f"{part}.{info.name}": getattr(record, info.name)
         for part, record in system.parts.items()
@@ -74,6 +76,7 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
         "states": list(system.state_names),
         "mechanical": len(system.machine.states),
         "events": event_kinds(system.placed.switch_events).tolist(),
+        "switched": list(system.switched),
         "symmetry": list(system.symmetry),
         "cyclic": recording.cyclic_state,
         "contact": recording.contact_state,
@@ -99,9 +102,10 @@ def form_of(system: System, tolerance: float = TOLERANCE) -> Form:
     return Form(record, motion, ensemble)
 
 
-def _corners(corners: Corners) -> dict[str, int]:
-    """Of a drive with corners: how many segments, coefficients of each, and place of the present one."""
-    return {"segments": len(corners.lengths), "coefficients": corners.coefficients, "place": corners.place}
+def _corners(corners: Corners) -> dict[str, float]:
+    """Of a drive with corners: how many segments, coefficients of each, place of the present one; what rounding is."""
+    counts = {"segments": len(corners.lengths), "coefficients": corners.coefficients, "place": corners.place}
+    return {**counts, "rounding": ROUNDING}
 
 
 def _units(system: System, names: Iterable[str]) -> dict[str, Any]:

@@ -9,12 +9,26 @@ import numpy as np
 from vibrocap.lab.written import Ways, Written, chosen, text_of
 from vibrocap.measures.during_run import asked_groups, measure_table, resolved, values
 from vibrocap.measures.gathered import Gathered
-from vibrocap.measures.measure import Measure, Reduction, Standard
+from vibrocap.measures.measure import Measure, Reduction, Standard, own_integrands
 from vibrocap.measures.response import MIRRORED
-from vibrocap.numerics.api import BrowserKernel, RunResults, codes
+from vibrocap.motion.equations import equations
+from vibrocap.numerics.api import BrowserKernel, Integrands, RunResults, codes
 from vibrocap.physics.system import System
 
-ASKED = codes.ASK_EXTREMES | codes.ASK_INTEGRALS | codes.ASK_PEAK | codes.ASK_SYMMETRY | codes.ASK_WORD
+ASKED = codes.ASK_SYMMETRY | codes.ASK_WORD  # of a motion on show: what the readouts say
+
+
+def gathered_functions(system: System) -> Integrands | None:
+    """The functions of the instant of all measures of a system that need some of their own; None where none does.
+
+    One kernel has them all: it gathers them where works or peaks are asked for.
+    """
+    return own_integrands(_reductions(system), equations(system))
+
+
+def _reductions(system: System) -> tuple[Measure, ...]:
+    _, needed = resolved(list(measure_table(system)), system)
+    return tuple(measure for measure in needed if isinstance(measure.how, Reduction))
 
 
 def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any]]:
@@ -22,14 +36,12 @@ def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any
 
     read: an expression in JavaScript of the result r of the kernel, the drive period T, the threshold of settling h and
     of whether the system has the half-period symmetry, m. It is what the measure itself does, written down; a measure
-    that this system does not have, or that needs a kernel of its own, is left out.
+    that this system does not have is left out.
     """
-    found, known = [], measure_table()
+    found = []
     for name, measure in measure_table(system).items():
-        _, needed = resolved(name if name in known else measure)  # that of a further contact may be no common one
-        if any(
-            isinstance(each.how, Reduction) or (isinstance(each.how, Standard) and each.how.text) for each in needed
-        ):
+        _, needed = resolved(name, system)
+        if any(isinstance(each.how, Standard) and each.how.text for each in needed):
             continue
         read = _read(system, kernel, needed, name)
         if read != "NaN":
@@ -38,15 +50,16 @@ def measure_records(system: System, kernel: BrowserKernel) -> list[dict[str, Any
 
 
 def _read(system: System, kernel: BrowserKernel, needed: Sequence[Measure], name: str) -> str:
-    ways = Ways()
-    layout = kernel.layout
+    ways, layout = Ways(), kernel.layout
+    own = _reductions(system)
+    ordered = (*own, *(each for each in needed if each not in own))  # their numbers stand in the order of the kernel
 
     def asked() -> Any:
         numbers = np.array([[Written(1.0, f"r[{i}]", ways) for i in range(layout.result_size)]], dtype=object)
         period = np.array([Written(1.0, "T", ways)], dtype=object)
         mirrored = np.array([ways.answer("m")])
         threshold: Any = np.array([Written(1.0, "h", ways)], dtype=object)  # a number alone would lose its text
-        return values(needed, Gathered(system, RunResults(layout, numbers), period, mirrored, threshold))[name][0]
+        return values(ordered, Gathered(system, RunResults(layout, numbers), period, mirrored, threshold))[name][0]
 
     ends = ways.through(asked)
     return chosen([(way, text_of(value if isinstance(value, float) else math.nan)) for way, value in ends])

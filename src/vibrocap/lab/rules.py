@@ -12,10 +12,11 @@ from typing import Any
 
 from vibrocap.arguments import Complaint
 from vibrocap.lab.written import HELD, Ways, Written, chosen, condition
+from vibrocap.physics.drives.drive import Piecewise
 from vibrocap.physics.parameters import complaint_of, parameter_table
 from vibrocap.physics.system import System
 
-MOST_CASES = 16  # of a property; drives of many pieces ask more than a page should hold
+MOST_CASES = 64  # of a property: a part of one's own may ask without end
 
 
 def written_system(system: System, paths: tuple[str, ...], ways: Ways) -> System:
@@ -50,12 +51,32 @@ def rules(system: System, paths: tuple[str, ...]) -> str:
 
 
 def mirrored(system: System, paths: tuple[str, ...]) -> str:
-    """`System.mirrored` as an expression in JavaScript of the parameters p; "false" where it takes too many words."""
+    """`System.mirrored` as an expression in JavaScript of the parameters p and of odd(), which is asked where it must.
+
+    odd: says whether the shape of a drive of many pieces is odd under half a period. That follows from where its
+    corners lie, of which every order would be a way of its own; a page has the numbers of the pieces, and looks.
+    """
     ways = Ways()
     made = written_system(system, paths, ways)
+    if isinstance(made.drive, Piecewise) and type(made.drive).odd is Piecewise.odd:
+        asking: Any = object.__new__(type("Asking", (_AskedShape, type(made.drive)), {"ways": ways}))
+        vars(asking).update(vars(made.drive))
+        object.__setattr__(made, "drive", asking)
     ends = ways.through(lambda: made.mirrored, MOST_CASES)
     found = [(asked, "true" if value is True else "false") for asked, value in ends]
     return "false" if len(found) == MOST_CASES else chosen(found)
+
+
+class _AskedShape:
+    """A drive of many pieces of whose shape is asked."""
+
+    ways: Ways
+    size: Callable[[], float]
+
+    @property
+    def odd(self) -> bool:
+        """`Piecewise.odd`."""
+        return self.size() == 0.0 or self.ways.answer("odd()")
 
 
 def _checks(system: System) -> Iterator[tuple[str, Callable[[], Any]]]:

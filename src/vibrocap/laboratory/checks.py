@@ -1,11 +1,10 @@
 """What every canonical test asks of its arguments and of the motions that it makes."""
 
-import math
 from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, is_number
+from vibrocap.arguments import ArgumentError, is_positive
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.friction.law import Law
 
@@ -13,7 +12,7 @@ from vibrocap.physics.friction.law import Law
 def check_numbers(**given: Any) -> None:
     """ValueError for what is not a positive number, by name."""
     for name, value in given.items():
-        if not (is_number(value) and 0.0 < value < math.inf):
+        if not is_positive(value):
             raise ArgumentError(name, f"should be a positive number, got {value!r}")
 
 

@@ -1,17 +1,149 @@
 """A friction law under an imposed motion: the force that answers a measured or prescribed velocity."""
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from vibrocap.laboratory.driven_equations import driven_equations
-from vibrocap.laboratory.driven_input import imposed_motion, parameter_sets, start_states
+from vibrocap.arguments import ArgumentError, check_whole, is_number, suggestion
+from vibrocap.motion.equations import is_recorded
 from vibrocap.motion.trajectory import Status
-from vibrocap.numerics.api import DrivenEquations, codes, driven_runs
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.api import DrivenEquations, codes, driven_runs, sharpness
+from vibrocap.numerics.expressions.graph import Graph, evaluate
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.parameters import parameter_table
+
+
+def driven_equations(law: Law, free: tuple[str, ...]) -> DrivenEquations:
+    """Recorded equations of a law; laws of one form share them. free: parameters that are recorded in any case."""
+    recorded, fixed = [], []
+    for info in parameter_table(law):
+        value = getattr(law, info.name)
+        if info.name in free or is_recorded(law, info.name, value):
+            recorded.append(info.name)
+        else:
+            fixed.append((info.name, value))
+    return _recorded(type(law), tuple(recorded), tuple(fixed))
+
+
+@functools.lru_cache(maxsize=64)
+def _recorded(kind: type[Law], names: tuple[str, ...], fixed: tuple) -> DrivenEquations:
+    graph = Graph()
+    law = object.__new__(kind)
+    for i, name in enumerate(names):
+        object.__setattr__(law, name, graph.node("parameter", i))
+    for name, value in fixed:
+        object.__setattr__(law, name, value)
+    moving = [name for name in law.internal if name not in law.switched]
+    sorted_names = moving + [name for name in law.internal if name in law.switched]
+    order = [sorted_names.index(name) for name in law.internal]
+    k = len(order)
+    states = [graph.node("state", i) for i in range(k)]
+    velocity, load, side = graph.node("state", k), graph.node("state", k + 1), graph.node("side")
+    internal = tuple(states[i] for i in order)
+
+    def in_order(values: Sequence[Any]) -> tuple:
+        return tuple(graph.expression(values[order.index(i)]) for i in range(k))
+
+    force, rates = law.force(velocity, internal, side, load)
+    moved = in_order(rates)[: len(moving)]
+    sharp = sharpness(graph, moved, velocity, states[: len(moving)])
+    guards = law.switches(velocity, internal, side, load)
+    return DrivenEquations(
+        graph=graph,
+        parameter_names=names,
+        order=tuple(order),
+        moving=len(moving),
+        rates=moved,
+        force=graph.expression(force),
+        guards=tuple(graph.expression(guard) for guard in guards),
+        after_switch=tuple(
+            in_order(law.after_switch(which, velocity, internal, side, load)) for which in range(len(guards))
+        ),
+        after_reversal=in_order(law.after_reversal(internal, side, load)),
+        scales=in_order(law.internal_scales(load)),
+        sharp=sharp.arguments,
+        sharp_internal=sharp.internal,
+        set_valued=law.kind == "set-valued",
+    )
+
+
+def _numbers(name: str, values: Any) -> np.ndarray:
+    """Finite numbers [n]."""
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} should be numbers, got {values!r}") from error
+    if found.ndim != 1:
+        raise ValueError(f"{name} should be a list of numbers, got an array of shape {found.shape}")
+    if not np.isfinite(found).all():
+        i = int(np.argmin(np.isfinite(found)))
+        raise ValueError(f"{name} should be finite, got {found[i]} at sample {i}")
+    return found
+
+
+def imposed_motion(law: Law, time: Any, velocity: Any, load: Any, tolerance: float) -> np.ndarray:
+    """Time, velocity and load: [3, n]."""
+    if not isinstance(law, Law):
+        raise ValueError(f"law should be a friction law such as LuGre(), got {law!r}")
+    t, v = _numbers("time", time), _numbers("velocity", velocity)
+    if len(t) < 2:
+        raise ValueError(f"time should have at least 2 samples, got {len(t)}")
+    if len(v) != len(t):
+        raise ValueError(f"velocity should have as many samples as time ({len(t)}), got {len(v)}")
+    if not (np.diff(t) > 0.0).all():
+        i = int(np.argmin(np.diff(t) > 0.0)) + 1
+        raise ValueError(f"time should increase from sample to sample, got {t[i]} after {t[i - 1]} at sample {i}")
+    w = np.full(len(t), _numbers("load", [load])[0]) if np.ndim(load) == 0 else _numbers("load", load)
+    if len(w) != len(t):
+        raise ValueError(f"load should be a number or have as many samples as time ({len(t)}), got {len(w)}")
+    if law.internal and not (w > 0.0).all():
+        raise ValueError(f"load should be > 0 with the {law.name} law, got {w.min()} at sample {int(np.argmin(w))}")
+    if not (w >= 0.0).all():
+        raise ValueError(f"load should be >= 0, got {w.min()} at sample {int(np.argmin(w))}")
+    if not is_number(tolerance) or not 1e-14 <= tolerance < 1.0:
+        raise ValueError(f"tolerance should be between 1e-14 and 1, got {tolerance!r}")
+    return np.stack([t, v, w])
+
+
+def start_states(law: Law, internal: Any, runs: int) -> np.ndarray:
+    """Internal states at the start: [runs, k]."""
+    k = len(law.internal)
+    if internal is None:
+        return np.zeros((runs, k))
+    found = np.atleast_1d(np.asarray(internal, dtype=float))
+    if found.shape not in ((k,), (runs, k)):
+        raise ValueError(
+            f"internal should have the {k} internal states of the {law.name} law "
+            f"({', '.join(law.internal) or 'none'}), got an array of shape {found.shape}"
+        )
+    if not np.isfinite(found).all():
+        raise ValueError(f"internal should be finite, got {internal!r}")
+    return np.array(np.broadcast_to(found, (runs, k)))
+
+
+def parameter_sets(law: Law, values: Any, names: tuple[str, ...]) -> np.ndarray:
+    """Parameter sets: [m, p]."""
+    known = [info.name for info in parameter_table(law) if isinstance(getattr(law, info.name), (int, float))]
+    for name in names:
+        if name not in known:
+            near = suggestion(name, known, cutoff=0.0)
+            raise ArgumentError("names", f"should be parameters of the {law.name} law, got {name!r}; {near}")
+    if len(set(names)) != len(names):
+        raise ValueError(f"names should differ, got {', '.join(names)}")
+    table = np.asarray(values, dtype=float)
+    if table.ndim != 2 or table.shape[1] != len(names) or len(table) == 0:
+        raise ValueError(
+            f"values should have one row per parameter set and one column per name ({len(names)}), "
+            f"got an array of shape {table.shape}"
+        )
+    if not np.isfinite(table).all():
+        row, column = np.argwhere(~np.isfinite(table))[0]
+        raise ValueError(f"values should be finite, got {table[row, column]} for {names[column]} in row {row}")
+    return table
+
 
 STATUSES = {
     codes.DONE: Status.FINISHED,
@@ -109,8 +241,7 @@ def driven_forces(
     A parameter that chooses the formula when it is whole (`shape_parameters`) takes the general formula when it is one
     of `names`.
     """
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise ValueError(f"threads should be a whole number >= 1, got {threads!r}")
+    check_whole("threads", 1 if threads is None else threads, 1)
     given = imposed_motion(law, time, velocity, load, tolerance)
     names = tuple(names)
     table = parameter_sets(law, values, names)

@@ -9,11 +9,9 @@ import numpy as np
 
 from vibrocap.laboratory.chatter import Chatter, Powers, least_speed, powers, worst_chatter
 from vibrocap.laboratory.checks import check_numbers
-from vibrocap.laboratory.cycle import Cycle, closed_cycle
-from vibrocap.laboratory.cycle_search import searched_cycle
-from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law
-from vibrocap.laboratory.speed_scale import speed_scale
-from vibrocap.laboratory.visited_states import visited_states
+from vibrocap.laboratory.contact_sizes import speed_scale
+from vibrocap.laboratory.cycle import Cycle, closed_cycle, searched_cycle
+from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law, visited_states
 from vibrocap.physics.friction.law import Law
 
 Verdict = Literal["passive, proven", "creates energy: cycle found", "no cycle found, not proven"]

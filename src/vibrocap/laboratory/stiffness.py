@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.laboratory.checks import check_numbers, checked_list
-from vibrocap.laboratory.recorded_law import RecordedLaw, recorded_law
-from vibrocap.laboratory.speed_scale import speed_scale
-from vibrocap.laboratory.visited_states import implicit_euler
+from vibrocap.laboratory.contact_sizes import speed_scale
+from vibrocap.laboratory.recorded_law import RecordedLaw, implicit_euler, recorded_law
 from vibrocap.numerics.expressions.graph import Expression, derivative
 from vibrocap.physics.friction.law import Law
 
@@ -19,7 +18,7 @@ DECADES = (-3.0, 1.0)  # of the law's own speed, between which speeds are looked
 SPEEDS = 25
 AFFORDABLE = 1000.0  # explicit steps within a time of interest that are no burden
 SETTLING = 160  # implicit steps towards a steady internal state, each longer than the one before
-MOST_STEP, SETTLED = 1e4, 1e-9  # in relaxation times; rate that is left, over the relaxation rate
+MOST_STEP, RATE_LEFT = 1e4, 1e-9  # in relaxation times; rate that is left, over the relaxation rate
 NEAR_REST = 1e-9  # of the law's own speed: where slopes at rest are taken
 
 
@@ -182,7 +181,7 @@ def _steady_states(recorded: RecordedLaw, speeds: np.ndarray) -> np.ndarray:
         step = np.minimum(1.2 * step, MOST_STEP / quickness)
     rate = recorded.values(recorded.rates, speeds, state, 1.0)
     left = np.max(np.abs(rate) / size, axis=0)
-    return np.where(left <= SETTLED * quickness, state, np.nan)
+    return np.where(left <= RATE_LEFT * quickness, state, np.nan)
 
 
 def _jacobians(recorded: RecordedLaw, speeds: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ import numpy as np
 from vibrocap.arguments import ArgumentError, check_threshold, check_whole, suggestion
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Derived, Measure, Reduction, Standard, is_summed, own_integrands
-from vibrocap.measures.standard import TRAVEL, standard_measures
+from vibrocap.measures.standard import TRAVEL, further_measures, standard_measures
 from vibrocap.measures.travel import travelling
 from vibrocap.measures.windows import usual_window, whole_periods
 from vibrocap.motion.equations import equations, parameter_values
@@ -55,6 +55,11 @@ def measure_table(system: System | None = None) -> dict[str, Measure]:
     return dict(standard_measures(system))
 
 
+def known_measures(system: System | None = None) -> dict[str, Measure]:
+    """Every measure that a name may stand for: those of the table, of any further contact, and what a system has."""
+    return {**further_measures(), **standard_measures(), **(standard_measures(system) if system is not None else {})}
+
+
 def measured(
     motion: Trajectory,
     measures: str | Measure | Iterable[str | Measure],
@@ -64,14 +69,14 @@ def measured(
 ) -> dict[str, Any]:
     """Measures of a stored motion, taken by the very code that takes them during a run.
 
-    measures: names of `measure_table()`, or measures of one's own
+    measures: names of `measure_table(motion.system)`, or measures of one's own
     window: the last so many whole drive periods are measured where nothing settles; 10, or all where there are fewer
     settle: None, or the threshold of `settling`: then one response period is measured from the mark on at which the
         motion has settled, as in an ensemble that stops there
 
     Returns numbers (for "word" a text) by name. Raises ValueError for a motion that did not go to its end.
     """
-    asked, needed = resolved(measures)
+    asked, needed = resolved(measures, motion.system)
     check_travel(needed, motion.system)
     done = whole_periods(motion)
     if not motion.status.ok:
@@ -111,17 +116,20 @@ def near_measure(name: object, table: Iterable[str]) -> str:
     return suggestion(named if named in (known := list(table)) else name, known, cutoff=0.0)
 
 
-def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[Measure, ...], tuple[Measure, ...]]:
+def resolved(
+    measures: str | Measure | Iterable[str | Measure], system: System | None = None
+) -> tuple[tuple[Measure, ...], tuple[Measure, ...]]:
     """(measures asked for, the same with all that they are derived from, each after what it needs).
 
+    system: whose own measures may be named besides those that there are of any
     Raises ValueError for a name that does not exist, for two measures of one name, and for one derived from itself.
     """
-    table = measure_table()
+    table, listed = known_measures(system), {**measure_table(), **measure_table(system)}
     given = [measures] if isinstance(measures, (str, Measure)) else list(measures)
     own = {measure.name: measure for measure in given if isinstance(measure, Measure)}
     for measure in given:
         if isinstance(measure, Measure) and (
-            own[measure.name] != measure or table.get(measure.name, measure) != measure
+            own[measure.name] != measure or listed.get(measure.name, measure) != measure
         ):
             raise ArgumentError("measures", f"there are two measures of the name {measure.name!r}")
     table |= own
@@ -130,7 +138,7 @@ def resolved(measures: str | Measure | Iterable[str | Measure]) -> tuple[tuple[M
     def need(name: Any, path: tuple[str, ...]) -> Measure:
         if not isinstance(name, str) or name not in table:
             by = f" (of which {path[-1]!r} is derived)" if path else ""
-            near = near_measure(name, table)
+            near = near_measure(name, {**measure_table(system), **own})
             raise ArgumentError("measures", f"there is no measure {name!r}{by}; {near}")
         if name in path:
             raise ArgumentError("measures", f"{name!r} is derived from itself, by {' -> '.join((*path, name))}")

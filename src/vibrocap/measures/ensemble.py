@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_threshold, check_whole, is_number, suggestion
+from vibrocap.arguments import ArgumentError, check_one_of, check_threshold, check_whole, is_number, suggestion
 from vibrocap.measures.during_run import asked_groups, check_travel, resolved, values
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, own_integrands
@@ -60,7 +60,7 @@ def ensemble(
 
     over: values by parameter path ("machine.mass_ratio") or initial state ("initial.angle"), [runs] each; of a system
         that knows its scales also in SI ("drive.frequency_Hz"), while the measures stay without units
-    measures: names of `measure_table()`, or measures of one's own
+    measures: names of `measure_table(system)`, or measures of one's own
     initial: start of all runs by state; what is not named starts at zero
     periods: whole drive periods, the budget of a run
     window: whole drive periods at the end of the budget over which is measured where nothing settles; 10, or all where
@@ -82,7 +82,7 @@ def ensemble(
     those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
     """
     start = initial_state(system, initial)
-    asked, needed = resolved(measures)
+    asked, needed = resolved(measures, system)
     check_travel(needed, system)
     columns = _columns(system, over)  # without units from here on
     check_run(periods=periods, tolerance=tolerance, max_events_per_period=max_events_per_period, max_steps=max_steps)
@@ -90,8 +90,7 @@ def ensemble(
     window = usual_window(periods) if window is None else window
     check_whole("window", window, 1, int(periods))
     check_whole("threads", 1 if threads is None else threads, 1, 2**16)
-    if device not in DEVICES:
-        raise ValueError(f"device should be one of {', '.join(DEVICES)}, got {device!r}")
+    check_one_of("device", device, DEVICES)
     if device == "cuda":
         from vibrocap.numerics.api import cuda_ensemble_run, cuda_problem
 

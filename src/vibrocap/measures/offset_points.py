@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from vibrocap.arguments import is_positive
 from vibrocap.physics.friction.lugre import LuGre
 
 MOST_ITERATIONS = 100_000
@@ -189,5 +190,5 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
 
 def checked_load(load: Any) -> None:
     """ValueError for a normal load that is not a finite number above 0."""
-    if isinstance(load, bool) or not isinstance(load, (int, float)) or not 0.0 < load < math.inf:
+    if not is_positive(load):
         raise ValueError(f"load should be a finite number > 0, got {load!r}")

@@ -13,20 +13,28 @@ from vibrocap.numerics.api import (
 )
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
+from vibrocap.physics.states import MOST_CONTACTS
 from vibrocap.physics.system import CONTACT_CHANNELS, System
-from vibrocap.physics.units import state_units
+from vibrocap.physics.units import quantity_unit, state_units
 
 
-@functools.lru_cache(maxsize=16)
 def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
     """The standard measures by name: those of a system's states and energy channels, or (None) of all that there are.
 
     The switched states of machines and laws say which of their branches holds; their largest and least values
     mean nothing.
     """
-    kinds = [*machines().values()] if system is None else [type(system.machine)]
-    contacts = [*laws().values()] if system is None else [type(system.friction)]
+    if system is None:
+        return _standard_measures(None, tuple(machines().values()), tuple(laws().values()))
+    return _standard_measures(system, (type(system.machine),), (type(system.friction),))
+
+
+@functools.lru_cache(maxsize=16)
+def _standard_measures(
+    system: System | None, kinds: tuple[type[Machine], ...], contacts: tuple[type[Law], ...]
+) -> Mapping[str, Measure]:
     lawful = [tuple(name for name in law.internal if name not in law.switched) for law in contacts]
     moving = (tuple(name for name in kind.states if name not in kind.switched) for kind in kinds)
     states = dict.fromkeys(state for names in (*moving, *lawful) for state in names)
@@ -55,6 +63,30 @@ def standard_measures(system: System | None = None) -> Mapping[str, Measure]:
         *(measure for effort in dict.fromkeys(map(_imposed_by, kinds)) for measure in _actuation(effort)),
         *(REACTION if any(kind.reaction is not Machine.reaction for kind in kinds) else ()),
     ]
+    return {measure.name: measure for measure in found}
+
+
+def further_measures() -> Mapping[str, Measure]:
+    """Those of further contacts by name, of as many as there may be and of every law.
+
+    A study over kinds of laws asks all of them for what one has: it is NaN for the others.
+    """
+    return _further_measures(tuple(laws().values()))
+
+
+@functools.lru_cache(maxsize=4)
+def _further_measures(contacts: tuple[type[Law], ...]) -> Mapping[str, Measure]:
+    found = []
+    for number in range(2, MOST_CONTACTS + 1):
+        found += [_stick_fraction(number), *(_work(f"{channel}_{number}") for channel in CONTACT_CHANNELS)]
+        for law in contacts:
+            names = [f"{name}_{number}" for name in law.internal if name not in law.switched]
+            units = [quantity_unit(name, law.state_units) or "1" for name in names]
+            found += [
+                _extreme(bound, name, unit)
+                for name, unit in zip(names, units, strict=True)
+                for bound in ("largest", "least")
+            ]
     return {measure.name: measure for measure in found}
 
 
@@ -93,6 +125,7 @@ STICKING = (
 )
 
 
+@functools.cache  # one and the same, by whichever table it is found
 def _stick_fraction(number: int) -> Measure:
     """Of a further contact, whose side is a state."""
 
@@ -129,6 +162,7 @@ RESPONSE = (
 )
 
 
+@functools.cache
 def _work(channel: str) -> Measure:
     def work(runs: Gathered) -> np.ndarray:
         names = runs.system.channels
@@ -201,6 +235,7 @@ def _imposed_by(kind: type[Machine]) -> str:
     return "force" if kind.effort == "displacement" else "torque"
 
 
+@functools.cache
 def _actuation(effort: str) -> tuple[Measure, ...]:
     """What an imposed motion takes; impulses, where its velocity jumps, are no part of it."""
     if not effort:
@@ -256,6 +291,7 @@ REACTION = (
 )
 
 
+@functools.cache
 def _extreme(bound: str, state: str, unit: str) -> Measure:
     def extreme(runs: Gathered) -> np.ndarray:
         return runs.state_entry(bound.upper(), state)

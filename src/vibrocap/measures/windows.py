@@ -1,9 +1,6 @@
 """The stretch of time over which something is measured: named in times, or as the last so many whole periods."""
 
-from typing import Any
-
-import numpy as np
-
+from vibrocap.arguments import is_whole
 from vibrocap.motion.trajectory import Trajectory
 
 WINDOW = 10  # whole drive periods
@@ -32,7 +29,7 @@ def window_times(
         raise ValueError("window and periods should not both be given")
     if periods is not None:
         done = whole_periods(motion)
-        if not _is_whole(periods) or periods < 1:
+        if not is_whole(periods, 1):
             raise ValueError(f"periods should be a whole number from 1 on, got {periods!r}")
         if periods > done:
             raise ValueError(f"periods should be at most {done}, the whole periods of the motion, got {periods}")
@@ -62,7 +59,7 @@ def period_index(motion: Trajectory, period: int) -> int:
     Raises ValueError where the motion has no such period.
     """
     done = whole_periods(motion)
-    if not _is_whole(period) or not (-done <= period < done):
+    if not is_whole(period, -done, done - 1):
         raise ValueError(f"period should be a whole number from {-done} to {done - 1} for this motion, got {period!r}")
     return int(period) % done
 
@@ -71,7 +68,3 @@ def period_times(motion: Trajectory, period: int) -> tuple[float, float]:
     """(start, end) of a whole period, see `period_index`."""
     index = period_index(motion, period)
     return period_mark(motion, index), period_mark(motion, index + 1)
-
-
-def _is_whole(number: Any) -> bool:
-    return isinstance(number, (int, np.integer)) and not isinstance(number, bool)

@@ -24,7 +24,7 @@ class Equations:
     """Recorded equations of all systems of one form; their numbers are in the parameter vector.
 
     rates: y' per state; integrals: rates of the quantities carried along (energy channels, then the impulse of
-    friction); hold and limit: None where the contact cannot stick.
+    friction); hold, arriving and limit: None where the contact cannot stick.
     """
 
     graph: Graph
@@ -36,6 +36,7 @@ class Equations:
     scales: tuple[Expression, ...]
     contact_velocity: Expression
     contact_state: int
+    law_states: tuple[tuple[int, ...], ...]  # of the law of each contact, without those that change at events only
     internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
     resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
     imposed_velocities: tuple[Expression, ...]  # of further contacts, where they are no states
@@ -47,6 +48,7 @@ class Equations:
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
     hold: Expression | None  # over the middle of what the contact can hold
+    arriving: Expression | None  # as hold, where the contact comes to rest
     limit: Expression | None
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
     law_switches: int  # how many of them are the law's
@@ -221,6 +223,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         scales=tuple(expression(scale) for scale in scales),
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
+        law_states=tuple(tuple(map(system.state_names.index, names)) for names in _of_laws(system)),
         internal_states=tuple(map(system.state_names.index, _of_contacts(system))),
         resting=tuple(map(system.state_names.index, _resting(system))),
         imposed_velocities=tuple(expression(each.velocity) for each in flow.further if each.imposed),
@@ -230,6 +233,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
         hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),
+        arriving=None if flow.holding_limit is None else expression(flow.arriving_force - flow.holding_middle),
         limit=None if flow.holding_limit is None else expression(flow.holding_limit),
         switches=tuple(expression(guard) for guard in flow.switches),
         law_switches=flow.law_switches,
@@ -261,6 +265,13 @@ def _of_contacts(system: System) -> list[str]:
     own = (*_contact_states(system), *system.state_names[len(system.machine.states) :])
     aside = (*system.switched, *actuator_states(system.actuator))
     return [name for name in own if name not in aside]
+
+
+def _of_laws(system: System) -> list[list[str]]:
+    """The states of the law of each contact, but for those that change at events only."""
+    laws = enumerate(system.further_laws, start=2)
+    names = [system.friction.internal, *([f"{name}_{i}" for name in law.internal] for i, law in laws)]
+    return [[name for name in some if name not in system.switched] for some in names]
 
 
 def _contact_states(system: System) -> list[str]:

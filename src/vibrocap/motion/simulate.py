@@ -12,18 +12,47 @@ from vibrocap.arguments import ArgumentError, check_whole, is_number, shown
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
-from vibrocap.motion.observer import Observer
 from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.trajectory import Status, Trajectory
 from vibrocap.numerics.api import Recorded, codes, recorded_run
+from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.system import BOUNDS, System
 from vibrocap.progress import Progress, reporting
 from vibrocap.resources import TooMuchMemory, in_words
+
+
+@dataclasses.dataclass(frozen=True)
+class Observer:
+    """Observables and rates of integrals of a system, as functions of time, states and side of the contact."""
+
+    system: System
+
+    def __reduce__(self):
+        return type(self), (self.system,)  # the equations are recorded anew
+
+    @functools.cached_property
+    def known(self) -> dict[str, Expression]:
+        """What can be asked for, by name."""
+        recording = equations(self.system)
+        names = (*(f"{name}_work" for name in self.system.channels), "impulse")
+        return recording.observables | dict(zip(names, recording.integrals, strict=True))
+
+    def __call__(
+        self, names: tuple[str, ...], t: np.ndarray, states: np.ndarray, side: np.ndarray, drive: tuple
+    ) -> list[np.ndarray]:
+        """Values by name at times t [n], with states [states, n] and sides [n]: an array [n] each.
+
+        drive: (times since it began its period, parameter vector), see `Trajectory.drive_at`
+        """
+        found = evaluate([self.known[name] for name in names], drive[0], states, side, drive[1])
+        return [np.broadcast_to(np.asarray(value, dtype=float), t.shape) for value in found]
+
 
 MOST_SAMPLES = 2**24  # per period
 SHORTEST = 1e-9  # drive periods of a run: shorter ones are rounding
 
 # By the numbers of `codes`; what happens at the branches of a machine stands at MACHINE_SWITCHED.
+SAME = 1e-14  # of a period: contacts that come to rest within it do so at one instant
 EVENT_KINDS = ("stick", "slip_forward", "slip_back", "reversal", "graze", "switch", *BOUNDS)
 STATUSES = {
     codes.DONE: Status.FINISHED,
@@ -194,6 +223,8 @@ def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any
         return kinds, slice(None)
     if not system.friction.switched:
         kept = numbers != codes.SWITCHED
+    if system.machine.coupled == "distances":
+        return _joint_events(system, recorded, kinds, kept)
     for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
         number = kinds[i].removeprefix("stick_")
         for k in range(i + 1, len(kinds)):
@@ -203,6 +234,38 @@ def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any
                 kinds[k], kept[i] = f"reversal_{number}", False
                 break
     return kinds[kept], kept
+
+
+def _joint_events(system: System, recorded: Recorded, kinds: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, Any]:
+    """As `_contact_events`, of contacts that are decided together: the kernel tells of one where several change.
+
+    Each has turned, stopped or left as its sides say, before the instant and after it.
+    """
+    contacts = []
+    for number, law in enumerate(system.further_laws, start=2):
+        if law.kind == "set-valued":
+            kept = kept & ~np.isin(kinds, [f"{word}_{number}" for word in ("stick", "slip_forward", "slip_back")])
+            contacts.append((number, system.state_names.index(f"side_{number}")))
+    period, found, chosen = system.drive.period, [], []
+    times, starts = (each @ (period, 1.0) for each in (recorded.event_instants, recorded.piece_instants))
+    before = None
+    for i, time in enumerate(times):
+        if kept[i]:
+            found.append(kinds[i])
+            chosen.append(i)
+        if before is None:
+            piece = np.searchsorted(starts, time - SAME * period) - 1
+            before = recorded.series[piece, :, 0] if piece >= 0 else recorded.sections[0]
+        if i + 1 < len(times) and times[i + 1] - time <= SAME * period:
+            continue
+        for number, place in contacts:
+            was, now = before[place], recorded.event_states[i, place]
+            if was != now:
+                leaves = "slip_forward" if now > 0.0 else "slip_back"
+                found.append(f"{'stick' if now == 0.0 else leaves if was == 0.0 else 'reversal'}_{number}")
+                chosen.append(i)
+        before = None
+    return np.array(found, dtype=object), np.array(chosen, dtype=int)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

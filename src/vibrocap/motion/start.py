@@ -11,6 +11,7 @@ from vibrocap.physics.states import OUTPUT
 from vibrocap.physics.system import System
 from vibrocap.physics.units import state_keys
 
+BRANCH = "as it says which branch of the equations holds"
 WHOLE = 1e-12  # of a period: a phase that is so little short of a whole one is none
 
 
@@ -81,7 +82,8 @@ def check_load(system: System, state: Mapping[str, float], time: float) -> None:
 
 
 def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[str, float]:
-    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number.
+    """All initial states by name; ArgumentError for a state that does not exist or is not a finite number, or
+    not a whole one where it says which branch of the equations holds.
 
     A name with a unit, "position_m", is a state of a system that knows its scales.
     """
@@ -93,6 +95,8 @@ def initial_state(system: System, initial: Mapping[str, float] | None) -> dict[s
             raise ArgumentError(f"initial.{name}", f"no such state; {near} States: {', '.join(start)}")
         if isinstance(value, (bool, str)) or not math.isfinite(value):
             raise ArgumentError(f"initial.{name}", f"should be a finite number, got {value!r}")
+        if value != round(value) and name in system.switched:
+            raise ArgumentError(f"initial.{name}", f"should be a whole number, {BRANCH}, got {value!r}")
         if name in start:
             start[name] = float(value)
         else:

@@ -2,7 +2,6 @@
 
 import collections
 import dataclasses
-import enum
 import functools
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from vibrocap.motion.certificate import Certificate
 from vibrocap.motion.equations import parameter_values, parameters_at
 from vibrocap.motion.in_si import MotionInSI
-from vibrocap.results import Result, Rows
+from vibrocap.results import Advised, Result, Rows
 
 IMPACT_WORK = "impact_work"  # what impacts take, at one instant each
 STUCK, FORWARD, BACK = 0, 1, -1
@@ -21,20 +20,58 @@ STATE_FUNCTIONS = ("contact_velocity", "energy", "contact_energy", "momentum", "
 GAUSS_NODES = 12  # per piece; a piece is short against the distance to the nearest singularity
 
 
-class Status(enum.Enum):
+class Status(Advised):
     """How a run ended; `text` says what to do where it could not be completed."""
 
-    FINISHED = "finished"
-    STEP_UNDERFLOW = "step underflow"
-    NOT_FINITE = "not finite"
-    TOO_MANY_EVENTS = "too many events"
-    UNDECIDED_CONTACT = "undecided contact"
-    TOO_MANY_STEPS = "too many steps"
-    NOT_CERTIFIED = "not certified"
-    LIFT_OFF = "lift off"
-    PARADOX = "paradox"
-    STOP_REACHED = "stop reached"
-    AMBIGUOUS_CONTACTS = "ambiguous contacts"
+    FINISHED = "finished", "The run went to its end."
+    STEP_UNDERFLOW = (
+        "step underflow",
+        "The step became smaller than the spacing of numbers: the equations are singular here, or stiffer than the "
+        "tolerance allows. Try a larger tolerance, or less extreme parameters.",
+    )
+    NOT_FINITE = (
+        "not finite",
+        "A state grew beyond all numbers. Check the parameters: a negative effective stiffness or an enormous drive "
+        "lets the pendulum run away.",
+    )
+    TOO_MANY_EVENTS = (
+        "too many events",
+        "The contact changed between sticking and sliding more often than allowed in one period. Raise "
+        "max_events_per_period if that is real; otherwise look at the motion so far.",
+    )
+    UNDECIDED_CONTACT = (
+        "undecided contact",
+        "At one instant neither sticking nor sliding to either side is consistent to rounding level (a degenerate "
+        "contact). Perturb the initial state or a parameter slightly.",
+    )
+    TOO_MANY_STEPS = "too many steps", "The run needed more steps than allowed. Raise max_steps, or the tolerance."
+    NOT_CERTIFIED = (
+        "not certified",
+        "The run went to its end, but its certificate says that it is not the motion of the equations (see "
+        "certificate.failures). Try a smaller tolerance; if that does not help, please report the case.",
+    )
+    LIFT_OFF = (
+        "lift off",
+        "The ground would have to pull from here on: the machine lifts off, and its equations end. Drive it less, or "
+        "make the body on the ground heavier.",
+    )
+    PARADOX = (
+        "paradox",
+        "Friction and normal load raise one another without end: here the equations of rigid bodies have no answer, "
+        "or two (Painleve's paradox). A pendulum capsule is safe from it while the largest friction coefficient is "
+        "below 2 sqrt(lambda (lambda + 1)), lambda its mass ratio.",
+    )
+    STOP_REACHED = (
+        "stop reached",
+        "The machine has reached a stop at which a run ends. Drive it less, or give the stop a coefficient of "
+        "restitution where it takes one.",
+    )
+    AMBIGUOUS_CONTACTS = (
+        "ambiguous contacts",
+        "Which contacts rest is no longer certain: some forces would leave two ways to go on from here, or none, as "
+        "friction and loads of the contacts raise one another (contact_modes lists the ways). Lower the friction "
+        "coefficients, or keep the machine away from this shape.",
+    )
 
     @property
     def ok(self) -> bool:
@@ -44,51 +81,7 @@ class Status(enum.Enum):
     @property
     def text(self) -> str:
         """What happened and what to try."""
-        return _STATUS_TEXT[self]
-
-
-_STATUS_TEXT = {
-    Status.FINISHED: "The run went to its end.",
-    Status.STEP_UNDERFLOW: (
-        "The step became smaller than the spacing of numbers: the equations are singular here, or stiffer than the "
-        "tolerance allows. Try a larger tolerance, or less extreme parameters."
-    ),
-    Status.NOT_FINITE: (
-        "A state grew beyond all numbers. Check the parameters: a negative effective stiffness or an enormous drive "
-        "lets the pendulum run away."
-    ),
-    Status.TOO_MANY_EVENTS: (
-        "The contact changed between sticking and sliding more often than allowed in one period. Raise "
-        "max_events_per_period if that is real; otherwise look at the motion so far."
-    ),
-    Status.UNDECIDED_CONTACT: (
-        "At one instant neither sticking nor sliding to either side is consistent to rounding level (a degenerate "
-        "contact). Perturb the initial state or a parameter slightly."
-    ),
-    Status.TOO_MANY_STEPS: "The run needed more steps than allowed. Raise max_steps, or the tolerance.",
-    Status.NOT_CERTIFIED: (
-        "The run went to its end, but its certificate says that it is not the motion of the equations (see "
-        "certificate.failures). Try a smaller tolerance; if that does not help, please report the case."
-    ),
-    Status.LIFT_OFF: (
-        "The ground would have to pull from here on: the machine lifts off, and its equations end. Drive it less, or "
-        "make the body on the ground heavier."
-    ),
-    Status.PARADOX: (
-        "Friction and normal load raise one another without end: here the equations of rigid bodies have no answer, or "
-        "two (Painleve's paradox). A pendulum capsule is safe from it while the largest friction coefficient is below "
-        "2 sqrt(lambda (lambda + 1)), lambda its mass ratio."
-    ),
-    Status.STOP_REACHED: (
-        "The machine has reached a stop at which a run ends. Drive it less, or give the stop a coefficient of "
-        "restitution where it takes one."
-    ),
-    Status.AMBIGUOUS_CONTACTS: (
-        "Which contacts rest is no longer certain: some forces would leave two ways to go on from here, or none, as "
-        "friction and loads of the contacts raise one another (contact_modes lists the ways). Lower the friction "
-        "coefficients, or keep the machine away from this shape."
-    ),
-}
+        return self.advice
 
 
 @dataclasses.dataclass(frozen=True)

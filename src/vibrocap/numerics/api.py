@@ -12,8 +12,9 @@ kernel says why a run ended and of what kind an event is, and by which groups of
 What stands behind a name is imported when the name is asked for.
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from vibrocap.doors import opened
 
 if TYPE_CHECKING:
     from vibrocap.numerics.codegen.driven_source import DrivenEquations
@@ -59,50 +60,5 @@ __all__ = [
     "sharpness",
 ]
 
-_HOMES = {
-    "codegen.driven_source": ("DrivenEquations",),
-    "codegen.resolution": ("sharpness",),
-    "codegen.source": (
-        "Integrands",
-        "ScalarWriter",
-        "integrands_source",
-    ),
-    "compiler.machine": ("code_made_for",),
-    "kernel.observe.settle": ("LONGEST_PERIOD",),
-    "run.browser": (
-        "BrowserKernel",
-        "browser_kernels",
-        "browser_module",
-    ),
-    "run.cuda": (
-        "cuda_ensemble_run",
-        "cuda_problem",
-    ),
-    "run.driven_run": (
-        "DrivenRuns",
-        "driven_runs",
-    ),
-    "run.ensemble": (
-        "Budget",
-        "ensemble_run",
-    ),
-    "run.motion": (
-        "Recorded",
-        "recorded_run",
-        "series_order",
-    ),
-    "run.replay": ("replayed",),
-    "run.results": ("RunResults",),
-    "run.stroboscope": ("Stroboscope",),
-    "run.threads": ("available_threads",),
-}
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    """What a name of the door stands for."""
-    if name == "codes":
-        return importlib.import_module("vibrocap.numerics.kernel.codes")
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"vibrocap.numerics.{_HOME[name]}"), name)
+if not TYPE_CHECKING:
+    __getattr__ = opened(__name__)

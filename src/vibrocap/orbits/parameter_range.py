@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from vibrocap.arguments import is_number
 from vibrocap.physics.system import System
 
 
@@ -23,7 +24,7 @@ def checked_range(system: System, over: str, between: Any) -> tuple[float, float
         value = system.parameter(over)
     except ValueError as error:
         raise ValueError(f"over: {error}") from None
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
+    if not is_number(value):
         raise ValueError(f"over should be a parameter that is a number, but {over} is {value!r}")
     low, high = checked_pair("between", between)
     for end in (low, high):

@@ -12,7 +12,7 @@ import numpy as np
 from vibrocap.measures.sticking import stick_fraction
 from vibrocap.motion.trajectory import Status
 from vibrocap.paper.averages import period_length
-from vibrocap.paper.claims.claim import SETTLED
+from vibrocap.paper.claims.claim import RUN_ERROR
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
 from vibrocap.paper.runs import LAST, SHOWN_PERIODS, LoadedRun, Period, Runs
 
@@ -63,7 +63,7 @@ def loaded_figure(runs: Runs, key: str) -> LoadedFigure:
 
 def _number(value: float) -> str:
     """Three digits; what is nothing but the error of the runs is called so."""
-    return "nothing" if abs(value) < SETTLED.value else f"{value:.3g}".replace("-", "−")
+    return "nothing" if abs(value) < RUN_ERROR.value else f"{value:.3g}".replace("-", "−")
 
 
 def _both(values: Sequence[float]) -> str:

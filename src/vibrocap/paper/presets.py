@@ -7,6 +7,7 @@ that section 3.1 describes.
 
 import math
 
+from vibrocap.arguments import check_one_of
 from vibrocap.physics.drives.harmonic import Harmonic
 from vibrocap.physics.friction.exponential import Exponential
 from vibrocap.physics.friction.law import Law
@@ -29,8 +30,7 @@ def law(name: str, **changes: float) -> Law:
 
     name: "lugre" (LM) or "exponential" (EM). Raises ValueError for any other.
     """
-    if name not in LAWS:
-        raise ValueError(f"law should be one of {', '.join(LAWS)}, got {name!r}")
+    check_one_of("law", name, LAWS)
     return LAWS[name](**changes)
 
 

@@ -15,7 +15,7 @@ from vibrocap.paper.presets import MASS_RATIOS, SHORT, figures_5_to_8, figures_9
 
 STIFFNESSES = (0.01, 4.5)
 POINTS = 40  # along each axis of the map
-PERIODS, SETTLED, TOLERANCE = 600, 1e-6, 5e-8
+PERIODS, SETTLE, TOLERANCE = 600, 1e-6, 5e-8
 STILL = 1e-5  # mean velocities up to this are no travel: ten times the threshold of settling
 FOLLOWED = (1.45, 4.0)  # stiffness of the diagram of branches
 FRICTION = "exponential"
@@ -76,7 +76,7 @@ def steady_panel(friction: str, load: float | str, mass_ratio: np.ndarray, stiff
         measures=("mean_velocity", "least_reaction"),
         initial=start(system),
         periods=PERIODS,
-        settle=SETTLED,
+        settle=SETTLE,
         tolerance=TOLERANCE,
     )
     names = ("mean_velocity", "status", "settled", "least_reaction")

@@ -22,9 +22,10 @@ from vibrocap.physics.friction.anisotropic import anisotropic
 from vibrocap.physics.friction.backlash import backlash
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.friction.smoothed import smoothed
-from vibrocap.physics.machines.crawler import crawler_of
+from vibrocap.physics.machines.crawler import Crawler
 from vibrocap.physics.machines.machine import Machine
-from vibrocap.physics.machines.worm import worm_of
+from vibrocap.physics.machines.row import row_called
+from vibrocap.physics.machines.worm import Worm
 
 GROUP = "vibrocap.parts"  # of entry points
 # contract: (what it is called, its folder, what every class must have, functions that it must say anew)
@@ -101,7 +102,7 @@ class Machines(Mapping[str, type[Machine]]):
     def __getitem__(self, name: str) -> type[Machine]:
         if name in self._listed:
             return self._listed[name]
-        return worm_of(name) if str(name).endswith("-worm") else crawler_of(name)
+        return row_called(Worm if str(name).endswith("-worm") else Crawler, name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._listed)

@@ -1,11 +1,12 @@
-"""Conversion: what is given in SI becomes the parameters of a part without units, or complaints that name the key."""
+"""Conversion: what is given in SI becomes the parameters of parts without units, or complaints that name the key."""
 
 import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.arguments import ArgumentError, Complaints, is_number, listed, suggestion
-from vibrocap.physics.parameters import ParameterInfo, parameter_table
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, listed, shown, suggestion
+from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
+from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.units import Key, Units, one_way, parameter_keys, same_without_units, state_keys, state_units
 
@@ -179,3 +180,59 @@ def _missing(part: Any, info: ParameterInfo, keys: Mapping[str, Key]) -> tuple[s
     elif len(ways) > 1:
         text += f" (or {listed(ways[1:], ' or ')})"
     return ways[0], text
+
+
+def parts_without_units(given: Mapping[str, Any], scales: Scales | None) -> tuple[dict[str, Any], Scales]:
+    """(the parts without units, the scales of the machine), of parts some of which are in SI.
+
+    scales: those of a machine that is not given in SI
+    Raises ArgumentError for parts of which some are in SI and others not, ParameterError for values that do not serve.
+    """
+    machine = given["machine"]
+    if not isinstance(machine, PartInSI):
+        if scales is None:
+            kind = type(machine).__name__
+            raise ArgumentError("machine", f"should be in SI like the other parts, {kind}.in_si(...), got {machine!r}")
+        in_si = {name: part for name, part in given.items() if isinstance(part, PartInSI)}
+        return {**given, **_parts_in_turn(in_si, scales, machine.effort)}, scales
+    fields = [info.name for info in parameter_table(machine.part.si_scales)]
+    try:
+        own: Scales = machine.part.si_scales(**{name: x for name, x in machine.values.items() if name in fields})
+    except ParameterError as error:
+        raise error.within("machine") from None
+    rest = PartInSI(machine.part, {name: value for name, value in machine.values.items() if name not in fields})
+    return _parts_in_turn({**given, "machine": rest}, own, machine.part.effort), own
+
+
+def _parts_in_turn(given: Mapping[str, Any], scales: Scales, effort: str) -> dict[str, Any]:
+    """The parts without units; ParameterError with every complaint, named by the keys that were given."""
+    found: dict[str, Any] = {}
+    complaints: list[Complaint] = []
+    for name, part in given.items():
+        if not isinstance(part, PartInSI):
+            keys = parameter_keys(type(part), effort)
+            if not all(same_without_units(keys, info.name) for info in parameter_table(part)):
+                kind = type(part).__name__
+                raise ArgumentError(name, f"should be in SI like the machine, {kind}.in_si(...), got {part!r}")
+            found[name] = part
+            continue
+        plain = part_without_units(part.part, part.values, Units(scales, effort, {}))
+        complaints += [each.about(f"{name}.{each.field}") for each in plain.complaints]  # type: ignore[attr-defined]
+        try:
+            found[name] = part.part(**plain.values)
+        except ParameterError as error:
+            complaints += [_as_given(each, name, part.values, plain.values, plain.keys) for each in error.complaints]
+    if complaints:
+        raise ParameterError("the system", complaints)
+    return found
+
+
+def _as_given(
+    complaint: Complaint, part: str, given: Mapping[str, Any], plain: Mapping[str, Any], keys: Mapping[str, str]
+) -> Complaint:
+    """A complaint about a value without units, about what was given."""
+    name = complaint.field
+    if name not in keys:
+        return complaint.about(f"{part}.{name}")
+    text, got, _ = complaint.text.rpartition(f", got {shown(plain[name])}")
+    return Complaint(f"{part}.{keys[name]}", f"{text}, got {shown(given[keys[name]])}" if got else complaint.text)

@@ -11,10 +11,6 @@ from typing import Any
 from vibrocap.physics.contacts import LEAST, FurtherContact
 from vibrocap.physics.friction.law import Law
 
-STILL = 1e-9  # of the natural speed: so slow a contact that comes to rest is stopped, a faster one has jumped
-PUSHED = 1e-7  # of the natural speed, from which on a contact that should rest is seen to slide
-ROUNDING = 1e-12  # of the natural speed
-
 
 @dataclasses.dataclass(frozen=True)
 class Mode:
@@ -69,33 +65,6 @@ class CoupledContact(FurtherContact):
         limit, over = self.limit, self.hold - self.middle
         size = self.law.holding_limit(self.load) * self.usual + LEAST
         return (limit - over) / size, (limit + over) / size
-
-
-class ImposedContact(CoupledContact):
-    """One whose velocity is not a state of its own, so that it is at rest to rounding, and may jump with the drive.
-
-    together: how many other contacts rest that can rest together with it
-    """
-
-    imposed = True
-    together: Any = 0.0
-
-    def joins(self) -> Any:
-        """Guard of a contact that slides, though with one at rest that keeps its distance: they rest together."""
-        slides = self.side * self.side
-        return 1.0 - slides + self.side * self.velocity / self.scale - slides * (ROUNDING * self.together)
-
-    def _push(self):
-        share = self.velocity / (PUSHED * self.scale)
-        cube = share * share * share
-        return cube * cube * cube
-
-    def after(self, which: int) -> tuple[Any, tuple]:
-        """As of any further contact; one that comes to rest or leaves it is nearly still, unless it jumped."""
-        _, own = super().after(which)
-        share = self.velocity / (STILL * self.scale)
-        fourth = share * share * share * share
-        return self.velocity * (1.0 - 1.0 / (1.0 + fourth)), own
 
 
 def eliminated(rows: Sequence[Sequence], columns: Sequence[Sequence]) -> tuple[list[list], list]:

@@ -16,29 +16,18 @@ and Glocker 1996). Guards change one contact at a time, without time passing bet
 at the one set that holds (Murty 1974). Where a determinant of a mode that is within reach falls to zero, a run ends as
 "ambiguous contacts": from there on some forces would leave two ways to go on, or none.
 
-Where the distances between the contacts are imposed (`Machine.coupled` is "distances") all share one coordinate, A has
-the rank one, and how contacts that rest together share a force is open, though the motion is not:
-
-- While a distance dwells, two contacts can rest together. They rest while the force that must be held is within what
-  all of them can hold; each is shown the same share of its limit. This is a choice: only the sum is known.
-- While it does not, at most one of the two can rest. Contact i at rest would let contact j depart to the side of
-  b_j - b_i, so j counts with its largest force to that side. Whatever the levels, exactly one set holds then, as the
-  sum of all friction falls with the velocity of the one coordinate.
-
 A contact gives way at the largest force that it can hold; only then does its friction fall to that of sliding.
+Where the distances between the contacts are imposed, all share one coordinate: see `imposed_distances.py`.
 """
 
 import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.physics.contacts import LEAST, FurtherContact, MachineOnContacts
-from vibrocap.physics.coupled_contact import CoupledContact, ImposedContact, Mode, determinant, eliminated
-from vibrocap.physics.elementary import sqrt
+from vibrocap.physics.contacts import MachineOnContacts
+from vibrocap.physics.coupled_contact import CoupledContact, Mode, determinant, eliminated
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.states import turns
-
-EVEN = 1e-10  # of the acceleration by all loads: contacts whose accelerations differ by less may rest together
 
 
 class CoupledContacts(MachineOnContacts):
@@ -46,9 +35,6 @@ class CoupledContacts(MachineOnContacts):
 
     def __init__(self, machine: Any, laws: Sequence[Law], environment: Any, first: Law):
         super().__init__(machine, laws, environment)
-        if machine.coupled == "distances":
-            names = (f"stick_{i}" for i, law in enumerate(laws, start=2) if law.kind == "set-valued")
-            self.switch_events = (*self.switch_events, *names)
         self.first, self.side, self.internal, self.push, self.push_at_rest = first, 1.0, (), 0.0, 0.0
         if machine.follows_load:
             kept = (f"contact_storage_{i}" for i, law in enumerate(laws, start=2) if law.internal)
@@ -118,49 +104,12 @@ class CoupledContacts(MachineOnContacts):
 
     def quotients(self, t, y, drive) -> list:
         """Whose divisors are watched as bounds: before one of them vanishes they grow without end."""
-        if self.machine.coupled == "distances":
-            return []
         return [*self._solved(t, y, drive)[2], self.holding_force(t, y, drive)]
-
-    def _shared(self, t, y, drive, contact: int, force=None) -> tuple:
-        """(force that holds a contact, contacts that rest with it) at imposed distances, see the head of this file.
-
-        contact: 1 for the first; force: in the place of the friction at the first, of others
-        """
-        given, machine = self.machine.coupling(t, self._own(y), drive), self.machine
-        inertia = 1.0 / given.response[0][0]
-        far = EVEN * (machine.load() + sum(machine.further_loads())) / inertia
-        at, weight, together = contact - 1, 0.0, 0.0
-        sticks = self.first.kind == "set-valued"
-        rests = 1.0 - self.side * self.side if sticks else 0.0
-        others = []
-        if contact != 1:
-            others.append((0, Mode(self.first, machine.load(), 0.0, (), 1.0 - rests, 0.0 if force is None else force)))
-        modes = self._contacts(t, y)
-        others += [(j, mode) for j, mode in enumerate(modes, start=1) if j != at]
-        law, load = (self.first, machine.load()) if contact == 1 else (self.laws[at - 1], self.law_loads[at - 1])
-        limit, middle = (law.holding_limit(load), law.holding_middle(load)) if law.kind == "set-valued" else (1.0, 0.0)
-        # What must be held, from outside too where the first contact rests; one that slides was given that force less.
-        total = inertia * given.free[at] + (self.push_at_rest if contact == 1 else rests * self.push_at_rest) - middle
-        for j, mode in others:
-            sliding, resting = mode.force + mode.drag, 1.0 - mode.slips
-            if mode.law.kind != "set-valued":
-                total = total - sliding
-                continue
-            ahead = given.free[j] - given.free[at]
-            departs = ahead / sqrt(ahead * ahead + far * far)
-            most, mean = mode.law.holding_limit(mode.load), mode.law.holding_middle(mode.load)
-            total = total - (mode.slips * sliding + resting * (mean + departs * most))
-            beside = resting * (1.0 - departs * departs)
-            weight, together = weight + beside * most, together + beside
-        return middle + total * ((limit + LEAST) / (limit + LEAST + weight)), together
 
     # --- as a machine on its first contact ----------------------------------------------------------------------------
 
     def holding_force(self, t, y, drive):
         """Friction force that would keep the first contact at rest, less what pushes its body from outside."""
-        if self.machine.coupled == "distances":
-            return self._shared(t, y, drive, 1)[0] - self.push_at_rest
         given = self.machine.coupling(t, self._own(y), drive)
         first, (alpha, beta, _) = given.response[0], self._solved(t, y, drive)
         held = given.free[0] - sum(a * r for a, r in zip(first[1:], alpha, strict=True))
@@ -169,70 +118,43 @@ class CoupledContacts(MachineOnContacts):
     def further(self, t, y, drive, force=0.0) -> tuple[CoupledContact, ...]:
         """The further contacts at one instant; force: in the place of the friction at the first."""
         machine, modes = self.machine, self._contacts(t, y)
-        normals, together, taken = [1.0] * len(modes), [0.0] * len(modes), []
-        if machine.coupled == "distances":
-            for j, mode in enumerate(modes):
-                sliding = mode.force + mode.drag
-                if mode.law.kind == "set-valued":
-                    rest, together[j] = self._shared(t, y, drive, 2 + j, force)
-                    sliding = rest + mode.slips * (sliding - rest)
-                taken.append(sliding)
-        else:
-            alpha, beta, _ = self._solved(t, y, drive)
-            taken = [a - b * force for a, b in zip(alpha, beta, strict=True)]
-            given = machine.coupling(t, self._own(y), drive)
-            if given.load_response is not None:
-                forces = (force, *taken)
-                normals = [
-                    load - sum(c * r for c, r in zip(row, forces, strict=True))
-                    for load, row in zip(given.loads[1:], given.load_response[1:], strict=True)
-                ]
-        sizes, kind = machine.scales(), ImposedContact if machine.coupled == "distances" else CoupledContact
+        normals = [1.0] * len(modes)
+        alpha, beta, _ = self._solved(t, y, drive)
+        taken = [a - b * force for a, b in zip(alpha, beta, strict=True)]
+        given = machine.coupling(t, self._own(y), drive)
+        if given.load_response is not None:
+            forces = (force, *taken)
+            normals = [
+                load - sum(c * r for c, r in zip(row, forces, strict=True))
+                for load, row in zip(given.loads[1:], given.load_response[1:], strict=True)
+            ]
         usual, found = machine.further_loads() if machine.follows_load else [1.0] * len(modes), []
         for j, mode in enumerate(modes):
-            name = machine.contacts[j] if machine.contacts[j] in machine.states else machine.contact_state
-            scale = sizes[machine.states.index(name)]
-            own = mode.law, mode.load, mode.velocity, mode.own, taken[j]
-            each = kind(2 + j, *own, scale, self.environment, normals[j], usual[j])
-            if isinstance(each, ImposedContact):
-                each.together = together[j]
-            found.append(each)
+            scale = machine.scales()[machine.states.index(machine.contacts[j])]
+            own = mode.law, mode.load, mode.velocity, mode.own, taken[j], scale
+            found.append(CoupledContact(2 + j, *own, self.environment, normals[j], usual[j]))
         return tuple(found)
+
+    def arriving_force(self, t, y, drive):
+        """As `holding_force`, at the instant at which the first contact comes to rest."""
+        return self.holding_force(t, y, drive)
 
     def rates(self, t, y, drive, force) -> tuple:
         """y', with the friction of all contacts; of contacts that rest exactly zero."""
         further = self.further(t, y, drive, force)
         own = list(self.machine.rates(t, self._own(y), drive, force, *(each.taken for each in further)))
-        if self.machine.coupled == "motion":
-            slipping = self.side * self.side if self.first.kind == "set-valued" else 1.0
-            shares = {self.machine.contact_state: slipping}
-            for each, name in zip(further, self.machine.contacts, strict=True):
-                shares[name] = each.side * each.side if each.sticks else 1.0
-            own = [shares.get(name, 1.0) * rate for name, rate in zip(self.machine.states, own, strict=True)]
+        slipping = self.side * self.side if self.first.kind == "set-valued" else 1.0
+        shares = {self.machine.contact_state: slipping}
+        for each, name in zip(further, self.machine.contacts, strict=True):
+            shares[name] = each.side * each.side if each.sticks else 1.0
+        own = [shares.get(name, 1.0) * rate for name, rate in zip(self.machine.states, own, strict=True)]
         return *own, *(rate for each in further for rate in each.rates)
 
     def switches(self, t, y, drive, force) -> tuple:
         """Guards of the machine, then of each further contact."""
         further = self.further(t, y, drive, force)
         own = self.machine.switches(t, self._own(y), drive, force)
-        joins = (each.joins() for each in self._joining(further))
-        return *own, *(guard for each in further for guard in each.guards()), *joins
-
-    def after_switch(self, which, t, y, drive, force) -> tuple:
-        """All states after guard number `which`."""
-        further = self.further(t, y, drive, force)
-        joining = self._joining(further)
-        own = len(self.machine.switches(t, self._own(y), drive, force)) + sum(len(each.guards()) for each in further)
-        if which < own:
-            return super().after_switch(which, t, y, drive, force)
-        each, states = joining[which - own], list(y)
-        velocity, states[self._places[each.number - 2]] = each.after(0)
-        self._move(states, self.machine.contacts[each.number - 2], each, velocity)
-        return tuple(states)
-
-    def _joining(self, further: Sequence[CoupledContact]) -> list[ImposedContact]:
-        """Those that may come to rest together with others."""
-        return [each for each in further if isinstance(each, ImposedContact) and each.sticks]
+        return *own, *(guard for each in further for guard in each.guards())
 
     def outer_force(self, t, y, drive, force=0.0):
         """Force from outside, friction at the further contacts included."""
@@ -272,8 +194,6 @@ class CoupledContacts(MachineOnContacts):
         Of each mode that is within reach, from rest at the largest forces that can be held. Returns (bounds, kinds).
         """
         machine = self.machine
-        if machine.coupled == "distances":
-            return (), ()
         given, own, n = machine.coupling(t, self._own(y), drive), self._own(y), 1 + len(self.laws)
         load = 1.0 if machine.follows_load else machine.load()
         velocity = machine.contact_velocity(t, own)
@@ -302,10 +222,3 @@ class CoupledContacts(MachineOnContacts):
     def vertical_momentum(self, t, y) -> Any:
         """None: the load is one of several."""
         return None
-
-    def _move(self, states: list, name: str, each: FurtherContact, velocity) -> None:
-        if self.machine.coupled == "distances":
-            place = self.machine.states.index(self.machine.contact_state)
-            states[place] = states[place] + (velocity - each.velocity)
-        else:
-            super()._move(states, name, each, velocity)

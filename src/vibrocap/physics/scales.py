@@ -13,23 +13,28 @@ EFFORTS = {"force": FORCE, "torque": TORQUE, "displacement": LENGTH, "number": N
 class Scales:
     """What one unit of mass, length and time is in SI; all others follow.
 
-    A record of scales has the numbers that say so as its fields, each with its unit in its name, and gives the three.
+    A record of scales has the numbers that say so as its fields, each with its unit in its name, and gives `units`.
     """
+
+    @property
+    def units(self) -> tuple[float, float, float]:
+        """One unit of mass (kg), of length (m) and of time (s)."""
+        raise NotImplementedError
 
     @property
     def mass_kg(self) -> float:
         """One unit of mass."""
-        raise NotImplementedError
+        return self.units[0]
 
     @property
     def length_m(self) -> float:
         """One unit of length."""
-        raise NotImplementedError
+        return self.units[1]
 
     @property
     def time_s(self) -> float:
         """One unit of time."""
-        raise NotImplementedError
+        return self.units[2]
 
     def of(self, dimension: Dimension, effort: str = "force") -> float:
         """What one dimensionless unit of a quantity is in SI: m^a l^b t^c for its exponents of mass, length and time.
@@ -39,7 +44,7 @@ class Scales:
         own = dimension.resolved(EFFORTS[effort])
         exponents = own.force, own.length + own.force, own.time - 2 * own.force
         above = below = 1.0
-        for scale, exponent in zip((self.mass_kg, self.length_m, self.time_s), exponents, strict=True):
+        for scale, exponent in zip(self.units, exponents, strict=True):
             if exponent > 0:
                 above *= scale**exponent
             elif exponent < 0:
@@ -52,19 +57,9 @@ class SIScales(Scales):
     """Scales of a machine whose parameters may stand in any consistent units: in SI they stay as they are."""
 
     @property
-    def mass_kg(self) -> float:
-        """1 kg."""
-        return 1.0
-
-    @property
-    def length_m(self) -> float:
-        """1 m."""
-        return 1.0
-
-    @property
-    def time_s(self) -> float:
-        """1 s."""
-        return 1.0
+    def units(self) -> tuple[float, float, float]:
+        """1 kg, 1 m, 1 s."""
+        return 1.0, 1.0, 1.0
 
 
 @parameters
@@ -76,16 +71,6 @@ class FreeScales(Scales):
     time_unit_s: Positive = parameter(..., "t", "unit of time", unit="s")
 
     @property
-    def mass_kg(self) -> float:
-        """The unit of mass."""
-        return self.mass_unit_kg
-
-    @property
-    def length_m(self) -> float:
-        """The unit of length."""
-        return self.length_unit_m
-
-    @property
-    def time_s(self) -> float:
-        """The unit of time."""
-        return self.time_unit_s
+    def units(self) -> tuple[float, float, float]:
+        """As they are given."""
+        return self.mass_unit_kg, self.length_unit_m, self.time_unit_s

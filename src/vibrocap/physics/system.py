@@ -6,17 +6,18 @@ from typing import Any
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
 from vibrocap.physics.contacts import MachineOnContacts
+from vibrocap.physics.conversion import parts_without_units
 from vibrocap.physics.coupled_contacts import CoupledContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
+from vibrocap.physics.imposed_distances import ImposedDistances
 from vibrocap.physics.machines.machine import Imposed, Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import FURTHER, further_laws, state_names
-from vibrocap.physics.system_in_si import parts_without_units
 from vibrocap.physics.units import Units, state_units
 
 PARTS = ("machine", "friction", "drive")  # of every system
@@ -50,6 +51,7 @@ class Flow:
     taken: Any  # by the machine in the place of friction: R less what pushes its body from outside
     outer_force: Any  # along the line of sliding, other than friction
     holding_force: Any  # R that would keep a resting contact at rest
+    arriving_force: Any  # the same at the instant at which the contact comes to rest, perhaps with others
     holding_middle: Any  # of the forces that the contact can hold at rest
     holding_limit: Any  # how far they reach from their middle; None where the law is not set-valued
     switches: tuple  # guards of the branches of the law, then of the machine, positive within the present ones
@@ -161,7 +163,8 @@ class System:
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
         if machine.coupled:
-            machine = CoupledContacts(machine, self.further_laws, self.environment, self.friction)
+            kind = ImposedDistances if machine.coupled == "distances" else CoupledContacts
+            machine = kind(machine, self.further_laws, self.environment, self.friction)
         elif machine.contacts:
             machine = MachineOnContacts(machine, self.further_laws, self.environment)
         return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
@@ -239,6 +242,10 @@ class System:
             machine = machine.seen(side, internal, outside)
         held = machine.holding_force(t, mechanical, drive)
         hold = held if outside is None else held + outside.push_at_rest
+        arriving = hold
+        if self.machine.coupled:
+            arriving = machine.arriving_force(t, mechanical, drive)
+            arriving = arriving if outside is None else arriving + outside.push_at_rest
         force, internal_rates = law.force(velocity, internal, side, load)
         sliding_loss, bristle_loss = law.losses(velocity, internal, side, load)
         slipping = side * side if sticks else 1.0
@@ -304,6 +311,7 @@ class System:
             taken=taken,
             outer_force=outer_force,
             holding_force=hold,
+            arriving_force=arriving,
             holding_middle=middle,
             holding_limit=limit,
             switches=(*switches, *guards),

@@ -21,8 +21,8 @@ from matplotlib.patheffects import Normal, Stroke
 from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
+from vibrocap.plotting.labels import scale
 from vibrocap.plotting.style import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, blank_figure
-from vibrocap.plotting.units import scale
 
 PERIODS = 5  # the last ones are filmed
 FRAMES_PER_SECOND = 25

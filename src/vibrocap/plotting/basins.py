@@ -2,7 +2,6 @@
 
 import dataclasses
 import types
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,9 @@ from matplotlib.patches import Patch
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
-from vibrocap.plotting.cells import Cell, share
-from vibrocap.plotting.labels import EQUALS
-from vibrocap.plotting.maps import (
+from vibrocap.plotting.labels import EQUALS, scale, with_unit
+from vibrocap.plotting.studies.cells import Cell, share
+from vibrocap.plotting.studies.maps import (
     CELL_STYLES,
     HALO,
     OTHERS,
@@ -27,7 +26,7 @@ from vibrocap.plotting.maps import (
     add_title_and_legend,
     study_axes,
 )
-from vibrocap.plotting.study_view import ViewAxis, axis_label, case_label, value_text
+from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, value_text
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,
@@ -41,10 +40,8 @@ from vibrocap.plotting.style import (
     YELLOW,
     given_axes,
     legend_below,
-    save,
     style,
 )
-from vibrocap.plotting.units import scale, with_unit
 from vibrocap.studies.orbit_datasets import basin_dataset
 
 DIRECTIONS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", GREY)}
@@ -55,11 +52,6 @@ UNVALUED_STYLES = {
     FAILED: ("failed", *CELL_STYLES[Cell.FAILED]),
     NOT_TOLD: ("settled, not told apart", *CELL_STYLES[Cell.NO_VALUE]),
 }
-
-
-def plot_basins(basins: Basins, path: str | Path) -> Path:
-    """Draw basins into a file (.png, .svg or .pdf); the same basins give the same bytes."""
-    return save(basin_figure(basins), path, PRINT)
 
 
 def basin_figure(basins: Basins) -> Figure:

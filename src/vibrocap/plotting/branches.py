@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from vibrocap.arguments import check_one_of
 from vibrocap.orbits.attractors.bifurcation_diagram import BifurcationDiagram
 from vibrocap.orbits.continuation.branch import Branch
 from vibrocap.orbits.continuation.branch_diagram import BranchDiagram
@@ -18,7 +18,7 @@ from vibrocap.physics.conversion import Quantity, quantity_in_si
 from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
-from vibrocap.plotting.labels import law_words, parts_title, symbol_text
+from vibrocap.plotting.labels import law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,
@@ -30,10 +30,8 @@ from vibrocap.plotting.style import (
     figure,
     given_axes,
     legend_below,
-    save,
     style,
 )
-from vibrocap.plotting.units import parts_in_si, scale, with_unit
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
@@ -72,20 +70,6 @@ SWEPT: dict[str, dict[str, Any]] = {
     for way, half in (("up", "right"), ("down", "left"))
 }
 LONGER = {2: GREEN, 4: PURPLE, 8: ORANGE}
-
-
-def plot_branches(
-    found: Branch | BranchDiagram | Sequence[Branch | BranchDiagram],
-    path: str | Path,
-    quantity: str = "mean_velocity",
-    *,
-    titles: Sequence[str] = (),
-    multipliers: bool = False,
-    swept: Sequence[BifurcationDiagram] = (),
-    over: str | None = None,
-) -> Path:
-    """Draw branches into a file (.png, .svg or .pdf), see `branch_figure`."""
-    return save(branch_figure(found, quantity, titles=titles, multipliers=multipliers, swept=swept, over=over), path)
 
 
 def branch_figure(
@@ -170,8 +154,7 @@ def _check(given: Sequence[Branch | BranchDiagram], quantity: str) -> None:
     """ValueError for what cannot be drawn."""
     if not given or not any(len(branch) for each in given for branch in _branches(each)):
         raise ValueError("found should hold at least one branch that is not empty")
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity should be one of {', '.join(QUANTITIES)}, got {quantity!r}")
+    check_one_of("quantity", quantity, QUANTITIES)
     if quantity != "period" and any(np.isnan(branch.drift).any() for each in given for branch in _branches(each)):
         raise ValueError("the machine is held to its place: its motions have no drift to be drawn")
 

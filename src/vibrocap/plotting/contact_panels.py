@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from vibrocap.motion.trajectory import Trajectory
-from vibrocap.plotting.style import BLUE, GREEN, LABELS, ORANGE, PURPLE, SKY, VERMILION
+from vibrocap.plotting.labels import with_unit
+from vibrocap.plotting.style import BLUE, GREEN, LABELS, ORANGE, PURPLE, SKY, VERMILION, legend_above
 from vibrocap.plotting.trace import Trace
-from vibrocap.plotting.units import with_unit
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 MODES = {1: ("forward", BLUE), 0: ("stuck", "#B8B8B8"), -1: ("back", VERMILION)}  # side: what it is called
@@ -61,7 +61,7 @@ def draw_modes(motion: Trajectory, start: float, ax: Axes) -> None:
     ax.set(yticks=list(contacts), ylabel="contact", xlabel=LABELS["periods"])
     ax.grid(visible=False, axis="y")
     handles = [Patch(color=colour, label=word) for word, colour in MODES.values()]
-    ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=3, borderaxespad=0.0, fontsize=8)
+    legend_above(ax, handles=handles, columnspacing=None, handlelength=None)
 
 
 def draw_all_loops(motion: Trajectory, ax: Axes) -> None:
@@ -82,14 +82,7 @@ def draw_all_loops(motion: Trajectory, ax: Axes) -> None:
 
 def numbers_above(ax: Axes) -> None:
     """A legend of numbers in the line of the title."""
-    many = len(ax.get_legend_handles_labels()[0]) > 6
-    ax.legend(
-        loc="lower right",
-        bbox_to_anchor=(1.0, 0.99),
-        ncols=10,
-        borderaxespad=0.0,
-        columnspacing=0.6 if many else 0.8,
-        handlelength=0.5 if many else 1.0,
-        handletextpad=0.3,
-        fontsize=7.5 if many else 8,
-    )
+    look = {"columnspacing": 0.8, "handlelength": 1.0, "handletextpad": 0.3}
+    if len(ax.get_legend_handles_labels()[0]) > 6:
+        look |= {"columnspacing": 0.6, "handlelength": 0.5, "fontsize": 7.5}
+    legend_above(ax, ncols=10, **look)

@@ -2,7 +2,6 @@
 
 import math
 import textwrap
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,8 +12,7 @@ from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
-from vibrocap.identification.result.fit_result import Fit, FittedParameter, RecordResult, number
-from vibrocap.identification.result.measured_units import MeasuredUnits
+from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
 from vibrocap.plotting.labels import law_words, percent
 from vibrocap.plotting.style import (
     BLUE,
@@ -25,8 +23,8 @@ from vibrocap.plotting.style import (
     decimated,
     footnote,
     given_axes,
+    heading,
     legend,
-    save,
     style,
     unit_of,
 )
@@ -43,21 +41,6 @@ HELD_OUT = {"color": VERMILION, "linewidth": 1.0, "label": "predicted (held out)
 TARGET = {"color": GREY, "linewidth": 2.0}
 MATCHED = {"color": BLUE, "linewidth": 1.1}
 DIFFERENCE = {"color": VERMILION, "linewidth": 1.0}
-
-
-def plot_fit(fit: Fit, path: str | Path) -> Path:
-    """Draw a fit into a file (.png, .svg or .pdf): records and parameters."""
-    return save(fit_figure(fit), path)
-
-
-def plot_residuals(fit: Fit, path: str | Path) -> Path:
-    """Draw what a fit leaves of each record into a file (.png, .svg or .pdf)."""
-    return save(residual_figure(fit), path)
-
-
-def plot_comparison(comparison: Comparison, path: str | Path) -> Path:
-    """Draw the errors of compared laws into a file (.png, .svg or .pdf)."""
-    return save(comparison_figure(comparison), path)
 
 
 def fit_figure(fit: Fit) -> Figure:
@@ -82,11 +65,11 @@ def fit_figure(fit: Fit) -> Figure:
         top.legend(handles=list(handles.values()), loc="outside upper right", ncols=3, frameon=False, fontsize=8.5)
         _forest(bottom.subplots(), searched)
         held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {percent(fit.held_out_relative_rmse)}"
-        fig.suptitle(
+        heading(
+            fig,
             f"{law_words(fit.law_name)}: error {percent(fit.relative_rmse)} of the {fit.units.force_name}'s standard "
             f"deviation{held}",
-            fontsize=10.5, x=0.01, ha="left", weight="bold",
-        )  # fmt: skip
+        )
         footnote(fig, _small_print(fit, shown))
     return fig
 
@@ -121,12 +104,9 @@ def residual_figure(fit: Fit) -> Figure:
             right.plot(x, normal * float(np.sum(count)) * (edges[1] - edges[0]), color="#000000", linewidth=0.9)
             right.set(xlabel=f"error ({prefix}{fit.units.force})", ylabel="samples")
         fig.align_ylabels()
-        fig.suptitle(
+        heading(
+            fig,
             f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}",
-            fontsize=10.5,
-            x=0.01,
-            ha="left",
-            weight="bold",
         )
         told = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
         text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}".replace("  ", " ")
@@ -357,11 +337,6 @@ def _even_choice(count: int, most: int) -> np.ndarray:
     return np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(int)
 
 
-def plot_match(match: Match, path: str | Path) -> Path:
-    """Draw a match into a file (.png, .svg or .pdf)."""
-    return save(match_figure(match), path)
-
-
 def match_figure(match: Match) -> Figure:
     """Force over velocity, and over time where a motion was matched; below, matched less target."""
     driven = len(match.time) > 0
@@ -391,9 +366,9 @@ def match_figure(match: Match) -> Figure:
         for ax in axes[1]:
             if ax.get_xscale() == "linear":
                 ax.xaxis.set_major_locator(MaxNLocator(6 if ax is axes[1, 0] else 4))
-        fig.suptitle(
+        heading(
+            fig,
             f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain",
-            fontsize=10.5, x=0.01, ha="left", weight="bold",
-        )  # fmt: skip
+        )
         footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")
     return fig

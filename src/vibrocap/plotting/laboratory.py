@@ -1,7 +1,6 @@
 """Pictures of what a friction law does: its canonical tests, its card, and what smoothing its contact costs."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,7 @@ from vibrocap.plotting.style import (
     footnote,
     given_axes,
     legend,
-    save,
+    setting,
     style,
 )
 
@@ -42,11 +41,6 @@ FORMULAS = {"tanh": r"$\tanh(v/\epsilon)$", "arctan": r"$(2/\pi)\,\arctan(v/\eps
 WIDTH = r"width of the smoothing $\epsilon$"
 
 
-def plot_sheet(sheet: TestSheet, path: str | Path) -> Path:
-    """Draw the canonical tests of a law into a file (.png, .svg or .pdf), see `sheet_figure`."""
-    return save(sheet_figure(sheet), path)
-
-
 def sheet_figure(sheet: TestSheet) -> Figure:
     """The canonical tests of a law: presliding, frictional lag, break-away and stick-slip in one sheet."""
     title = _title(sheet.law, sheet.load, 10.6)
@@ -57,14 +51,9 @@ def sheet_figure(sheet: TestSheet) -> Figure:
         _draw_lag(lag, sheet)
         _draw_break_away(break_away, sheet)
         _draw_stick_slip(stick_slip, sheet)
-        fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
+        setting(fig, title)
     footnote(fig, f"{_creep_label(sheet)} {UNITS}")
     return fig
-
-
-def plot_law_card(law: Law, path: str | Path, *, load: float = 1.0) -> Path:
-    """Draw a law into a file (.png, .svg or .pdf), see `law_figure`."""
-    return save(law_figure(law, load=load), path)
 
 
 def law_figure(law: Law, *, load: float = 1.0) -> Figure:
@@ -75,7 +64,7 @@ def law_figure(law: Law, *, load: float = 1.0) -> Figure:
         steady, loops = fig.subplots(1, 2)
         draw_steady_curve(law, load=load, ax=steady)
         draw_presliding(law, load=load, ax=loops).set_title("Presliding")
-        fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
+        setting(fig, title)
     footnote(fig, UNITS)
     return fig
 
@@ -216,11 +205,6 @@ def _creep_label(sheet: TestSheet) -> str:
 
 def _title(law: Law, load: float, width: float) -> str:
     return parts_title([law], width, f"load {load:g}")
-
-
-def plot_regularisation(reports: Regularisation | Sequence[Regularisation], path: str | Path) -> Path:
-    """Draw reports on smoothing into a file (.png, .svg or .pdf), see `regularisation_figure`."""
-    return save(regularisation_figure(reports), path)
 
 
 def regularisation_figure(reports: Regularisation | Sequence[Regularisation]) -> Figure:

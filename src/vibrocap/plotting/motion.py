@@ -1,6 +1,5 @@
 """Pictures of motions: time histories, phase planes, the friction loop and the normal load."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.machines.machine import Imposed
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes, numbered
-from vibrocap.plotting.labels import parts_title
+from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
 from vibrocap.plotting.style import (
     ANY_UNITS,
     BLACK,
@@ -24,11 +23,11 @@ from vibrocap.plotting.style import (
     blank_figure,
     footnote,
     given_axes,
-    save,
+    legend_above,
+    setting,
     style,
 )
 from vibrocap.plotting.trace import Trace
-from vibrocap.plotting.units import IN_SI, parts_in_si, scale, with_unit
 
 DETAIL_PERIODS = 4  # the last periods, which the time histories show in detail
 FIRST_PERIODS = 12  # grey in the phase planes
@@ -44,11 +43,6 @@ TRUE: dict[str, Any] = {"color": BLUE, "linewidth": 0.8, "zorder": 3}
 PULLING: dict[str, Any] = {"facecolor": "none", "edgecolor": VERMILION, "hatch": "////", "linewidth": 0.0, "zorder": 2}
 STOPPED: dict[str, Any] = {"color": VERMILION, "linewidth": 1.2, "linestyle": (0, (2, 1.5)), "zorder": 4}
 END: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 4, "linestyle": "none", "zorder": 5}
-
-
-def plot_motion(motion: Trajectory, path: str | Path) -> Path:
-    """Draw a motion into a file (.png, .svg or .pdf), see `motion_figure`."""
-    return save(motion_figure(motion), path)
 
 
 def motion_figure(motion: Trajectory) -> Figure:
@@ -93,7 +87,7 @@ def motion_figure(motion: Trajectory) -> Figure:
         if legend := planes[1].get_legend():
             legend.remove()  # as above
         right.align_ylabels()
-        fig.suptitle(title, fontsize=9.5, x=0.01, ha="left")
+        setting(fig, title)
         own = ANY_UNITS if type(system.machine).gravity is None else DIMENSIONLESS
         footnote(fig, own if system.units is None else IN_SI)
     return fig
@@ -147,7 +141,7 @@ def draw_history(
         if periods is not None:
             ax.set_xlim(start / period, motion.end / period)
         if shaded or stopped:
-            _legend_above(ax)
+            legend_above(ax)
     return ax
 
 
@@ -182,7 +176,7 @@ def draw_load(motion: Trajectory, *, periods: float | None = None, ax: Axes | No
         if periods is not None:
             ax.set_xlim(start / period, motion.end / period)
         if ax.get_legend_handles_labels()[0]:
-            _legend_above(ax)
+            legend_above(ax)
     return ax
 
 
@@ -215,7 +209,7 @@ def draw_phase_plane(motion: Trajectory, x: str | None = None, y: str | None = N
         place = with_unit(steady, "position", motion.system) if travels else _label(motion, x)
         ax.set(xlabel=place, ylabel=_label(motion, y))
         ax.locator_params(axis="x", nbins=7)
-        _legend_above(ax)
+        legend_above(ax)
     return ax
 
 
@@ -251,7 +245,7 @@ def draw_friction_loop(motion: Trajectory, *, contact: int = 1, ax: Axes | None 
                 ax.plot(*_runs(velocity, friction, chosen, trace.index), **look, label=label)
         ax.set(xlabel=_label(motion, names[0]) + ", last period", ylabel=_label(motion, names[1]))
         ax.locator_params(axis="x", nbins=7)
-        _legend_above(ax)
+        legend_above(ax)
     return ax
 
 
@@ -281,7 +275,7 @@ def _time_histories(axes: Any, motion: Trajectory) -> None:
     axes[0].set(title=f"{what} over the whole run")
     if start > motion.start_time:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
-        _legend_above(axes[0])
+        legend_above(axes[0])
     moving = _body_velocity(motion)
     names = (_inner_plane(motion)[0], moving, "friction")
     for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
@@ -301,7 +295,7 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     draw_history(motion, "position", ax=axes[0]).set_title("Travel of body 1 over the whole run")
     if start > motion.start_time:
         axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
-        _legend_above(axes[0])
+        legend_above(axes[0])
     gaps = [name for name in motion.state_names if name.rpartition("_")[0] in ("", "displacement") and "dis" in name]
     machine = motion.system.machine
     imposed = machine.coupled == "distances"  # its velocities are no states, and its gaps are shares of the drive
@@ -378,16 +372,3 @@ def _label(motion: Trajectory, name: str) -> str:
     elif name == "drive" and isinstance(machine, Imposed):
         label = "imposed displacement $z$" if machine.effort == "displacement" else "imposed motion"
     return with_unit(label, name, motion.system)
-
-
-def _legend_above(axes: Axes) -> None:
-    """A legend in the line of the title, where it covers no data."""
-    axes.legend(
-        loc="lower right",
-        bbox_to_anchor=(1.0, 0.99),
-        ncols=3,
-        borderaxespad=0.0,
-        columnspacing=1.0,
-        handlelength=1.5,
-        fontsize=8,
-    )

@@ -1,7 +1,6 @@
 """Pictures of stick-slip records: force with its phases and levels, periods, and the diagram of regimes."""
 
 import textwrap
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -21,12 +20,12 @@ from vibrocap.plotting.style import (
     blank_figure,
     decimated,
     footnote,
+    heading,
     legend,
-    save,
     unit_of,
 )
 from vibrocap.records.regime_diagram import RegimeDiagram
-from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
+from vibrocap.records.slips.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
 
 DETAIL_PERIODS = 5  # in the detail beside the whole record
@@ -34,16 +33,6 @@ MOST_BINS = 40
 CROWD = 80  # slips; more have smaller marks
 MOST_POINTS = 4000  # of a line: longer records are drawn by the extremes of as many stretches
 MARKS = {STICK_SLIP: ("o", BLUE), INERTIAL: ("^", VERMILION), STEADY: ("s", GREEN), SLOW: ("D", ORANGE)}
-
-
-def plot_stick_slip(found: StickSlip, path: str | Path) -> Path:
-    """Draw a record into a file (.png, .svg or .pdf): the force with its phases, a detail, velocity and periods."""
-    return save(stick_slip_figure(found), path)
-
-
-def plot_regimes(diagram: RegimeDiagram, path: str | Path) -> Path:
-    """Draw the regimes of many records over stiffness and pulling speed into a file (.png, .svg or .pdf)."""
-    return save(regime_figure(diagram), path)
 
 
 def stick_slip_figure(found: StickSlip) -> Figure:
@@ -63,7 +52,7 @@ def stick_slip_figure(found: StickSlip) -> Figure:
             axes[0].set_xlabel("")
             left.align_ylabels()
         _periods(right.subplots(), found)
-        fig.suptitle(f"{found.name}: {found.regime.name}", fontsize=10.5, x=0.01, ha="left", weight="bold")
+        heading(fig, f"{found.name}: {found.regime.name}")
         reason = found.regime.reason
         footnote(fig, textwrap.fill(f"{reason[:1].upper()}{reason[1:]}.", 150))
     return fig

@@ -149,6 +149,22 @@ def legend_below(axes: Axes, handles: Sequence[Any], **options: Any) -> None:
     legend(axes, handles=handles, **place, **({"bbox_transform": axes.transAxes + down, "fontsize": 7.5} | options))
 
 
+def legend_above(axes: Axes, **options: Any) -> None:
+    """A legend in the line of the title, where it covers no data."""
+    look = {"ncols": 3, "columnspacing": 1.0, "handlelength": 1.5, "fontsize": 8} | options
+    axes.legend(**{"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.0, **look})
+
+
+def heading(fig: Figure, text: str) -> None:
+    """The title of a whole figure."""
+    fig.suptitle(text, fontsize=10.5, x=0.01, ha="left", weight="bold")
+
+
+def setting(fig: Figure, text: str) -> None:
+    """The parameters of what a figure shows, above it."""
+    fig.suptitle(text, fontsize=9.5, x=0.01, ha="left")
+
+
 def logarithmic(ax: Axes, name: str) -> None:
     """A logarithmic scale of the axis "x" or "y" whose ticks do not run into each other.
 

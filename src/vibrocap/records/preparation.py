@@ -4,13 +4,14 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vibrocap.arguments import is_positive
 from vibrocap.records.checks import integral
 from vibrocap.records.record import Record
 
 ORDER = 4  # of the Butterworth filter, once forward and once backward
 HIGHEST = 0.49  # of the sampling rate; at half of it nothing is left to filter
 FEWEST_PERIODS = 1.0  # of the cut-off frequency that a record should last
-SETTLED = 6.0  # periods of the cut-off after which the slowest pole has decayed, by exp(-6 (2 pi) sin(pi/8)) = 5e-7
+FILTER_DECAY = 6.0  # periods of the cut-off in which the slowest pole decays, by exp(-6 (2 pi) sin(pi/8)) = 5e-7
 MOST_SAMPLES = 20_000_000  # of the even grid of an uneven record
 
 
@@ -112,7 +113,7 @@ class _Filter:
         self.even = np.linspace(time[0], time[-1], count)
         self.step = span / (count - 1)
         self.sections = butter(ORDER, cutoff, fs=1.0 / self.step, output="sos")
-        self.padding = int(min(count - 1, np.ceil(SETTLED / (cutoff * self.step))))
+        self.padding = int(min(count - 1, np.ceil(FILTER_DECAY / (cutoff * self.step))))
 
     def __call__(self, values: np.ndarray, derivative: int) -> np.ndarray:
         """The filtered values, or their first or second derivative."""
@@ -140,7 +141,7 @@ def _slope(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _check(record: Record, cutoff: float | None, mass: float | None, offset: float | str | None) -> None:
     wrong = []
     for field, value in (("cutoff", cutoff), ("mass", mass)):
-        if value is not None and not (isinstance(value, int | float | np.number) and np.isfinite(value) and value > 0):
+        if value is not None and not is_positive(value):
             wrong.append(f"{field}: should be a number greater than 0, got {value!r}")
     if isinstance(offset, str) and offset != "mean":
         wrong.append(f"offset: should be a number of newtons or 'mean', got {offset!r}")

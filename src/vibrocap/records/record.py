@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_whole, shown
 from vibrocap.records.checks import RecordError, RecordWarning, complaints, doubts
 
 COLUMNS = (
@@ -73,7 +74,7 @@ class Record:
             try:
                 columns[field] = None if value is None else np.array(value, dtype=np.float64)
             except (TypeError, ValueError):
-                wrong.append(f"{field}: should be numbers, got {_shown(value)}")
+                wrong.append(f"{field}: should be numbers, got {shown(value)}")
         for field in ("time", "force"):
             if columns.get(field, 0) is None:
                 wrong.append(f"{field}: is missing; should be one column of numbers")
@@ -149,15 +150,9 @@ class Record:
 
     def thinned(self, every: int) -> "Record":
         """Each `every`-th sample, from the first on; without a filter, so that faster motion aliases."""
-        if isinstance(every, bool) or not isinstance(every, int | np.integer) or every < 1:
-            raise ValueError(f"every: should be a whole number of at least 1, got {every!r}")
+        check_whole("every", every, 1)
         return self._with_samples(slice(None, None, int(every)))
 
     def _with_samples(self, kept: Any) -> "Record":
         columns = {field: values[kept] for field, values in self._columns().items() if isinstance(values, np.ndarray)}
         return self.replaced(**columns)
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:40]}...{text[-15:]}"

@@ -1,12 +1,22 @@
-"""The paper's figures, drawn: LM red and solid, EM blue and dashed, as in the paper."""
+"""The paper's figures, drawn with LM red and solid, EM blue and dashed, as in the paper; and what came after it."""
 
+import csv
+import types
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vibrocap.files import replacing
+from vibrocap.motion.trajectory import Status
 from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
+from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
 from vibrocap.plotting import style as plots
+from vibrocap.plotting.branches import branch_figure
+from vibrocap.plotting.studies.maps import plot_view
+from vibrocap.plotting.studies.view import Panel as StudyPanel
+from vibrocap.plotting.studies.view import View, ViewAxis
+from vibrocap.plotting.style import save
 
 WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns
 NARROW = 3.3  # for three
@@ -134,3 +144,68 @@ def _mark(ax: Any, mark: Mark, place: int) -> None:
     ax.plot([mark.x], [mark.y], marker="o", markersize=5, color="#111111", zorder=5)
     if mark.label:
         ax.annotate(mark.label, (mark.x, mark.y), xytext=(7, 4), textcoords="offset points", fontsize=10)
+
+
+TITLES = {"LM": "LM (LuGre)", "EM": "EM (exponential)"}
+
+
+def draw_map(found: SteadyTravel, path: Path) -> Path:
+    """The map into a file: mean velocity over mass ratio and spring, a panel for each load."""
+    view = View(
+        "mean_velocity",
+        "of the settled motion",
+        "1",
+        "signed",
+        STILL,
+        (
+            ViewAxis("machine.mass_ratio", found.mass_ratio, r"mass ratio $\lambda$"),
+            ViewAxis("machine.stiffness", found.stiffness, r"spring $\rho$"),
+        ),
+        tuple(_steady_panel(panel) for panel in found.panels),
+        None,
+        "h 1.8, omega 1, nu 1.2, the paper's friction and start",
+        f"each run until it has settled, at most {PERIODS} periods",
+    )
+    return plot_view(view, path)
+
+
+def _steady_panel(panel: SteadyPanel) -> StudyPanel:
+    load = "N = 1, as printed" if panel.load == 1.0 else "dynamic load"
+    least = types.SimpleNamespace(values=panel.least_load)
+    return StudyPanel(
+        f"{TITLES[panel.friction]}, {load}",
+        panel.mean_velocity,
+        panel.status,
+        panel.settled,
+        {"least_reaction": least},
+    )
+
+
+def draw_branches(found: SteadyTravel, path: Path) -> Path:
+    """The diagram of branches into a file."""
+    return save(branch_figure(found.branches, "drift"), path)
+
+
+def write_map(found: SteadyTravel, path: Path) -> None:
+    """The runs of the map: a row for each, full precision."""
+    statuses = list(Status)
+    head = ("friction", "normal_load", "mass_ratio", "stiffness", "mean_velocity", "least_load", "settled", "status")
+    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(head)
+        for panel in found.panels:
+            for i, j in np.ndindex(panel.status.shape):
+                place = repr(float(found.mass_ratio[i])), repr(float(found.stiffness[j]))
+                values = repr(float(panel.mean_velocity[i, j])), repr(float(panel.least_load[i, j]))
+                how = bool(panel.settled[i, j]), statuses[int(panel.status[i, j])].value
+                writer.writerow((panel.friction, panel.load, *place, *values, *how))
+
+
+def write_branches(found: SteadyTravel, path: Path) -> None:
+    """The points of the branches: a row for each, full precision."""
+    with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(("branch", "stiffness", "drift", "stable"))
+        for number, branch in enumerate(found.branches.branches):
+            for place, drift, stable in zip(branch.parameter, branch.drift, branch.stable, strict=True):
+                writer.writerow((number, repr(float(place)), repr(float(drift)), bool(stable)))

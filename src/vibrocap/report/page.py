@@ -19,7 +19,7 @@ from vibrocap.paper.runs import LAST, SETTLING_PERIODS, SWEEP_PERIODS, TOLERANCE
 from vibrocap.paper.steady_travel import SteadyTravel
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.report import findings
-from vibrocap.report.judgements import chapter, chapter_key, errata, filters
+from vibrocap.report.findings import chapter, chapter_key, errata, filters
 from vibrocap.report.pieces import figure, law, number, table, titled
 
 PARTS = ("vibrocap", "numpy", "scipy", "llvmlite", "matplotlib")

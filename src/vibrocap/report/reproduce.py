@@ -16,9 +16,8 @@ from vibrocap.paper.load_finding import loaded_figure, loaded_motions
 from vibrocap.paper.main_finding import main_finding
 from vibrocap.paper.runs import Runs
 from vibrocap.paper.steady_travel import SteadyTravel, steady_travel
-from vibrocap.report.figures import draw
+from vibrocap.report.figures import draw, draw_branches, draw_map, write_branches, write_map
 from vibrocap.report.page import TRAVEL_PICTURES, Result, write_report
-from vibrocap.report.steady_travel import draw_branches, draw_map, write_branches, write_map
 
 __all__ = ["KEYS", "Reproduction", "reproduce"]
 

@@ -284,9 +284,8 @@ def _ensemble(system: Any, axes: dict[str, np.ndarray], by: Sequence[str], measu
     if "settle" not in settings:
         used["settle"] = max(THRESHOLD, TOLERANCES * case.tolerance)
     needed = ["mean_velocity" if label == "travel" else label for label in by]
-    names = tuple(
-        measure.name for measure in resolved([*measures, *(name for name in needed if name not in ALWAYS)])[0]
-    )
+    listed = [*measures, *(name for name in needed if name not in ALWAYS)]
+    names = tuple(measure.name for measure in resolved(listed, system)[0])
     grid = Grid(tuple(Axis(path, tuple(values.tolist())) for path, values in axes.items()))
     names = with_load_watch(system, grid, names)
     study = Study(case, grid, names, used["window"], used["settle"])

@@ -98,11 +98,15 @@ def filled(
 # --- labels ----------------------------------------------------------------------------------------------------------
 def _scale(values: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """Positions along an axis as one draws it, logarithms where it is evenly spaced in these; and the way back."""
-    if len(values) > 2 and values[0] > 0.0:
-        ratios = values[1:] / values[:-1]
-        if np.ptp(ratios) <= EVEN * (ratios[0] - 1.0):
-            return np.log(values), np.exp
-    return values, np.asarray
+    return (np.log(values), np.exp) if even_in_logarithm(values) else (values, np.asarray)
+
+
+def even_in_logarithm(values: np.ndarray) -> bool:
+    """Whether the values of an axis are positive and evenly spaced in their logarithm."""
+    if len(values) < 3 or values[0] <= 0.0:
+        return False
+    ratios = values[1:] / values[:-1]
+    return bool(np.ptp(ratios) <= EVEN * (ratios[0] - 1.0))
 
 
 def middles(values: np.ndarray) -> np.ndarray:

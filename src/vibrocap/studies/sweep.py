@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrocap.arguments import Complaints, check_whole, require
 from vibrocap.case.case import CaseError
-from vibrocap.measures.ensemble import CARD_CHUNK, DEVICES
+from vibrocap.measures.ensemble import CARD_CHUNK
 from vibrocap.measures.measure import Measure
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, reporting
 from vibrocap.resources import available_memory, free_disk, in_words
 from vibrocap.studies.dataset import empty_results, labelled, open_study
+from vibrocap.studies.execution import MAX_RUNS, Execution
 from vibrocap.studies.plan.designs import Design
 from vibrocap.studies.plan.planning import planned_study
 from vibrocap.studies.plan.study import Study, code_of
@@ -34,9 +34,7 @@ from vibrocap.studies.variables import variables
 if TYPE_CHECKING:
     import xarray
 
-MAX_RUNS = 10_000_000
 STORED = 0.2  # bytes on a disk over bytes in memory, at least, of results that are not all the same
-CLUSTER = ("workers", "scheduler")
 SECONDS = {
     "set-valued": 2e-6,
     "kinked": 4e-6,
@@ -83,7 +81,7 @@ def sweep(
     cases: instead of `over`, [{path: value, ...}, ...], along the dimension "case"; what a case does not give is as in
         `system` and `initial`
     design: spread `design.runs` runs over the ranges in `over`, along the dimension "run"
-    measures: names from `measure_table()`, or measures of one's own
+    measures: names from `measure_table(system)`, or measures of one's own
     initial: where all runs start; what is not named starts at zero
     periods, window, settle, tolerance, max_events_per_period, max_steps: how each run is made, see `ensemble`
     out: a folder for the results, stored tile by tile; without it they stay in memory
@@ -109,7 +107,19 @@ def sweep(
     Stopped (a KeyboardInterrupt) when interrupted: what was stored is kept; ModuleNotFoundError, before any work too,
     where xarray (for `out` zarr, for a cluster Dask) is not installed.
     """
-    _require_packages(out, scheduler)
+    execution = Execution(
+        out=None if out is None else Path(out),
+        resume=resume,
+        mixed=mixed,
+        max_runs=max_runs,
+        yes=yes,
+        tile_runs=tile_runs,
+        threads=threads,
+        device=device,
+        workers=workers,
+        scheduler=scheduler,
+    )
+    execution.require_packages()
     settings = {
         "window": window,
         "settle": settle,
@@ -118,44 +128,17 @@ def sweep(
         "max_events_per_period": max_events_per_period,
         "max_steps": max_steps,
     }
-    execution: dict[str, Any] = {
-        "out": out,
-        "resume": resume,
-        "mixed": mixed,
-        "max_runs": max_runs,
-        "yes": yes,
-        "tile_runs": tile_runs,
-        "threads": threads,
-        "device": device,
-        "workers": workers,
-        "scheduler": scheduler,
-    }
-    complaints = _execution_complaints(execution)
     study = planned_study(
-        system, over, measures=measures, cases=cases, design=design, initial=initial, settings=settings, also=complaints
+        system,
+        over,
+        measures=measures,
+        cases=cases,
+        design=design,
+        initial=initial,
+        settings=settings,
+        also=execution.complaints(),
     )
-    return run_study(study, **execution, progress=progress)
-
-
-def run_study(
-    study: Study,
-    *,
-    out: str | Path | None = None,
-    resume: bool = False,
-    mixed: bool = False,
-    max_runs: int = MAX_RUNS,
-    yes: bool = False,
-    tile_runs: int | None = None,
-    threads: int | None = None,
-    device: str = "cpu",
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: Progress = None,
-) -> "xarray.Dataset":
-    """Run a study that is planned, or that was stored (`stored_study`), with the code as it is now; see `sweep`."""
-    how = {"resume": resume, "mixed": mixed, "max_runs": max_runs, "yes": yes, "tile_runs": tile_runs}
-    how |= {"threads": threads, "device": device, "workers": workers, "scheduler": scheduler, "progress": progress}
-    return carried_out(study, out=out, **how).dataset()
+    return carried_out(study, execution, progress).dataset()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -180,44 +163,28 @@ class Completed:
             yield tuple(self.results[name] for name in names)
 
 
-def carried_out(
-    study: Study,
-    *,
-    out: str | Path | None = None,
-    resume: bool = False,
-    mixed: bool = False,
-    max_runs: int = MAX_RUNS,
-    yes: bool = False,
-    tile_runs: int | None = None,
-    threads: int | None = None,
-    device: str = "cpu",
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: Progress = None,
-) -> Completed:
-    """As `run_study`, for those who need no dataset: making one imports more than a small study computes."""
-    _require_packages(out, scheduler)
-    study = dataclasses.replace(study, code=code_of(study.plan), device=device)
-    if study.plan.count > max_runs and not yes:
-        raise CaseError([f"{size_in_words(study, threads)}; say --yes (yes=True) if that is meant"], "the study")
-    _check_room(study, None if out is None else Path(out), yes)
-    if tile_runs is None and device == "cuda":
+def carried_out(study: Study, how: Execution, progress: Progress = None) -> Completed:
+    """A study that is planned, or was stored (`stored_study`), run with the code as it is now; see `sweep`.
+
+    Its dataset is made by who needs one: that imports more than a small study computes.
+    """
+    how.require_packages()
+    study = dataclasses.replace(study, code=code_of(study.plan), device=how.device)
+    if study.plan.count > how.max_runs and not how.yes:
+        raise CaseError([f"{size_in_words(study, how.threads)}; say --yes (yes=True) if that is meant"], "the study")
+    _check_room(study, how.out, how.yes)
+    tile_runs = how.tile_runs
+    if tile_runs is None and how.device == "cuda":
         tile_runs = CARD_CHUNK
-    elif tile_runs is None and out is not None and not (workers or scheduler):
-        tile_runs = tile_runs_by_time(study, Path(out), threads)
+    elif tile_runs is None and how.out is not None and not (how.workers or how.scheduler):
+        tile_runs = tile_runs_by_time(study, how.out, how.threads)
     tile = tile_shape(study.plan.shape, tile_runs)
     with reporting(progress, "Sweeping") as report:
         report = report and _rising(report)
-        if out is None:
-            return Completed(study, _in_memory(study, tile, threads, report))
-        _store(study, tile, Path(out), resume, mixed, threads, workers, scheduler, report)
-        return Completed(study, Path(out))
-
-
-def _require_packages(out: Any, cluster: Any) -> None:
-    """ModuleNotFoundError for what a study needs beyond the core."""
-    stored = () if out is None else ("zarr",)
-    require("a sweep", "xarray", *stored, *(("dask", "distributed") if cluster else ()))
+        if how.out is None:
+            return Completed(study, _in_memory(study, tile, how.threads, report))
+        _store(study, tile, how.out, how, report)
+        return Completed(study, how.out)
 
 
 def _check_room(study: Study, out: Path | None, yes: bool) -> None:
@@ -291,16 +258,16 @@ def _in_memory(study: Study, tile: tuple[int, ...], threads: int | None, progres
     return results
 
 
-def _store(study, tile, out, resume, mixed, threads, workers, scheduler, progress: Report) -> None:
+def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progress: Report) -> None:
     """All tiles that are not stored yet, into a store."""
     with contextlib.ExitStack() as stack:
         cluster = None
-        if scheduler:
+        if how.scheduler:
             from vibrocap.studies.run.cluster import connected
 
-            cluster = stack.enter_context(connected(scheduler))
+            cluster = stack.enter_context(connected(how.scheduler))
             study = dataclasses.replace(study, code=cluster.code_of(study.plan))  # which may be another machine's
-        opened = opened_for_writing(out, study, tile, resume=resume, mixed=mixed)
+        opened = opened_for_writing(out, study, tile, resume=how.resume, mixed=how.mixed)
         stack.callback(opened.lock.release)
         store = opened.store
         if opened.damage:
@@ -313,13 +280,13 @@ def _store(study, tile, out, resume, mixed, threads, workers, scheduler, progres
             if report:
                 report(0.0)
             if cluster is not None:
-                cluster.run(store, pending, mixed, report)
-            elif workers:
+                cluster.run(store, pending, how.mixed, report)
+            elif how.workers:
                 from vibrocap.studies.run.processes import run_on_processes
 
-                run_on_processes(store, pending, workers, report)
+                run_on_processes(store, pending, how.workers, report)
             else:
-                _run_here(store, pending, threads, report)
+                _run_here(store, pending, how.threads, report)
             if report:
                 report(float(len(pending)))
             store.check_whole()
@@ -344,25 +311,3 @@ def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | N
             writing = writer.submit(store.write, index, arrays)
         if writing:
             writing.result()
-
-
-def _execution_complaints(given: Mapping[str, Any]) -> list[str]:
-    """What is wrong with the arguments on how a study is carried out."""
-    found = Complaints()
-    for name in ("max_runs", "tile_runs", "threads", "workers"):
-        with found.collected():
-            check_whole(name, 1 if given[name] is None else given[name], 1)
-    if given["mixed"] and not given["resume"]:
-        found.add("mixed", "goes on with a stored study; it needs resume=True")
-    for name in ("resume", *CLUSTER):
-        if given[name] and given["out"] is None:
-            found.add(name, "needs a folder for the results, out")
-    if given["device"] not in DEVICES:
-        found.add("device", f"should be one of {', '.join(DEVICES)}, got {given['device']!r}")
-    if given["workers"] and given["scheduler"]:
-        found.add("workers", "are processes of this machine; with a scheduler leave them out")
-    if given["scheduler"] is not None:
-        from vibrocap.studies.run.cluster import address_complaints
-
-        found += address_complaints(given["scheduler"])
-    return found

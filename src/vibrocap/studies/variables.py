@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import CATALOGUES, case_text
-from vibrocap.measures.during_run import measure_table
+from vibrocap.measures.during_run import known_measures
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.actuator import Actuator
@@ -138,7 +138,7 @@ def study_attributes(study: Study) -> dict[str, Any]:
 
 
 def _measures(study: Study) -> tuple[Variable, ...]:
-    table = measure_table()
+    table = known_measures(study.case.system)
     found = []
     for given in study.measures:
         measure = table[given] if isinstance(given, str) else given

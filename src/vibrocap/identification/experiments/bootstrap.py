@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.fit_result import Fit, Problem
 from vibrocap.identification.search.descent import warm_descent
@@ -49,8 +50,7 @@ def bootstrap(
         raise ValueError(
             "fit: should be a fit of this session that found a law; fit again after reading one from a file"
         )
-    if isinstance(replicates, bool) or not isinstance(replicates, int) or replicates < 10:
-        raise ValueError(f"replicates: should be a whole number of at least 10, got {replicates!r}")
+    check_whole("replicates", replicates, 10)
     problem = fit.problem
     count = len(problem.prediction.records)
     over = over or ("records" if count >= FEWEST_RECORDS else "blocks")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import suggestion
+from vibrocap.arguments import check_one_of, is_positive, suggestion
 from vibrocap.identification.fitting.simpler_fits import simpler_starts
 from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.data_scales import data_scales
@@ -77,9 +77,8 @@ def fit(
     """
     begin = clock.perf_counter()
     settings = Settings(starts, loss, loss_scale, intervals, seed)
-    for field, value, known in (("weights", weights, WEIGHTS), ("start", start, STARTS)):
-        if value not in known:
-            raise ValueError(f"{field}: should be one of {', '.join(known)}, got {value!r}")
+    check_one_of("weights", weights, WEIGHTS)
+    check_one_of("start", start, STARTS)
     fitted, unseen = split_records(records, held_out, load)
     scales = data_scales(fitted)
     chosen = parametrisation(law, scales, free, fixed, bounds)
@@ -123,7 +122,7 @@ def split_records(records: Any, held_out: Any, load: float | None) -> tuple[list
     given = list(records) if isinstance(records, (list, tuple)) else [records]
     if not given:
         raise ValueError("records: there is none")
-    if load is not None and not (np.isfinite(load) and load > 0):
+    if load is not None and not is_positive(load):
         raise ValueError(f"load: should be a normal force > 0 in N, got {load!r}")
     all_samples = [samples(record, load) for record in given]
     names = [each.name for each in all_samples]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_one_of, check_whole, is_positive
 from vibrocap.identification.inference.profile import INTERVALS, with_intervals
 from vibrocap.identification.problem.coordinates import Space
 from vibrocap.identification.problem.parametrisation import Parametrisation
@@ -35,15 +36,12 @@ class Settings:
     seed: int
 
     def __post_init__(self):
-        if isinstance(self.starts, bool) or not isinstance(self.starts, int) or self.starts < 1:
-            raise ValueError(f"starts: should be a whole number of at least 1, got {self.starts!r}")
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise ValueError(f"seed: should be a whole number of at least 0, got {self.seed!r}")
-        if self.loss_scale is not None and not (np.isfinite(self.loss_scale) and self.loss_scale > 0):
+        check_whole("starts", self.starts, 1)
+        check_whole("seed", self.seed, 0)
+        if self.loss_scale is not None and not is_positive(self.loss_scale):
             raise ValueError(f"loss_scale: should be > 0, got {self.loss_scale!r}")
-        for field, known in (("loss", LOSSES), ("intervals", INTERVALS)):
-            if getattr(self, field) not in known:
-                raise ValueError(f"{field}: should be one of {', '.join(known)}, got {getattr(self, field)!r}")
+        check_one_of("loss", self.loss, LOSSES)
+        check_one_of("intervals", self.intervals, INTERVALS)
 
 
 def solution(

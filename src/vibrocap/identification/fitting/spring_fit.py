@@ -14,8 +14,9 @@ from vibrocap.identification.fitting.solution import Settings, solution
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.data_scales import data_scales
 from vibrocap.identification.problem.parametrisation import law_class, parametrisation
+from vibrocap.identification.problem.prediction import Prediction, unchecked
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.problem.spring_prediction import SpringPrediction
+from vibrocap.identification.problem.steady_prediction import Column
 from vibrocap.identification.problem.velocity_step import (
     Step,
     check_program,
@@ -26,6 +27,128 @@ from vibrocap.identification.problem.velocity_step import (
 )
 from vibrocap.identification.result.fit_result import Fit
 from vibrocap.progress import Progress, reporting
+
+FIRST, STEPS = 1e-3, 2000  # first step, over the time of a critical distance; largest number of steps of a transient
+ACCURACY = 1e-4  # error of ln V and of the state per step
+IMAGINARY = 1e-30  # step of a derivative along the imaginary axis, exact to rounding
+DIFFERENCE, UNITS = 1e-7, np.eye(2)[:, :, None]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class SpringPrediction(Prediction):
+    """A contact that slides steadily, pulled through a spring whose far end changes its speed in steps.
+
+        dR/dt = k (V_load - V),   R = R(V, phi),   phi' of the law: without inertia, from steady sliding at the first
+        speed.
+
+    "machine_stiffness" k (N/m), "drift" (N per m of the load point) are nuisance parameters, as is "offset".
+    program: the load point's steps, the first at time 0. machine_stiffness: k where it is not searched.
+    """
+
+    program: tuple[Step, ...] = ()
+    machine_stiffness: float | None = None
+
+    def forces(self, table: np.ndarray, which: int) -> np.ndarray:
+        """Force [m, n] of record number `which` at coordinates [m, p]."""
+        record, names = self.records[which], self.space.names
+        values = self.space.values(np.atleast_2d(table))
+        columns = {name: values[:, names.index(name)].view(Column) for name in self.law_names}
+        law = unchecked(self.template, columns)
+        load = float(np.mean(record.load))
+        if self.machine_stiffness is None:
+            stiffness = values[:, names.index("machine_stiffness")]
+        else:
+            stiffness = np.full(len(values), self.machine_stiffness)
+        with np.errstate(all="ignore"):
+            found = _pulled(law, load, stiffness, self.program, record.time)
+        pulled = np.interp(record.time, *path_of(self.program, record.time[-1]))
+        if "drift" in names:
+            found = found + values[:, [names.index("drift")]] * (pulled - pulled[-1] / 2)
+        return found
+
+    def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
+        """As `Prediction.slopes`; the reference is computed along, for all columns of a table share their steps."""
+        return super().slopes(u, None, held)
+
+
+def _pulled(law: Any, load: float, stiffness: np.ndarray, steps: Sequence[Step], time: np.ndarray) -> np.ndarray:
+    """Force [m, n] of a law whose parameters are columns [m]: transients after each step, steady before them."""
+    first = np.full(len(stiffness), math.log(steps[0].speed)).view(Column)
+    state = np.stack([first, -first + np.log(np.broadcast_to(law.reference_velocity, first.shape))])  # ln V, phi
+    found = np.empty((len(stiffness), len(time)))
+    known = np.asarray(law.steady_force(np.exp(first), load))[:, None]
+    found[:] = known
+    for i, step in enumerate(steps[1:], 1):
+        end = steps[i + 1].time if i + 1 < len(steps) else float(time[-1])
+        grid, states = _transient(law, load, stiffness, step.speed, state, end - step.time)
+        values = np.stack(
+            [np.asarray(law.force(np.exp(s[0].view(Column)), (s[1].view(Column),), 1.0, load)[0]) for s in states]
+        )
+        slopes = stiffness * (step.speed - np.exp(states[:, 0]))
+        inside = (time >= step.time) & (time <= end)
+        found[:, inside] = _hermite(grid, values, slopes, time[inside] - step.time)
+        state = states[-1]
+    return found
+
+
+def _transient(
+    law: Any, load: float, stiffness: np.ndarray, pulled: float, state: np.ndarray, span: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times [t] since a step and states [t, 2, m] of a contact that is pulled at a new speed.
+
+    Rodas3 (Sandu et al. 1997), of order 3 and L-stable, for a stiff spring relaxes fast; one step size for all columns.
+    """
+
+    def rates(y: np.ndarray) -> np.ndarray:
+        speed, phi = np.exp(y[0]).view(Column), y[1].view(Column)
+        _, (aging,) = law.force(speed, (phi,), 1.0, load)
+        by_speed = np.imag(law.force((speed + IMAGINARY * speed * 1j).view(Column), (phi,), 1.0, load)[0]) / IMAGINARY
+        by_state = np.imag(law.force(speed, ((phi + IMAGINARY * 1j).view(Column),), 1.0, load)[0]) / IMAGINARY
+        return np.stack([(stiffness * (pulled - speed) - by_state * aging) / by_speed, aging]).view(np.ndarray)
+
+    y = state.view(np.ndarray)
+    time, times, states = 0.0, [0.0], [y]
+    h = FIRST * float(np.nanmin(np.asarray(law.critical_distance))) / max(pulled, float(np.exp(np.nanmax(y[0]))))
+    for _ in range(STEPS):
+        if time >= span * (1 - 1e-12):
+            break
+        h = min(h, span - time)
+        one = rates(y)
+        slope = np.stack([(rates(y + DIFFERENCE * unit) - one) / DIFFERENCE for unit in UNITS], axis=1)
+        k1 = _solved(slope, h, one)
+        k2 = _solved(slope, h, one + 4.0 / h * k1)
+        k3 = _solved(slope, h, rates(y + 2.0 * k1) + (k1 - k2) / h)
+        k4 = _solved(slope, h, rates(y + 2.0 * k1 + k3) + (k1 - k2 - 8.0 / 3.0 * k3) / h)
+        error = np.abs(k4).max(axis=0)
+        good = np.isfinite(error)
+        worst = float(error[good].max()) / ACCURACY if good.any() else 0.0
+        if worst <= 1.0:
+            time, y = time + h, y + 2.0 * k1 + k3 + k4
+            times.append(time)
+            states.append(y)
+        h *= min(max(0.9 * max(worst, 1e-9) ** (-1 / 3), 0.2), 4.0)
+    if times[-1] < span * (1 - 1e-9):
+        y = np.full_like(y, np.nan)
+        times.append(span)
+        states.append(y)
+    return np.array(times), np.array(states)
+
+
+def _solved(slope: np.ndarray, h: float, right: np.ndarray) -> np.ndarray:
+    """x [2, m] of (2/h - slope) x = right, for slopes [2, 2, m]."""
+    a, b = 2.0 / h - slope[0, 0], -slope[0, 1]
+    c, d = -slope[1, 0], 2.0 / h - slope[1, 1]
+    determinant = a * d - b * c
+    return np.stack([(d * right[0] - b * right[1]) / determinant, (a * right[1] - c * right[0]) / determinant])
+
+
+def _hermite(grid: np.ndarray, values: np.ndarray, slopes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Cubic interpolation [m, n] of values [t, m] with slopes at times [n]."""
+    i = np.clip(np.searchsorted(grid, at, side="right") - 1, 0, len(grid) - 2)
+    h = (grid[i + 1] - grid[i])[:, None]
+    s = ((at - grid[i]) / (grid[i + 1] - grid[i]))[:, None]
+    first = (1 + 2 * s) * (1 - s) ** 2 * values[i] + s * (1 - s) ** 2 * h * slopes[i]
+    return (first + s**2 * (3 - 2 * s) * values[i + 1] - s**2 * (1 - s) * h * slopes[i + 1]).T
 
 
 def spring_fit(

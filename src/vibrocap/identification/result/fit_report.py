@@ -16,8 +16,16 @@ from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.parameter_roles import unit_of
 from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
 from vibrocap.identification.problem.samples import Samples
-from vibrocap.identification.result.fit_result import Fit, FittedParameter, Problem, RecordResult, relative_rmse
-from vibrocap.identification.result.measured_units import TURNING, MeasuredUnits, measured_units
+from vibrocap.identification.result.fit_result import (
+    TURNING,
+    Fit,
+    FittedParameter,
+    MeasuredUnits,
+    Problem,
+    RecordResult,
+    measured_units,
+    relative_rmse,
+)
 from vibrocap.identification.search.loss import Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.parameters import parameter_table

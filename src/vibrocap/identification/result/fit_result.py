@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,12 +17,40 @@ from vibrocap.identification.inference.residuals import ResidualReport
 from vibrocap.identification.inference.uncertainty import Uncertainty
 from vibrocap.identification.problem.prediction import Prediction
 from vibrocap.identification.result.case_section import case_section, dimensionless, heading
-from vibrocap.identification.result.measured_units import MeasuredUnits, measured_units
 from vibrocap.identification.search.loss import Loss, Minimum, SearchStatus
 from vibrocap.identification.search.multistart import Start
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.pendulum_capsule import PendulumScales
 from vibrocap.results import Result
+
+
+@dataclasses.dataclass(frozen=True)
+class MeasuredUnits:
+    """What the columns of a fit's records are called and measured in."""
+
+    force_name: str
+    force: str
+    displacement_name: str
+    displacement: str
+    velocity_name: str
+    velocity: str
+    heading: str  # of the force in tables and JSON
+
+    def of_parameter(self, unit: str) -> str:
+        """The unit of a parameter of which `unit` is that in N, m and s: N s/m is N m s/rad where the contact turns."""
+        if self is SLIDING:
+            return unit
+        return re.sub(r"kg|N|m", lambda found: {"kg": "kg m^2", "N": "N m", "m": "rad"}[found[0]], unit)
+
+
+SLIDING = MeasuredUnits("force", "N", "displacement", "m", "velocity", "m/s", "N")
+TURNING = MeasuredUnits("torque", "N m", "angle", "rad", "angular velocity", "rad/s", "Nm")
+
+
+def measured_units(rotary: bool) -> MeasuredUnits:
+    """Those of a contact that turns, or of one that slides."""
+    return TURNING if rotary else SLIDING
+
 
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
 

@@ -13,8 +13,8 @@ from vibrocap.identification.search.loss import Loss, Minimum, finite
 SCREENED = 32  # points looked at per start
 SHORT, LONG, POLISH = 10, 40, 60  # evaluations of a first draft, of the best drafts and of the polish
 CARRIED = 3  # drafts that are carried on
-SCAN, REACH, LOOKS = 41, 8.0, 5  # points of a scan, its reach in coarse steps, scans at most
-SAME = 1e-4  # relative difference of the costs of drafts that came to the same end
+SCAN, SCAN_REACH, LOOKS = 41, 8.0, 5  # points of a scan, its reach in coarse steps, scans at most
+SAME_COST = 1e-4  # relative difference of the costs of drafts that came to the same end
 DAMPED, FARTHEST = 1e-9, 100.0  # of J^T J; of another coordinate's change along a valley
 
 
@@ -50,7 +50,7 @@ def search(
     stop = COARSE_STOP if rough else STOP
     best, least = None, ends[0][0].cost
     for i, (end, begin) in enumerate(ends):
-        if i == 0 or (any(begin is each for each in also) and end.cost > (1 + SAME) * least):
+        if i == 0 or (any(begin is each for each in also) and end.cost > (1 + SAME_COST) * least):
             tried = _scanned(prediction, descent(prediction, end.u, loss, evaluations=POLISH, stop=stop), loss)
             best = tried if best is None or tried.cost < best.cost else best
             said(0.75)
@@ -99,7 +99,7 @@ def _scanned(prediction: Prediction, best: Minimum, loss: Loss) -> Minimum:
         if not coordinate.jumps:
             continue
         for _ in range(LOOKS):
-            moves = coordinate.step * np.linspace(-REACH, REACH, SCAN)[:, None]
+            moves = coordinate.step * np.linspace(-SCAN_REACH, SCAN_REACH, SCAN)[:, None]
             lines = [np.eye(len(best.u))[j], _valley(best, j)]
             table = np.concatenate([best.u + moves * line for line in lines])
             table = np.clip(table, prediction.space.low, prediction.space.high)

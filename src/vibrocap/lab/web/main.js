@@ -78,19 +78,29 @@ class Lab {
     this.later = setTimeout(() => history.replaceState(null, "", fragmentOf(this.model)), 150);
   }
 
+  // The motion, and what moves beside it; what cannot be beside is said, and the motion itself is shown.
   async motions() {
     const request = this.model.request(), form = this.model.form;
-    const beside = this.model.requestBeside();
     const answer = await this.asked.ask({ ask: "motion", side: 0, ...request });
-    if (beside && this.model.state.beside === "twin") { // begins half a period later, and mirrored
-      const { final } = await this.asked.ask({ ask: "motion", side: 1, ...request, periods: 0.5 });
-      beside.initial = form.symmetry.map((sign, i) => sign * final[i] + 0);
-    }
-    const other = beside ? await this.asked.ask({ ask: "motion", side: 1, ...beside }) : null;
+    let other = null, wrong = "";
+    try { other = await this.motionBeside(request, answer); } catch (error) { wrong = `Beside it: ${error.message}.`; }
+    if (wrong || this.alone) this.notice(wrong, true);
+    this.alone = wrong !== "";
     this.shown = new Shown(form, answer);
-    this.other = other ? new Shown(this.model.data.forms[beside.form], other) : null;
+    this.other = other;
     this.details = null;
     this.clock.time = Math.min(Math.max(this.clock.time, answer.from ?? 0), answer.end);
+  }
+
+  async motionBeside(request, { mirrored }) {
+    const beside = this.model.requestBeside();
+    if (!beside) return null;
+    if (this.model.state.beside === "twin") { // begins half a period later, and mirrored
+      if (!mirrored) throw new Error("there is no mirror twin, as forward and back are not alike here");
+      const { final } = await this.asked.ask({ ask: "motion", side: 1, ...request, periods: 0.5 });
+      beside.initial = this.model.form.symmetry.map((sign, i) => sign * final[i] + 0);
+    }
+    return new Shown(this.model.data.forms[beside.form], await this.asked.ask({ ask: "motion", side: 1, ...beside }));
   }
 
   async detailed() {
@@ -123,8 +133,8 @@ class Lab {
     const theme = (this.theme = themeOf(document.body));
     const given = { shown: this.shown, beside: this.other, units: this.units, names: this.names };
     for (const each of this.drawings) {
-      if (each.panel.wanted && !this.other) continue;
-      each.drawing = each.panel.draw(new CanvasPen(each.below), theme, given);
+      const pen = new CanvasPen(each.below); // which is empty again
+      each.drawing = each.panel.wanted && !this.other ? null : each.panel.draw(pen, theme, given);
     }
     showReadouts($$("readouts"), readoutsOf(this.model, this.shown, this.details, this.units, this.other));
     this.moment();

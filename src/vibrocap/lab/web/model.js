@@ -91,7 +91,10 @@ class Model {
       const [low, high] = TOLERANCES[form.motion.sizes.order];
       return value >= low && value <= high ? "" : `should be from ${low} to ${high} in this page`;
     }
-    if (path.startsWith("initial.")) return Math.abs(value) < 1e300 ? "" : "should be smaller";
+    if (path.startsWith("initial.")) {
+      if (isSwitched(form, path) && !Number.isInteger(value)) return "should be a whole number, as it says which branch of the equations holds";
+      return Math.abs(value) < 1e300 ? "" : "should be smaller";
+    }
     const { least, above, most, below } = this.record(path, form);
     if (value < least || (above && value === least)) return `should be ${above ? "greater than" : "at least"} ${least}`;
     if (value > most || (below && value === most)) return `should be ${below ? "less than" : "at most"} ${most}`;
@@ -104,11 +107,6 @@ class Model {
   broken(form, values) {
     if (!CHECKS.has(form)) CHECKS.set(form, new Function("p", "f", `return ${form.rules}||null`));
     return CHECKS.get(form)(form.parameters.map((path) => values[path]), (value) => String(Number(value.toPrecision(9))));
-  }
-
-  // Whether a motion has a mirror twin: its mirror image, half a period later.
-  get mirrored() {
-    return new Function("p", `return ${this.form.mirrored}`)(this.request().parameters);
   }
 
   get(path) {
@@ -165,10 +163,7 @@ class Model {
       Object.assign(model.state, { periods, tolerance, shown, limits });
       return model.request();
     }
-    if (beside === "twin") {
-      if (!this.mirrored) throw new Error("there is no mirror twin, as forward and back are not alike here");
-      return this.request();
-    }
+    if (beside === "twin") return this.request();
     const number = beside ? this.formOf({ ...partsOf(this.form), friction: beside }) : -1;
     if (number < 0) return null;
     const values = this.valuesBeside(number), broken = this.broken(this.data.forms[number], values);
@@ -215,11 +210,14 @@ class Model {
   }
 }
 
+// Whether a state at the start is a whole number that says which branch of the equations holds.
+const isSwitched = (form, path) => path.startsWith("initial.") && form.switched.includes(path.slice(8));
+
 // The range of a slider: (low, high, by factors), without units; wide enough for the value that stands.
 function rangeOfPath(model, path) {
   if (path === "run.periods") return [1, 200, false];
   if (path === "run.tolerance") return [...TOLERANCES[model.form.motion.sizes.order], true];
-  if (path.startsWith("initial.")) return [-3.2, 3.2, false];
+  if (path.startsWith("initial.")) return isSwitched(model.form, path) ? [-1, 1, false] : [-3.2, 3.2, false];
   const { low, high, log } = model.record(path), value = model.state.values[path] ?? low;
   return log ? [low, high, true] : [Math.min(low, value), Math.max(high, value), false];
 }

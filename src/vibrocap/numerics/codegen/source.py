@@ -37,6 +37,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "CYCLIC": equations.cyclic_state,
         "BRANCHES": len(equations.switches),
         "LAW_BRANCHES": equations.law_switches,
+        "LOCATED": (*(1 for _ in equations.switches), *map(int, equations.located)) or (0,),
         "BOUND_KINDS": equations.bound_kinds or (0,),
         "IMPACT": equations.impact,
         "LIMIT_CONSTANT": equations.limit is not None and equations.graph.is_constant_in_time(equations.limit.index),
@@ -121,11 +122,18 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             most = writer.entry("UNLOADED")
             put("UNLOADED", f"where(unloaded > {most}, unloaded, {most})" if simd else f"max({most}, unloaded)")
         if k == 1 and equations.maybe_stiff:
-            put("DECAY_RATE", writer.coefficient(decay_rate(equations).index, 0))
+            first, *others = (writer.coefficient(rate.index, 0) for rate in decay_rates(equations))
+            writer.lines.append(f"decay = {first}")
+            for other in others:
+                writer.lines.append(
+                    f"decay = where({other} > decay, {other}, decay)" if simd else f"decay = max({other}, decay)"
+                )
+            put("DECAY_RATE", "decay")
         for i, guard in enumerate(equations.guards):
             moves = k == 0 or (located[i] and k < order) or i in equations.turning
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
-            keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
+            if moves or slope or (located[i] and k == order):
+                keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
         own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
         for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
             keep(i, k, writer.coefficient(velocity.index, k))
@@ -137,14 +145,19 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
     return "\n".join(["def jet(floats):", "    for lane in range(LANES):", *_indented(body, 8), ""])
 
 
-def decay_rate(equations: Any) -> Expression:
-    """Rate of the fastest decay: the trace of the Jacobian, with the other sign.
+def decay_rates(equations: Any) -> list[Expression]:
+    """Rates of which the largest is that of the fastest decay: the trace of the Jacobian, with the other sign.
 
-    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles it is
-    the sum. Without the tangent of a motion, which decays as the motion does.
+    It is the sum of all rates, of which that of bristles exceeds all others where it matters; of several bristles of
+    one law it is the sum. Bristles of one contact know nothing of those of another but by the velocities of their
+    bodies, so that each contact has a trace of its own, without the bristles of all others: as if it were alone.
+    Without the tangent of a motion, which decays as the motion does.
     """
     slopes = [derivative(rate, i) for i, rate in enumerate(equations.rates[: equations.base])]
-    return -functools.reduce(operator.add, slopes)
+    bristles = [set(states) for states in equations.law_states if states]
+    apart = [set().union(*(other for other in bristles if other is not own)) for own in bristles] or [set()]
+    kept = [[slope for i, slope in enumerate(slopes) if i not in others] for others in apart]
+    return [-functools.reduce(operator.add, each) for each in kept]
 
 
 def guard_source(order: int, sticks: bool, limit_constant: bool) -> str:
@@ -209,9 +222,9 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
 
 
 def holding_source(equations: Any) -> str:
-    """`holding_force` and `holding_limit` of one lane; 0 for a law that cannot stick."""
+    """`holding_force` and `holding_limit` of one lane that comes to rest; 0 for a law that cannot stick."""
     found = []
-    for name, value in (("holding_force", equations.hold), ("holding_limit", equations.limit)):
+    for name, value in (("holding_force", equations.arriving), ("holding_limit", equations.limit)):
         writer = ScalarWriter(equations.graph)
         result = "0.0" if value is None else writer.name(value)
         found += [f"def {name}(floats, t, point, lane):", *_indented([*writer.lines, f"return {result}"], 4), ""]

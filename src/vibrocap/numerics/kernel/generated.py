@@ -66,6 +66,7 @@ IMPOSED_COUNT = 0  # how many these are
 SHIFT = 0  # and of what all velocities are ahead of the state that they share, see `shifts`
 SHIFTS = 0  # how many these are
 SWITCHES = 1  # how many guards there are
+LOCATED = (1,)  # of each guard: whether it is a series, whose zero is an event, or asked where a step starts
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
 BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's

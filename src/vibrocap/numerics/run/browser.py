@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vibrocap.numerics.codegen.source import generated_source, instants_source
+from vibrocap.numerics.codegen.source import Integrands, generated_source, instants_source
 from vibrocap.numerics.compiler import FLOAT, FLOATS, INT, INTS, Kind, webassembly_module
 from vibrocap.numerics.expressions.graph import Expression
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD, Layout
@@ -53,14 +53,16 @@ def browser_kernels(
     tolerance: float,
     ensemble_tolerance: float,
     room: Sequence[Expression] = (),
+    integrands: Integrands | None = None,
 ) -> tuple[BrowserKernel, BrowserKernel]:
     """(kernel of recorded motions, of many of which only measures are kept), at these and nearby tolerances.
 
     The first is that of `recorded_run`, with what looks at a motion; the second that of `ensemble_run`, one by one.
     Both have one layout but for the order, so that of equal order they share most of their statements.
     observed: what can be seen besides the states, at least one; room: where they may begin; see `instants_source`
+    integrands: what the second one can gather, see `ensemble_source`
     """
-    layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, loop="browser")
+    layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, integrands, "browser")
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
     layout = dataclasses.replace(layout, order=series_order(tolerance))
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]

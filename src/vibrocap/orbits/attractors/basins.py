@@ -12,9 +12,8 @@ from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import codes
 from vibrocap.orbits.attractors.attractors import NOT_TOLD, Attractor, attractors_of
 from vibrocap.orbits.attractors.starts import check_state, checked_start_range, visited_ranges
-from vibrocap.orbits.maps.drive_phase import at_next_section
 from vibrocap.orbits.maps.settling_runs import SettlingRuns, settling_runs
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, at_next_section, driven_map
 from vibrocap.orbits.parameter_range import checked_pair
 from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told

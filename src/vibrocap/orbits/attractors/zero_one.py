@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.arguments import check_whole
 from vibrocap.measures.settling import stroboscopic_states
 from vibrocap.motion.trajectory import Trajectory
 
@@ -46,8 +47,7 @@ def zero_one_test(series: Any, *, frequencies: int = FREQUENCIES, seed: int = 0)
     Returns `ZeroOneTest`. Raises ValueError for fewer than 200 values or what is no series of finite numbers.
     """
     phi = _values(series)
-    if not isinstance(frequencies, (int, np.integer)) or isinstance(frequencies, bool) or frequencies < 1:
-        raise ValueError(f"frequencies should be a whole number >= 1, got {frequencies!r}")
+    check_whole("frequencies", frequencies, 1)
     count = len(phi)
     c = np.sort(np.random.default_rng(seed).uniform(LOWEST, HIGHEST, frequencies))
     if np.ptp(phi) <= CONSTANT * np.max(np.abs(phi)):

@@ -1,41 +1,33 @@
 """Periodic solutions modulo the drift: their record, multipliers and status."""
 
 import dataclasses
-import enum
 from collections.abc import Mapping
 
 import numpy as np
 
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.physics.system import System
-from vibrocap.results import Result
+from vibrocap.results import Advised, Result
 
 CLOSE_TO_CIRCLE = 1e-8  # a multiplier whose size is this close to 1 is neither stable nor unstable
 FORGOTTEN = 1e-13  # size of a multiplier below which, with a law that sticks, it is zero
 
 
-class OrbitStatus(enum.Enum):
+class OrbitStatus(Advised):
     """How the search for an orbit ended; `advice` says what to try."""
 
-    CONVERGED = "converged"
-    NOT_CONVERGED = "not converged"
-    RUN_FAILED = "run failed"
-    NOT_SETTLED = "not settled"
-
-    @property
-    def advice(self) -> str:
-        """What it means and what can be done."""
-        return ADVICE[self]
-
-
-ADVICE = {
-    OrbitStatus.CONVERGED: "The orbit closes within its residual.",
-    OrbitStatus.NOT_CONVERGED: "Newton's method did not converge. Start from a state nearer to the orbit (a longer "
-    "simulation, or a neighbour on its branch), or name another period; the orbit may have ceased to exist.",
-    OrbitStatus.RUN_FAILED: "A run from the present state could not be completed; simulate it to see its status.",
-    OrbitStatus.NOT_SETTLED: "The simulation did not settle to a periodic motion. Raise `settle_periods`, start "
-    "elsewhere, or name the period and a start; the motion may be quasi-periodic or chaotic.",
-}
+    CONVERGED = "converged", "The orbit closes within its residual."
+    NOT_CONVERGED = (
+        "not converged",
+        "Newton's method did not converge. Start from a state nearer to the orbit (a longer simulation, or a "
+        "neighbour on its branch), or name another period; the orbit may have ceased to exist.",
+    )
+    RUN_FAILED = "run failed", "A run from the present state could not be completed; simulate it to see its status."
+    NOT_SETTLED = (
+        "not settled",
+        "The simulation did not settle to a periodic motion. Raise `settle_periods`, start elsewhere, or name the "
+        "period and a start; the motion may be quasi-periodic or chaotic.",
+    )
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import check_whole
+from vibrocap.arguments import check_one_of, check_whole
 from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
@@ -340,8 +340,7 @@ def _drifts_back(point: BranchPoint) -> bool:
 
 def check_options(towards: str, points: int, step: float) -> None:
     """How a branch is to be followed; raises ValueError, naming the argument."""
-    if towards not in TOWARDS:
-        raise ValueError(f"towards should be one of {', '.join(TOWARDS)}, got {towards!r}")
+    check_one_of("towards", towards, TOWARDS)
     check_whole("points", points, 2)
     if not 1e-6 <= step <= 0.5:
         raise ValueError(f"step should be a share of the range, from 1e-6 to 0.5, got {step!r}")

@@ -1,7 +1,6 @@
 """Following a branch of orbits by its arclength, past folds and through changes of the word, until it ends."""
 
 import dataclasses
-import enum
 from collections.abc import Callable
 
 import numpy as np
@@ -12,6 +11,7 @@ from vibrocap.orbits.continuation.grazing import grazing_at_end
 from vibrocap.orbits.continuation.segment import TOO_MANY
 from vibrocap.orbits.continuation.special_points import Found, SpecialKind, special_points_between
 from vibrocap.orbits.maps.closing_map import Closing, ClosingMap, Closure
+from vibrocap.results import Advised
 
 ON_COARSER_MAP = 1e-7  # mismatch under the coarser map up to which an orbit is one of that map
 MEETING = 1e-4  # distance at which a branch that becomes one of the coarser map may be from its bifurcation
@@ -29,49 +29,44 @@ OFF_SIDE = 3.0  # how far off the guess it may be found, over the same
 NO_DISTANCE = 1e-9  # distance from a corner below which nothing is told apart
 
 
-class BranchEnd(enum.Enum):
+class BranchEnd(Advised):
     """Why a branch was not followed further; `advice` says what to try."""
 
-    PARAMETER_BOUND = "parameter bound"
-    PITCHFORK = "pitchfork"
-    FLIP = "flip"
-    CLOSED = "closed"
-    ORBIT_CEASES = "orbit ceases"
-    GRAZING = "grazing"
-    NEWTON_FAILED = "Newton failed"
-    TOO_MANY_POINTS = "too many points"
-    NOT_FOLLOWED = "not followed"
-    START_FAILED = "start failed"
+    PARAMETER_BOUND = "parameter bound", "The end of the range asked for."
+    PITCHFORK = (
+        "pitchfork",
+        "The orbit has become symmetric: the branch is born here from that of symmetric orbits, and beyond it its "
+        "mirror twins come.",
+    )
+    FLIP = (
+        "flip",
+        "The orbit has become one of half its period: the branch is born here, and beyond it the same orbits come "
+        "again, a period later.",
+    )
+    CLOSED = "closed", "The branch has come back to its start."
+    ORBIT_CEASES = (
+        "orbit ceases",
+        "The word of the motion would change here, and no orbit of the new word continues this one: such orbits cease"
+        " to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
+    )
+    GRAZING = (
+        "grazing",
+        "The motion grazes a stop, which changes it like a square root: such orbits cease to exist here, or go on "
+        "with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
+    )
+    NEWTON_FAILED = (
+        "Newton failed",
+        "No next point closes however small the step: such orbits cease to exist here, as where a motion grazes, or "
+        "Newton's method cannot follow. Try another `tolerance`, or start from an orbit beyond this parameter.",
+    )
+    TOO_MANY_POINTS = "too many points", "Raise `points`, or allow longer steps with `step`."
+    NOT_FOLLOWED = "not followed", "It was not asked to follow the branch this way."
+    START_FAILED = "start failed", "No orbit closes at the start. Give an `orbit`, or another `initial`."
 
     @property
     def early(self) -> bool:
         """Whether the branch goes on, but was not followed so far."""
         return self in (BranchEnd.NEWTON_FAILED, BranchEnd.TOO_MANY_POINTS, BranchEnd.START_FAILED)
-
-    @property
-    def advice(self) -> str:
-        """What it means and what can be done."""
-        return ADVICE[self]
-
-
-ADVICE = {
-    BranchEnd.PARAMETER_BOUND: "The end of the range asked for.",
-    BranchEnd.PITCHFORK: "The orbit has become symmetric: the branch is born here from that of symmetric orbits, and "
-    "beyond it its mirror twins come.",
-    BranchEnd.FLIP: "The orbit has become one of half its period: the branch is born here, and beyond it the same "
-    "orbits come again, a period later.",
-    BranchEnd.CLOSED: "The branch has come back to its start.",
-    BranchEnd.ORBIT_CEASES: "The word of the motion would change here, and no orbit of the new word continues this "
-    "one: such orbits cease to exist. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
-    BranchEnd.GRAZING: "The motion grazes a stop, which changes it like a square root: such orbits cease to exist "
-    "here, or go on with another impact. Simulate beyond it (`orbit(system, initial=...)`) to see what follows.",
-    BranchEnd.NEWTON_FAILED: "No next point closes however small the step: such orbits cease to exist here, as "
-    "where a motion grazes, or Newton's method cannot follow. Try another `tolerance`, or start from an orbit beyond "
-    "this parameter.",
-    BranchEnd.TOO_MANY_POINTS: "Raise `points`, or allow longer steps with `step`.",
-    BranchEnd.NOT_FOLLOWED: "It was not asked to follow the branch this way.",
-    BranchEnd.START_FAILED: "No orbit closes at the start. Give an `orbit`, or another `initial`.",
-}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import ArgumentError, check_whole
-from vibrocap.measures.during_run import check_travel, measure_table, near_measure, resolved
+from vibrocap.arguments import ArgumentError, check_whole, is_number
+from vibrocap.measures.during_run import check_travel, known_measures, measure_table, near_measure, resolved
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind, Difference, located, scanned
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
@@ -159,12 +159,12 @@ def _ranges(parameters: np.ndarray, same: np.ndarray) -> tuple[tuple[float, floa
 
 def checked_measure(systems: tuple[System, ...], measure: str) -> None:
     """Refuse what is no measure of these systems, or no number."""
-    table = measure_table()
-    if measure not in table or measure == "word":
-        near = near_measure(measure, [name for name in table if name != "word"])
-        raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
     for each in systems:
-        check_travel(resolved(measure)[1], each)
+        known = known_measures(each)
+        if measure not in known or measure == "word":
+            near = near_measure(measure, [name for name in measure_table(each) if name != "word"])
+            raise ArgumentError("measure", f"should be a number of the table of measures, got {measure!r}; {near}")
+        check_travel(resolved(measure, each)[1], each)
 
 
 def _checked(
@@ -174,7 +174,7 @@ def _checked(
     checked_measure(systems, measure)
     (low, high), *_ = [checked_range(each, over, between) for each in systems]
     check_whole("points", points, 2)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if not is_number(value) or not math.isfinite(value):
         raise ValueError(f"value should be a finite number, got {value!r}")
     for each in systems:
         if not is_driven(each):

@@ -52,6 +52,7 @@ def variational_equations(equations: Equations) -> Equations:
         shifts=tuple(map(moved, equations.shifts)),
         period=moved(equations.period),
         hold=None if equations.hold is None else moved(equations.hold),
+        arriving=None if equations.arriving is None else moved(equations.arriving),
         limit=None if equations.limit is None else moved(equations.limit),
         symmetry=equations.symmetry * 2,
         switches=tuple(map(moved, equations.switches)),

@@ -90,7 +90,7 @@ CLAIMS: dict[str, Claim] = {}
 
 ROUNDING = Tolerance(1e-11, "double precision after some hundred operations on numbers of order 10")
 DRAWN = Tolerance(0.01, "1 % of the range: less cannot be read off a printed curve")
-SETTLED = Tolerance(1e-7, "a thousand times the tolerance of the runs, 1e-10")
+RUN_ERROR = Tolerance(1e-7, "a thousand times the tolerance of the runs, 1e-10")
 
 
 def printed(number: str) -> Tolerance:

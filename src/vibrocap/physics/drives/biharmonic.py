@@ -1,13 +1,12 @@
 """The biharmonic drive: a second harmonic breaks the half-period symmetry, so that a capsule can travel."""
 
-import math
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters, sin
+from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters, sin
 
 
 @parameters
-class Biharmonic(Drive):
+class Biharmonic(Wave):
     """Biharmonic drive: h cos(omega tau) + h2 cos(2 omega tau + psi). Odd under half a period only if h2 = 0."""
 
     amplitude: Number = parameter(1.8, "h", "drive torque", "effort")
@@ -31,11 +30,6 @@ class Biharmonic(Drive):
         """-h omega^2 cos(omega t) - 4 h2 omega^2 cos(2 omega t + psi)."""
         second = 4.0 * self.second_amplitude * cos(2.0 * self.frequency * t + self.second_phase)
         return -(self.frequency * self.frequency * (self.amplitude * cos(self.frequency * t) + second))
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega."""
-        return 2.0 * math.pi / self.frequency
 
     @property
     def odd(self) -> bool:

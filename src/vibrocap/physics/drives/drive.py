@@ -19,9 +19,11 @@ __all__ = [
     "NonNegative",
     "Number",
     "Piecewise",
+    "PiecewiseWave",
     "Positive",
     "Segment",
     "Share",
+    "Wave",
     "WithinOne",
     "cos",
     "model_validator",
@@ -73,6 +75,17 @@ class Drive(Part):
         raise NotImplementedError
 
 
+class Wave(Drive):
+    """A drive with an angular frequency."""
+
+    frequency: Any
+
+    @property
+    def period(self) -> float:
+        """2 pi / omega."""
+        return 2.0 * math.pi / self.frequency
+
+
 @dataclasses.dataclass(frozen=True)
 class Segment:
     """What a drive does between two corners.
@@ -96,7 +109,7 @@ class Piecewise(Drive):
     @property
     def degree(self) -> int:
         """Of the polynomials."""
-        return 0
+        return max(len(segment.coefficients) for segment in self.segments()) - 1
 
     def segments(self) -> tuple[Segment, ...]:
         """The segments of one period in order, whose lengths together are 1."""
@@ -150,6 +163,16 @@ class Piecewise(Drive):
     def odd(self) -> bool:
         """Whether the second half of the segments is the first one with the other sign, to rounding."""
         return self.size() == 0.0 or _is_odd(segment_table(self))
+
+
+class PiecewiseWave(Wave, Piecewise):
+    """A wave with corners or jumps, between heights of h and -h."""
+
+    amplitude: Any
+
+    def size(self):
+        """h."""
+        return self.amplitude
 
 
 Table = tuple[tuple[float, ...], ...]  # a row for each segment: the share of the period at its end, its coefficients

@@ -1,13 +1,12 @@
 """The harmonic drive, the paper's."""
 
-import math
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters, sin
+from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters, sin
 
 
 @parameters
-class Harmonic(Drive):
+class Harmonic(Wave):
     """Harmonic drive: h cos(omega tau) (Liu et al. 2019, eq. 4). Odd under half a period."""
 
     amplitude: Number = parameter(1.8, "h", "drive torque", "effort")
@@ -26,11 +25,6 @@ class Harmonic(Drive):
     def curvature(self, t):
         """-h omega^2 cos(omega t)."""
         return -(self.amplitude * self.frequency * self.frequency * cos(self.frequency * t))
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega."""
-        return 2.0 * math.pi / self.frequency
 
     @property
     def odd(self) -> bool:

@@ -1,13 +1,12 @@
 """The loading of a test rig: a level, a ramp and an oscillation about them."""
 
-import math
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Drive, Number, Positive, cos, parameter, parameters
+from vibrocap.physics.drives.drive import Number, Positive, Wave, cos, parameter, parameters
 
 
 @parameters
-class Loading(Drive):
+class Loading(Wave):
     """Loading F + q t + h cos(omega t): what a contact is tested with, in one form for all tests (`laboratory`).
 
     A level with an oscillation makes some laws creep, a ramp breaks the contact away. The ramp begins anew in each
@@ -24,11 +23,6 @@ class Loading(Drive):
     def value(self, t):
         """F + q t + h cos(omega t), for the time t since the start of the period."""
         return self.level + self.rate * t + self.amplitude * cos(self.frequency * t)
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega."""
-        return 2.0 * math.pi / self.frequency
 
     @property
     def odd(self) -> bool:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from vibrocap.physics.drives.drive import Number, Piecewise, Positive, Segment, Share, parameter, parameters
+from vibrocap.physics.drives.drive import Number, PiecewiseWave, Positive, Segment, Share, parameter, parameters
 
 MOST_PULSES = 10_000
 
@@ -18,7 +18,7 @@ def _whole(given: Any) -> Any:
 
 
 @parameters
-class PulseWidth(Piecewise):
+class PulseWidth(PiecewiseWave):
     """Pulses of height h and -h whose mean follows m h sin(omega t), as a switched amplifier makes them.
 
     The period is cut into n equal cells. In cell i, whose middle is at t_i, the drive is h sgn(sin(omega t_i)) for the
@@ -47,12 +47,3 @@ class PulseWidth(Piecewise):
             found += [Segment(gap + rest, (0.0,)), Segment(width, (math.copysign(1.0, sine),))]
             gap = rest
         return (*found, Segment(gap, (0.0,)))
-
-    def size(self):
-        """h."""
-        return self.amplitude
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega."""
-        return 2.0 * math.pi / self.frequency

@@ -24,11 +24,6 @@ class SevenPhase(Piecewise):
 
     name: ClassVar[str] = "seven-phase"
 
-    @property
-    def degree(self) -> int:
-        """2."""
-        return 2
-
     def segments(self) -> tuple[Segment, ...]:
         """Parabolas, straight lines between them, and 0."""
         period = self.period

@@ -1,13 +1,12 @@
 """The square wave: one level, then the other, switched at once."""
 
-import math
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Piecewise, Positive, Segment, WithinOne, parameter, parameters
+from vibrocap.physics.drives.drive import Number, PiecewiseWave, Positive, Segment, WithinOne, parameter, parameters
 
 
 @parameters
-class Square(Piecewise):
+class Square(PiecewiseWave):
     """Square wave: h over the share d of the period, then -h. What a relay or a current in an H bridge exerts.
 
     Odd under half a period where d = 1/2.
@@ -22,12 +21,3 @@ class Square(Piecewise):
     def segments(self) -> tuple[Segment, ...]:
         """1, then -1."""
         return Segment(self.duty, (1.0,)), Segment(1.0 - self.duty, (-1.0,))
-
-    def size(self):
-        """h."""
-        return self.amplitude
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega."""
-        return 2.0 * math.pi / self.frequency

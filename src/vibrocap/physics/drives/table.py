@@ -77,11 +77,6 @@ class DriveTable(Piecewise):
             )
         return self
 
-    @property
-    def degree(self) -> int:
-        """1 or 3."""
-        return 1 if self.interpolation == "linear" else 3
-
     def segments(self) -> tuple[Segment, ...]:
         """One between each instant and the next."""
         whole = self.times[-1] - self.times[0]

@@ -28,11 +28,6 @@ class ThreePhase(Piecewise):
 
     name: ClassVar[str] = "three-phase"
 
-    @property
-    def degree(self) -> int:
-        """2."""
-        return 2
-
     def _speeds(self) -> tuple:
         """(u1, u3)."""
         forward = 1.0 / self.first_acceleration + 1.0 / self.second_acceleration

@@ -1,11 +1,10 @@
 """The trapezoid wave: up, hold, down, hold."""
 
-import math
 from typing import ClassVar
 
 from vibrocap.physics.drives.drive import (
     Number,
-    Piecewise,
+    PiecewiseWave,
     Positive,
     Segment,
     Share,
@@ -17,7 +16,7 @@ from vibrocap.physics.drives.drive import (
 
 
 @parameters
-class Trapezoid(Piecewise):
+class Trapezoid(PiecewiseWave):
     """Trapezoid wave: from -h up to h, there for a while, down to -h, and there for the rest of the period.
 
     A square wave whose actuator has a finite rate. Odd under half a period where it rises and falls equally fast and
@@ -40,11 +39,6 @@ class Trapezoid(Piecewise):
             )
         return self
 
-    @property
-    def degree(self) -> int:
-        """1."""
-        return 1
-
     def segments(self) -> tuple[Segment, ...]:
         """-1 + 2 x/r, 1, 1 - 2 x/f, -1."""
         rest = 1.0 - self.rise - self.hold - self.fall
@@ -54,12 +48,3 @@ class Trapezoid(Piecewise):
             Segment(self.fall, (1.0, -2.0 / self.fall)),
             Segment(rest, (-1.0, 0.0)),
         )
-
-    def size(self):
-        """h."""
-        return self.amplitude
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega."""
-        return 2.0 * math.pi / self.frequency

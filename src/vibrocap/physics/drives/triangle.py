@@ -1,13 +1,12 @@
 """The triangle wave: up at one rate, down at another."""
 
-import math
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import Number, Piecewise, Positive, Segment, WithinOne, parameter, parameters
+from vibrocap.physics.drives.drive import Number, PiecewiseWave, Positive, Segment, WithinOne, parameter, parameters
 
 
 @parameters
-class Triangle(Piecewise):
+class Triangle(PiecewiseWave):
     """Triangle wave: from -h up to h over the share r of the period, and down again.
 
     Imposed as a displacement it is the two-phase motion of Chernousko (2002): one speed forward, another one back. Odd
@@ -20,21 +19,7 @@ class Triangle(Piecewise):
 
     name: ClassVar[str] = "triangle"
 
-    @property
-    def degree(self) -> int:
-        """1."""
-        return 1
-
     def segments(self) -> tuple[Segment, ...]:
         """-1 + 2 x/r, then 1 - 2 x/(1 - r)."""
         fall = 1.0 - self.rise
         return Segment(self.rise, (-1.0, 2.0 / self.rise)), Segment(fall, (1.0, -2.0 / fall))
-
-    def size(self):
-        """h."""
-        return self.amplitude
-
-    @property
-    def period(self) -> float:
-        """2 pi / omega."""
-        return 2.0 * math.pi / self.frequency

@@ -2,11 +2,11 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import Law, NonNegative, levels_in_order, parameter, parameters
+from vibrocap.physics.friction.law import Curve, NonNegative, levels_in_order, parameter, parameters
 
 
 @parameters
-class Coulomb(Law):
+class Coulomb(Curve):
     """Coulomb friction: a kinetic level that does not depend on speed, and a static level that may be higher.
 
     At rest the contact balances whatever is applied, up to the static level; the instant it slides the force drops to
@@ -22,7 +22,6 @@ class Coulomb(Law):
     static_coefficient: NonNegative = parameter(0.45, "eta_s", "friction coefficient at rest", "static level")
 
     name: ClassVar[str] = "coulomb"
-    kind: ClassVar = "set-valued"
     source: ClassVar[str] = (
         "C. A. Coulomb, Theorie des machines simples, Memoires de Mathematique et de Physique 10 (1785) 161-332"
     )
@@ -32,19 +31,3 @@ class Coulomb(Law):
     def steady_force(self, speed, load):
         """Friction force at any constant speed, N eta_c."""
         return load * self.coulomb_coefficient
-
-    def force(self, velocity, internal, side, load):
-        """Friction force R while sliding to `side`; there are no internal states.
-
-        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
-        """
-        return side * self.steady_force(side * velocity, load), ()
-
-    def holding_limit(self, load):
-        """Largest force at rest, N eta_s."""
-        return load * self.static_coefficient
-
-    @property
-    def passive(self) -> bool:
-        """Always: R v >= 0."""
-        return True

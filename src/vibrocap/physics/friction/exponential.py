@@ -2,11 +2,11 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import Law, NonNegative, exp, levels_in_order, parameter, parameters
+from vibrocap.physics.friction.law import Curve, NonNegative, exp, levels_in_order, parameter, parameters
 
 
 @parameters
-class Exponential(Law):
+class Exponential(Curve):
     """Exponential law (EM): the friction force drops from static to Coulomb level as the contact speeds up.
 
     It is a function of velocity alone, so accelerating and decelerating take the same path; at rest it balances
@@ -24,7 +24,6 @@ class Exponential(Law):
     )
 
     name: ClassVar[str] = "exponential"
-    kind: ClassVar = "set-valued"
     source: ClassVar[str] = (
         "A. Tustin, The effects of backlash and of speed-dependent friction on the stability of closed-cycle control "
         "systems, Journal of the Institution of Electrical Engineers 94 (1947) 143-151; B. Armstrong-Helouvry, "
@@ -38,19 +37,3 @@ class Exponential(Law):
         """Friction force at a constant speed >= 0 (eq. 8)."""
         drop = self.static_coefficient - self.coulomb_coefficient
         return load * (self.coulomb_coefficient + drop * exp(-self.decay_rate * speed))
-
-    def force(self, velocity, internal, side, load):
-        """Friction force R while sliding to `side` (eq. 8); there are no internal states.
-
-        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
-        """
-        return side * self.steady_force(side * velocity, load), ()
-
-    def holding_limit(self, load):
-        """Largest force at rest, N eta_s."""
-        return load * self.static_coefficient
-
-    @property
-    def passive(self) -> bool:
-        """Always: R v >= 0."""
-        return True

@@ -2,11 +2,11 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.friction.law import Law, NonNegative, Positive, levels_in_order, parameter, parameters
+from vibrocap.physics.friction.law import Curve, NonNegative, Positive, levels_in_order, parameter, parameters
 
 
 @parameters
-class HyperbolicStribeck(Law):
+class HyperbolicStribeck(Curve):
     """Hyperbolic Stribeck curve: friction falls from static to Coulomb level slowly, as one over the speed.
 
         R = {N [eta_c + (eta_s - eta_c)/(1 + |v|/v_s)] + delta2 |v|} sgn(v),   |R| <= N eta_s at v = 0
@@ -24,7 +24,6 @@ class HyperbolicStribeck(Law):
     viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "hyperbolic-stribeck"
-    kind: ClassVar = "set-valued"
     source: ClassVar[str] = (
         "R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Stick-slip vibrations induced by alternate "
         "friction models, Nonlinear Dynamics 16 (1998) 41-54"
@@ -37,19 +36,3 @@ class HyperbolicStribeck(Law):
         drop = self.static_coefficient - self.coulomb_coefficient
         level = self.coulomb_coefficient + drop / (1.0 + speed / self.stribeck_velocity)
         return load * level + self.viscous_damping * speed
-
-    def force(self, velocity, internal, side, load):
-        """Friction force R while sliding to `side`; there are no internal states.
-
-        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
-        """
-        return side * self.steady_force(side * velocity, load), ()
-
-    def holding_limit(self, load):
-        """Largest force at rest, N eta_s."""
-        return load * self.static_coefficient
-
-    @property
-    def passive(self) -> bool:
-        """Always: R v >= 0."""
-        return True

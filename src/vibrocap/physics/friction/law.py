@@ -20,6 +20,7 @@ from vibrocap.physics.part import Part
 
 __all__ = [
     "AtLeastOne",
+    "Curve",
     "Exponent",
     "Law",
     "NonNegative",
@@ -33,8 +34,7 @@ __all__ = [
     "parameter",
     "parameters",
     "power",
-    "rate_and_state_force",
-    "resolved_at_rest",
+    "sqrt",
     "stribeck_level",
     "wrapped_class",
 ]
@@ -133,6 +133,28 @@ class Law(Part):
         raise NotImplementedError
 
 
+class Curve(Law):
+    """A set-valued law without memory: a curve `steady_force` over the speed while sliding, up to N eta_s at rest."""
+
+    kind: ClassVar = "set-valued"
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R while sliding to `side`; there are no internal states.
+
+        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
+        """
+        return side * self.steady_force(side * velocity, load), ()
+
+    def holding_limit(self, load):
+        """Largest force at rest, N eta_s."""
+        return load * self.static_coefficient  # type: ignore[attr-defined]
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True
+
+
 def wrapped_class(wrapper: Callable, cls: type[Law], law: type[Law]) -> type[Law]:
     """Finish the class of a wrapped law: its name, its documentation, its fields, and how it is pickled.
 
@@ -183,27 +205,3 @@ def stribeck_level(law, speed, load):
     drop = law.static_coefficient - law.coulomb_coefficient
     shape = exp(-power(speed / law.stribeck_velocity, law.stribeck_exponent))
     return load * (law.coulomb_coefficient + drop * shape)
-
-
-def rate_and_state_force(law, velocity, state, side, load):
-    """N a asinh{(v/2 v0) exp[(mu0 + b phi)/a]}, of a rate-and-state law, phi = ln(theta v0/Dc)."""
-    strength = (law.reference_coefficient + law.evolution_effect * state) / law.direct_effect
-    jumps = side * velocity * (0.5 / law.reference_velocity) * exp(strength)
-    return side * load * law.direct_effect * log(jumps + sqrt(1.0 + jumps * jumps))
-
-
-MOST_STRENGTH = (
-    300.0  # of the exponent mu0/a of rate-and-state laws, whose square must stay within the range of numbers
-)
-
-
-@model_validator(mode="after")
-def resolved_at_rest(law):
-    """Refuse a direct effect so small that friction at rest leaves the range of numbers."""
-    least = law.reference_coefficient / MOST_STRENGTH
-    if law.direct_effect < least:
-        raise ValueError(
-            f"direct_effect should be at least reference_coefficient/{MOST_STRENGTH:g} = {least:g}, "
-            f"got {law.direct_effect}"
-        )
-    return law

@@ -15,7 +15,7 @@ from vibrocap.physics.friction.law import (
 )
 
 CELLS = 4096  # of speed, in which the bound for passivity is made
-REACH = 6.0  # damping velocities, beyond which the damping of the bristles is below 1e-15 of that at rest
+DAMPED_SPEEDS = 6.0  # damping velocities, beyond which the damping of the bristles is below 1e-15 of that at rest
 
 
 @parameters
@@ -137,7 +137,7 @@ class LuGre(Law):
         drop = self.static_coefficient - self.coulomb_coefficient
         if self.damping_velocity is None:
             return self.viscous_damping >= self.bristle_damping * drop / self.coulomb_coefficient
-        speeds = [REACH * self.damping_velocity * i / CELLS for i in range(CELLS + 1)]
+        speeds = [DAMPED_SPEEDS * self.damping_velocity * i / CELLS for i in range(CELLS + 1)]
         excess = [self.static_coefficient / stribeck_level(self, speed, 1.0) - 1.0 for speed in speeds[1:]]
         excess.append(drop / self.coulomb_coefficient)
         return all(

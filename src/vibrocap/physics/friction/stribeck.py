@@ -3,8 +3,8 @@
 from typing import ClassVar
 
 from vibrocap.physics.friction.law import (
+    Curve,
     Exponent,
-    Law,
     NonNegative,
     Positive,
     levels_in_order,
@@ -15,7 +15,7 @@ from vibrocap.physics.friction.law import (
 
 
 @parameters
-class Stribeck(Law):
+class Stribeck(Curve):
     """Stribeck curve: friction drops from static to Coulomb level as a film builds up, then rises with its viscosity.
 
         R = {N [eta_c + (eta_s - eta_c) exp(-|v/v_s|^alpha)] + delta2 |v|} sgn(v),   |R| <= N eta_s at v = 0
@@ -35,7 +35,6 @@ class Stribeck(Law):
     viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
 
     name: ClassVar[str] = "stribeck"
-    kind: ClassVar = "set-valued"
     shape_parameters: ClassVar = ("stribeck_exponent",)
     source: ClassVar[str] = (
         "L. C. Bo, D. Pavelescu, The friction-speed relation and its influence on the critical velocity of stick-slip "
@@ -47,19 +46,3 @@ class Stribeck(Law):
     def steady_force(self, speed, load):
         """Friction force at a constant speed >= 0."""
         return stribeck_level(self, speed, load) + self.viscous_damping * speed
-
-    def force(self, velocity, internal, side, load):
-        """Friction force R while sliding to `side`; there are no internal states.
-
-        velocity: sliding velocity [1]   side: +1 or -1   load: normal load N [1]      Returns (R, ()).
-        """
-        return side * self.steady_force(side * velocity, load), ()
-
-    def holding_limit(self, load):
-        """Largest force at rest, N eta_s."""
-        return load * self.static_coefficient
-
-    @property
-    def passive(self) -> bool:
-        """Always: R v >= 0."""
-        return True

@@ -1,24 +1,16 @@
 """Crawlers: two to ten bodies in a row, all of them rubbing, with a spring, a damper and a drive in every gap."""
 
-import functools
 import itertools
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from vibrocap.physics.elementary import sqrt
-from vibrocap.physics.machines.machine import (
-    Machine,
-    NonNegative,
-    Number,
-    Positive,
-    SIScales,
-    parameter,
-    parameters,
-)
-from vibrocap.physics.machines.row import APART, NUMBERS, numbered, row_of_bodies
+from vibrocap.physics.machines.machine import NonNegative, Number, Positive
+from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
 
 
-class Crawler(Machine):
+class Crawler(Row):
     """Bodies 1, 2, ... in a row on the ground, each with a contact of its own; z_i is how far gap i has opened.
 
     Body 1 is the rearmost. The force T_i pulls the bodies beside gap i together, and friction R_i acts on body i:
@@ -32,17 +24,22 @@ class Crawler(Machine):
     Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
     """
 
-    bodies: ClassVar[int]
-    cyclic: ClassVar = "position"
+    summary: ClassVar = "bodies in a row, all of them rubbing."
     contact_state: ClassVar = "velocity"
-    channels: ClassVar = ("drive", "damper")
-    si_scales: ClassVar = SIScales
-    si_load: ClassVar = "1 where the coefficients of the law are forces in N"
-    normal_load: Any
+    row_parameters: ClassVar = (
+        Numbered("mass", "body", Positive, Positive, 1.0, "m", "mass of body {}", "mass"),
+        Numbered("stiffness", "gap", Positive, NonNegative, 1.0, "k", "spring in gap {}", "stiffness"),
+        Numbered("damping", "gap", NonNegative, NonNegative, 0.1, "c", "damper in gap {}", "viscous damping"),
+        Numbered("actuation", "gap", Number, Number, 1.0, "a", "share of the drive that pushes gap {} apart", "share"),
+        Numbered("normal_load", "body", Positive, NonNegative, 1.0, "N", "load on the contact of body {}", "load"),
+    )
 
-    def _all(self, name: str, count: int) -> tuple:
-        """A parameter of the first so many bodies or gaps."""
-        return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
+    @classmethod
+    def of_bodies(cls, bodies: int) -> Mapping[str, Any]:
+        """The states, of which the first gap and the first two bodies have the names that other machines give them."""
+        inner = (*(f"displacement_{i}" for i in range(2, bodies)), *(f"velocity_{i}" for i in range(3, bodies + 1)))
+        states = ("displacement", "velocity_2", "position", "velocity", *inner)
+        return {"states": states, "symmetry": (-1,) * len(states)}
 
     def scales(self, time=1.0):
         """Opening and speed that a force of the size of all loads makes, as of an `Oscillator`."""
@@ -54,14 +51,6 @@ class Crawler(Machine):
     def effort_scale(self):
         """The sum of all loads."""
         return sum(self._all("normal_load", self.bodies))
-
-    def load(self):
-        """N of body 1."""
-        return self.normal_load
-
-    def further_loads(self) -> tuple:
-        """N_2, N_3, ..."""
-        return self._all("normal_load", self.bodies)[1:]
 
     def masses(self):
         """m_1, m_2, ..."""
@@ -140,57 +129,9 @@ class Crawler(Machine):
         return row_of_bodies(places, "spring")
 
 
-@functools.cache
 def crawler(bodies: int) -> Any:
     """The class of a crawler of two to ten bodies, "two-body-crawler" and so on."""
-    if bodies not in NUMBERS:
-        raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
-    fields: dict[str, Any] = {}
-    kinds: dict[str, Any] = {}
-
-    def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, role: str):
-        fields[numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
-        kinds[numbered(name, number)] = kind
-
-    for i in range(1, bodies + 1):
-        field("mass", i, Positive, 1.0, "m", f"mass of body {i}", "mass")
-    for i in range(1, bodies):
-        field("stiffness", i, Positive if i == 1 else NonNegative, 1.0, "k", f"spring in gap {i}", "stiffness")
-    for i in range(1, bodies):
-        field("damping", i, NonNegative, 0.1, "c", f"damper in gap {i}", "viscous damping")
-    for i in range(1, bodies):
-        field("actuation", i, Number, 1.0, "a", f"share of the drive that pushes gap {i} apart", "share")
-    for i in range(1, bodies + 1):
-        kind = Positive if i == 1 else NonNegative
-        field("normal_load", i, kind, 1.0, "N", f"load on the contact of body {i}", "load")
-    inner = (*(f"displacement_{i}" for i in range(2, bodies)), *(f"velocity_{i}" for i in range(3, bodies + 1)))
-    states = ("displacement", "velocity_2", "position", "velocity", *inner)
-    word = NUMBERS[bodies]
-    space = {
-        **fields,
-        "__annotations__": kinds,
-        "__module__": __name__,
-        "__qualname__": f"{word.title()}BodyCrawler",
-        "__doc__": f"{word.title()} bodies in a row, all of them rubbing.\n\n    {Crawler.__doc__}",
-        "__reduce__": lambda self: (_made, (bodies, {name: getattr(self, name) for name in fields})),
-        "name": f"{word}-body-crawler",
-        "bodies": bodies,
-        "states": states,
-        "symmetry": (-1,) * len(states),
-        "contacts": tuple(f"velocity_{i}" for i in range(2, bodies + 1)),
-    }
-    return parameters(type(f"{word.title()}BodyCrawler", (Crawler,), space))
-
-
-def crawler_of(name: str) -> Any:
-    """The class of a crawler by its name; KeyError for what is none."""
-    bodies = {f"{word}-body-crawler": number for number, word in NUMBERS.items()}
-    return crawler(bodies[name])
-
-
-def _made(bodies: int, values: dict[str, Any]) -> Any:
-    """A crawler again, where it was pickled: the classes of more than three bodies can be found in no module."""
-    return crawler(bodies)(**values)
+    return row_of(Crawler, bodies)
 
 
 TwoBodyCrawler = crawler(2)

@@ -45,19 +45,9 @@ class PendulumScales(Scales):
     gravity_m_per_s2: Positive = parameter(STANDARD_GRAVITY_M_PER_S2, "g_0", "gravitational acceleration", unit="m/s^2")
 
     @property
-    def mass_kg(self) -> float:
-        """m."""
-        return self.pendulum_mass_kg
-
-    @property
-    def length_m(self) -> float:
-        """l."""
-        return self.pendulum_length_m
-
-    @property
-    def time_s(self) -> float:
-        """1/omega_n = sqrt(l/g_0)."""
-        return math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
+    def units(self) -> tuple[float, float, float]:
+        """m, l, 1/omega_n = sqrt(l/g_0)."""
+        return self.pendulum_mass_kg, self.pendulum_length_m, math.sqrt(self.pendulum_length_m / self.gravity_m_per_s2)
 
 
 @parameters

@@ -5,8 +5,13 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, model_validator
 
-from vibrocap.physics.machines.machine import IMPACT, Positive, cos, parameter, parameters, rebounds, sin
+from vibrocap.physics.machines.machine import IMPACT, Positive, Shape, cos, parameter, parameters, rebounds, sin
 from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule
+
+# What is drawn, in lengths of the pendulum: the pivot on top of the capsule and a corner beside it; a stop from here to
+# there on a line through the pivot, which the bob touches when its middle is that angle before it.
+PIVOT, CORNER, STOP = 0.5, 0.6, (0.8, 1.2)
+TOUCHING = math.asin(0.15)
 
 
 def _checked_restitution(given: Any) -> Any:
@@ -123,3 +128,16 @@ class PendulumCapsuleWithStops(PendulumCapsule):
         rebound = -bounces * self.restitution * y[1]
         capsule = y[3] + (cos(self.limit_angle) * rebound - cos(y[0]) * y[1]) / (self.mass_ratio + 1.0)
         return side * self.limit_angle, rebound, y[2], capsule, side * (1.0 - bounces)
+
+    def scene(self, t, y) -> tuple[Shape, ...]:
+        """With the stops, each on an arm from a corner of the capsule: the bob touches them at the limit angle."""
+        stops = (_stop(y[2], side, self.limit_angle) for side in (1.0, -1.0))
+        return *super().scene(t, y), *(shape for stop in stops for shape in stop)
+
+
+def _stop(x, side, limit_angle) -> tuple[Shape, Shape]:
+    """The stop of one side and its arm, of a capsule at x."""
+    angle = limit_angle + TOUCHING
+    ends = tuple((x - side * (distance * sin(angle)), PIVOT + distance * cos(angle)) for distance in STOP)
+    name = "stop behind" if side > 0.0 else "stop in front"
+    return Shape("rod", name, ends), Shape("rod", f"arm of the {name}", ((x - side * CORNER, PIVOT), ends[0]))

@@ -39,19 +39,9 @@ class InnerMassScales(Scales):
     time_unit_s: Positive = parameter(..., "1/omega_0", "unit of time, such as sqrt(m/k)", unit="s")
 
     @property
-    def mass_kg(self) -> float:
-        """m."""
-        return self.inner_mass_kg
-
-    @property
-    def length_m(self) -> float:
-        """l."""
-        return self.length_unit_m
-
-    @property
-    def time_s(self) -> float:
-        """1/omega_0."""
-        return self.time_unit_s
+    def units(self) -> tuple[float, float, float]:
+        """m, l, 1/omega_0."""
+        return self.inner_mass_kg, self.length_unit_m, self.time_unit_s
 
 
 @parameters

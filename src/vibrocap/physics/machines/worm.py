@@ -1,22 +1,13 @@
 """Worms of two to ten bodies in a row, whose distances the drive imposes, each with a contact of its own."""
 
-import functools
 import math
 from typing import Any, ClassVar
 
-from vibrocap.physics.machines.machine import (
-    Coupling,
-    Imposed,
-    Number,
-    Positive,
-    SIScales,
-    parameter,
-    parameters,
-)
-from vibrocap.physics.machines.row import APART, NUMBERS, numbered, row_of_bodies
+from vibrocap.physics.machines.machine import Coupling, Imposed, Number, Positive
+from vibrocap.physics.machines.row import APART, Numbered, Row, numbered, row_of, row_of_bodies
 
 
-class Worm(Imposed):
+class Worm(Row, Imposed):
     """Bodies 1, 2, ... in a row on the ground, each with a contact of its own; the drive z(t) imposes their distances.
 
     Body 1 is the rearmost. Gap i is a_i z(t) wider than at z = 0, whatever force that takes. One coordinate is left
@@ -29,7 +20,7 @@ class Worm(Imposed):
     back. Body i at rest holds R_i = M u_i z'' less the friction of all others.
 
     Two bodies rest together only while their distance does not change. How they share the force that is then held is
-    open, though the motion is not (hyperstatic, see `coupled_contacts.py`): shown are equal shares of their limits.
+    open, though the motion is not (hyperstatic, see `imposed_distances.py`): shown are equal shares of their limits.
 
     The energy is that of the common centre, M p^2/2, and the work of the drive what reaches it, the sum of u_i z' R_i.
     What a gap takes is `actuator_force` (of gap i: `actuator_force_i`), the push between the bodies behind and ahead,
@@ -38,22 +29,18 @@ class Worm(Imposed):
     Any consistent units may be used, SI as well as none. Loads are forces, the weights of the bodies for instance.
     """
 
-    bodies: ClassVar[int]
-    cyclic: ClassVar = "position"
+    summary: ClassVar = "bodies in a row at imposed distances, all of them rubbing."
     contact_state: ClassVar = "centre_velocity"
-    channels: ClassVar = ("drive", "damper")
+    row_parameters: ClassVar = (
+        Numbered("mass", "body", Positive, Positive, 1.0, "m", "mass of body {}", "mass"),
+        Numbered("actuation", "gap", Number, Number, 1.0, "a", "share of the drive by which gap {} widens", "share"),
+        Numbered("normal_load", "body", Positive, Positive, 1.0, "N", "load on the contact of body {}", "load"),
+    )
     effort: ClassVar = "displacement"
     coupled: ClassVar = "distances"
-    si_scales: ClassVar = SIScales
-    si_load: ClassVar = "1 where the coefficients of the law are forces in N"
     state_units: ClassVar = {"centre_velocity": "m/s"}
     states: ClassVar = ("position", "centre_velocity")
     symmetry: ClassVar = (-1, -1)
-    normal_load: Any
-
-    def _all(self, name: str, count: int) -> tuple:
-        """A parameter of the first so many bodies or gaps."""
-        return tuple(getattr(self, numbered(name, i)) for i in range(1, count + 1))
 
     def _mass(self):
         """M."""
@@ -74,14 +61,6 @@ class Worm(Imposed):
         mass, load = self._mass(), sum(self._all("normal_load", self.bodies))
         short = time / (2.0 * math.pi)
         return load / mass * short * short, load / mass * short
-
-    def load(self):
-        """N of body 1."""
-        return self.normal_load
-
-    def further_loads(self) -> tuple:
-        """N_2, N_3, ..."""
-        return self._all("normal_load", self.bodies)[1:]
 
     def masses(self):
         """M; what moves between the bodies is imposed."""
@@ -153,48 +132,9 @@ def _sum(force, others):
     return force
 
 
-@functools.cache
 def worm(bodies: int) -> Any:
     """The class of a worm of two to ten bodies, "two-body-worm" and so on."""
-    if bodies not in NUMBERS:
-        raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
-    fields: dict[str, Any] = {}
-    kinds: dict[str, Any] = {}
-
-    def field(name: str, number: int, kind: Any, default: float, symbol: str, meaning: str, role: str):
-        fields[numbered(name, number)] = parameter(default, f"{symbol}_{number}", meaning, role)
-        kinds[numbered(name, number)] = kind
-
-    for i in range(1, bodies + 1):
-        field("mass", i, Positive, 1.0, "m", f"mass of body {i}", "mass")
-    for i in range(1, bodies):
-        field("actuation", i, Number, 1.0, "a", f"share of the drive by which gap {i} widens", "share")
-    for i in range(1, bodies + 1):
-        field("normal_load", i, Positive, 1.0, "N", f"load on the contact of body {i}", "load")
-    word = NUMBERS[bodies]
-    space = {
-        **fields,
-        "__annotations__": kinds,
-        "__module__": __name__,
-        "__qualname__": f"{word.title()}BodyWorm",
-        "__doc__": f"{word.title()} bodies in a row at imposed distances, all of them rubbing.\n\n    {Worm.__doc__}",
-        "__reduce__": lambda self: (_made, (bodies, {name: getattr(self, name) for name in fields})),
-        "name": f"{word}-body-worm",
-        "bodies": bodies,
-        "contacts": tuple(f"velocity_{i}" for i in range(2, bodies + 1)),
-    }
-    return parameters(type(f"{word.title()}BodyWorm", (Worm,), space))
-
-
-def worm_of(name: str) -> Any:
-    """The class of a worm by its name; KeyError for what is none."""
-    bodies = {f"{word}-body-worm": number for number, word in NUMBERS.items()}
-    return worm(bodies[name])
-
-
-def _made(bodies: int, values: dict[str, Any]) -> Any:
-    """A worm again, where it was pickled: the classes of more than three bodies can be found in no module."""
-    return worm(bodies)(**values)
+    return row_of(Worm, bodies)
 
 
 TwoBodyWorm = worm(2)

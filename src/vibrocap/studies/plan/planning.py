@@ -5,7 +5,7 @@ from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
 from vibrocap.case.case import PARTS, RUN_DEFAULTS, Case, CaseError
-from vibrocap.measures.during_run import measure_table, resolved
+from vibrocap.measures.during_run import known_measures, resolved
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.measures.windows import usual_window
@@ -37,14 +37,15 @@ def planned_study(
     Raises CaseError with every complaint, after those in `also`.
     """
     complaints = Complaints([*also, *setting_complaints(settings)])
-    measures, found = _measures(measures)
+    plan, of_plan = _plan(over, cases, design)
+    fuller = with_varied_parts(system, over if isinstance(over, Mapping) else plan.paths)
+    measures, found = _measures(measures, fuller)
     complaints += found
     with complaints.collected():
         initial_state(system, initial)
-    plan, found = _plan(over, cases, design)
-    complaints += found
-    system = with_varied_parts(system, over if isinstance(over, Mapping) else plan.paths)
-    if not found:
+    complaints += of_plan
+    system = fuller
+    if not of_plan:
         complaints += plan_complaints(system, plan)
     elif isinstance(over, Mapping):
         complaints += path_complaints(over, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)], system.units)
@@ -91,7 +92,7 @@ def setting_complaints(settings: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def _measures(given: Any) -> tuple[tuple[str | Measure, ...], list[str]]:
+def _measures(given: Any, system: System) -> tuple[tuple[str | Measure, ...], list[str]]:
     """The measures, those of the table by name, without repetition; and what is wrong with them."""
     listed = [given] if isinstance(given, (str, Measure)) else list(given)
     complaints = Complaints()
@@ -99,10 +100,10 @@ def _measures(given: Any) -> tuple[tuple[str | Measure, ...], list[str]]:
         complaints.add("measures", "there are none; ask for at least one, such as 'mean_velocity'")
     for measure in listed:
         with complaints.collected():
-            resolved([measure, *(other for other in listed if isinstance(other, Measure))])
+            resolved([measure, *(other for other in listed if isinstance(other, Measure))], system)
     if complaints:
         return (), list(dict.fromkeys(complaints))
-    table = measure_table()
+    table = known_measures(system)
     names = [m.name if isinstance(m, Measure) and table.get(m.name) == m else m for m in listed]
     return tuple(dict.fromkeys(names)), []
 

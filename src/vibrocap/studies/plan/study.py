@@ -13,8 +13,7 @@ from vibrocap.studies.plan.axes import Grid
 from vibrocap.studies.plan.cases import CaseList
 from vibrocap.studies.plan.code_version import code_version
 from vibrocap.studies.plan.designs import Drawn
-from vibrocap.studies.plan.fingerprint import function_fingerprint
-from vibrocap.studies.plan.own_parts import own_parts, part_fingerprint
+from vibrocap.studies.plan.own_parts import function_fingerprint, own_parts, part_fingerprint
 from vibrocap.studies.plan.runs import Runs
 
 FORMAT = "vibrocap study, format 2"

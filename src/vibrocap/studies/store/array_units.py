@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibrocap.case.case import CaseError, case_from_text
-from vibrocap.measures.during_run import measure_table
+from vibrocap.measures.during_run import known_measures
 from vibrocap.physics.system import System
 from vibrocap.studies.store.record import plan_of
 from vibrocap.studies.variables import coordinate_attributes, unit_and_scale
@@ -57,9 +57,9 @@ class ArrayUnits:
             return factors
         entry = self._measures[name]
         if isinstance(entry, str):
-            if entry not in measure_table():
+            measure = known_measures(system).get(entry)
+            if measure is None:
                 return factors
-            measure = measure_table()[entry]
             unit, scale = unit_and_scale(measure.unit, measure.si_unit, system)
         else:
             unit, scale = unit_and_scale(entry["unit"], entry.get("si_unit") or "1", system)

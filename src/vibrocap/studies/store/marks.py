@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vibrocap.studies.store.checksums import ChecksumError, checksum, sealed, unsealed
-from vibrocap.studies.store.plain_files import STRANGE, read_plain, why_strange
+from vibrocap.studies.store.checksums import STRANGE, ChecksumError, checksum, read_plain, sealed, unsealed, why_strange
 from vibrocap.studies.store.record import DONE, FIRST_FORMAT, RESULTS
 
 LARGEST = 2**20  # bytes of a mark

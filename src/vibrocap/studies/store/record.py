@@ -11,8 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from vibrocap.case.case import CaseError
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import FORMAT, PLANS
-from vibrocap.studies.store.checksums import ChecksumError, sealed, unsealed
-from vibrocap.studies.store.plain_files import STRANGE, read_plain, why_strange
+from vibrocap.studies.store.checksums import STRANGE, ChecksumError, read_plain, sealed, unsealed, why_strange
 from vibrocap.studies.tile import tile_counts
 
 STUDY, RESULTS, DONE = "study.json", "results.zarr", "done"

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vibrocap.case.case import CaseError
 from vibrocap.studies.store.array_units import ArrayUnits
-from vibrocap.studies.store.plain_files import STRANGE, read_plain, why_strange
+from vibrocap.studies.store.checksums import STRANGE, read_plain, why_strange
 from vibrocap.studies.store.record import RESULTS, measure_names, plan_of
 
 METADATA = "zarr.json"

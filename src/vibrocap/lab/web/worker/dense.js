@@ -111,26 +111,36 @@ class Dense {
     const at = (name) => this.states + form.observed.indexOf(name);
     const powers = form.channels.map((channel) => at(`${channel}_power`));
     const [energy, ofContact] = [at("energy"), at("contact_energy")], stored = () => seen[energy] + seen[ofContact];
-    const works = new Float64Array(powers.length), width = powers.length + 2;
-    const data = new Float64Array((last - first + 2) * width);
-    let place = width, initial = 0, residual = 0;
+    const works = new Float64Array(powers.length), width = powers.length + 2, impact = form.channels.indexOf("impact");
+    const data = new Float64Array((impact < 0 ? 1 : 2) * (last - first + 2) * width);
+    let place = width, initial = 0, residual = 0, before = 0;
+    const row = (time) => {
+      const gained = stored() - initial;
+      data[place] = time;
+      data.set(works, place + 1);
+      data[place + width - 1] = gained;
+      place += width;
+      return gained;
+    };
     for (let i = first; i <= last; i++) {
       this.take(i);
       const h = this.length(i), begin = this.start(i);
       const low = Math.max(0, (from - begin) / h), high = Math.min(1, (to - begin) / h);
-      if (i === first) { this.look(low); initial = stored(); data[0] = begin + low * h; }
+      if (i === first || impact >= 0) this.look(low);
+      if (i === first) { initial = stored(); data[0] = begin + low * h; }
+      else if (impact >= 0 && seen[energy] !== before) { // what an impact takes, at one instant: `piece_jumps`
+        works[impact] += seen[energy] - before;
+        row(begin);
+      }
       const stiff = this.motion.pieces[i * this.size + 4] !== 0;
       for (const [node, weight] of stiff ? GAUSS_OF_STIFF : GAUSS) {
         this.look(low + (high - low) * node);
         for (let j = 0; j < powers.length; j++) works[j] += weight * (high - low) * h * seen[powers[j]];
       }
       this.look(high);
-      const gained = stored() - initial;
-      data[place] = begin + high * h;
-      data.set(works, place + 1);
-      data[place + width - 1] = gained;
+      before = seen[energy];
+      const gained = row(begin + high * h);
       residual = Math.max(residual, Math.abs(gained - works.reduce((sum, work) => sum + work, 0)));
-      place += width;
     }
     return { width, rows: place / width, data: data.slice(0, place), residual };
   }

@@ -75,6 +75,35 @@ function firstSegment({ segments, coefficients }, table, period) {
   return { table, number, present, until: number === segments - 1 ? period : Math.min(table[number * width] * period, period) };
 }
 
+// Whether the second half of a table is the first one with the other sign, to rounding: `odd` of the package's drives,
+// both halves compared between all corners at more points than their degree allows to differ.
+function isOdd({ coefficients, rounding }, table) {
+  const width = coefficients + 1, rows = [];
+  for (let i = 0, end = 0; i < table.length; i += width) {
+    if (table[i] > end) rows.push({ start: end, end: table[i], shape: table.subarray(i + 1, i + width) });
+    end = table[i];
+  }
+  const value = ({ shape }, x) => shape.reduceRight((sum, each) => sum * x + each, 0);
+  const at = (x) => { const row = rows.find(({ end }) => x < end) ?? rows.at(-1); return value(row, x - row.start); };
+  const bound = rounding * Math.max(...rows.flatMap((row) => [0, row.end - row.start].map((x) => Math.abs(value(row, x)))));
+  const cuts = [...new Set([0, 0.5, ...rows.map(({ end }) => (end < 0.5 ? end : end - 0.5))])].sort((a, b) => a - b);
+  return cuts.every((low, i) => {
+    const high = cuts[i + 1];
+    if (!(high - low > rounding && high <= 0.5)) return true;
+    for (let j = 0; j < width; j++) {
+      const x = low + (high - low) * ((j + 0.5) / width);
+      if (!(Math.abs(at(x) + at(x + 0.5)) <= bound)) return false;
+    }
+    return true;
+  });
+}
+
+// Whether a motion has a mirror twin: its mirror image, half a period later, is a motion. begun: what it began with
+function isMirrored(form, { parameters, drive }) {
+  form._mirrored ??= new Function("p", "odd", `return ${form.mirrored};`);
+  return form._mirrored(parameters, () => isOdd(form.corners, drive.table));
+}
+
 // One motion, of which everything is kept: what `recorded_run` does.
 // limits: { events, steps, pieces }; a motion of more pieces than a page can keep ends with the status 7
 function recordedRun(form, parameters, initial, periods, tolerance, limits) {
@@ -177,24 +206,23 @@ function ensembleRun(form, runs, budget, each) {
 // What a result says: status, response, and the measures by name.
 function measured(form, result, begun, threshold) {
   const { head, letters, letter_count, asymmetry, mirrored } = form.ensemble;
-  const periods = result[head.periods] - result[head.window_start], time = periods * begun.period;
-  const found = {
+  const periods = result[head.periods] - result[head.window_start], alike = isMirrored(form, begun);
+  return {
     status: result[head.status],
     response: result[head.response_period],
     since: result[head.since],
     windowStart: result[head.window_start],
     windowPeriods: periods,
     word: form.kind === "smooth" ? "" : wordOf(result.slice(letters[0], letters[1]), result[letter_count], letters[2]),
-    mirrored: result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
-    values: readerOf(form)(result, begun.period, threshold, begun.parameters),
+    mirrored: alike && result[head.response_period] > 0 && result[asymmetry] <= mirrored * threshold,
+    values: readerOf(form)(result, begun.period, threshold, alike),
   };
-  return found;
 }
 
-// Measures by name of a result r, drive period T, threshold h and parameters p: each as the package takes it.
+// Measures by name of a result r, drive period T, threshold h, and m, whether there is a mirror twin: each as the
+// package takes it.
 function readerOf(form) {
-  form._reader ??= new Function("r", "T", "h", "p", `const m = ${form.mirrored};
-    return { ${form.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
+  form._reader ??= new Function("r", "T", "h", "m", `return { ${form.measures.map(({ name, read }) => `${name}: ${read}`)} };`);
   return form._reader;
 }
 

@@ -27,6 +27,7 @@ const answers = {
     return {
       status: motion.status, period: motion.period, end: dense.end, pieces: dense.count, steps: motion.steps,
       residual: motion.residual, final: motion.final, sections: motion.sections, took, events, overview,
+      mirrored: isMirrored(motion.form, motion),
       ...viewed(dense, view),
     };
   },

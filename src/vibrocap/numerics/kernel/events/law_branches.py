@@ -35,6 +35,7 @@ from vibrocap.numerics.kernel.generated import (
     LANES,
     LAW_BRANCHES,
     LIMIT,
+    LOCATED,
     OCCURRED,
     ORDER,
     PERIOD,
@@ -114,6 +115,8 @@ def vanishing(floats, row, h):
 def first_switch(floats, lane, event, h):
     """(event, time): the first guard that falls to zero before the event known so far, as FIRST_SWITCH + its number."""
     for i in range(SWITCHES):
+        if LOCATED[i] == 0:
+            continue
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         zeros = 0
         if LAW_BRANCHES <= i < BRANCHES:

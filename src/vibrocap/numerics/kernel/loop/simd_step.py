@@ -23,6 +23,7 @@ from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import JUMP, cross
 from vibrocap.numerics.kernel.generated import (
     ARRIVING,
+    BRANCHES,
     DAMPED_STEP,
     DECAY_RATE,
     HOLD,
@@ -32,6 +33,7 @@ from vibrocap.numerics.kernel.generated import (
     LANES,
     LIMIT,
     LIMIT_CONSTANT,
+    LOCATED,
     MAYBE_STIFF,
     ORDER,
     PATIENCE,
@@ -70,7 +72,7 @@ from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd
 from vibrocap.numerics.kernel.step.stabilised_simd import stabilised_steps
 from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
-from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser, series_values, taylor_steps
+from vibrocap.numerics.kernel.step.taylor_simd import greater, least_of_cubic, lesser, series_values, taylor_steps
 
 NEWTON = 1e-9  # of the root: after a Newton step so short the error is its square, below rounding
 
@@ -99,7 +101,7 @@ def step_simd(floats, ints, trace, running):
     side = load(floats, SIDE)
     period = load(floats, PERIOD)
     remaining = load(floats, UNTIL) - load(floats, TIME)
-    longest, last, before = taylor_steps(floats, side)
+    longest, last, before, clear = taylor_steps(floats, side)
     start = load(floats, VELOCITY)
     moving = running
     damped = running & ~running
@@ -118,12 +120,19 @@ def step_simd(floats, ints, trace, running):
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     plain = plain & ~whole_above(ints, ZEROS, 2) & whole_equal(ints, ARRIVING, 0)
     plain = tangents_wait(ints, plain)
-    for i in range(SWITCHES):
+    for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
         plain = plain & within_piece(floats, row, h)
         if SEVERAL and TURNING[i] >= 0:
             change = abs(load(floats, row + LANES)) * longest
             plain = plain & (0.1 * (abs(load(floats, row)) + change) >= load(floats, TOLERANCE))
+    if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
+        for i in range(BRANCHES, SWITCHES):
+            row = SWITCH + i * (ORDER + 1) * LANES
+            holds = load(floats, row) > 0.0
+            if LOCATED[i] == 1:
+                holds = within_piece(floats, row, h)
+            plain = plain & (clear | holds)
     event = plain & ~plain
     if KINKED or SET_VALUED:
         one = whole_equal(ints, ZEROS, 1)
@@ -171,13 +180,7 @@ def within_piece(floats, row, h):
         others = others + abs(load(floats, row + ORDER * LANES)) * h
     for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
-    first = load(floats, row)
-    second = load(floats, row + LANES) * h
-    third = load(floats, row + 2 * LANES) * h * h
-    fourth = (load(floats, row + 3 * LANES) - others * h) * h * h * h
-    early = first + second * (1.0 / 3.0)
-    late = early + (second + third) * (1.0 / 3.0)
-    return lesser(lesser(first, early), lesser(late, first + second + third + fourth)) > 0.0
+    return least_of_cubic(floats, row, others, h) > 0.0
 
 
 def rest_simd(floats, side):

@@ -35,7 +35,7 @@ from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
 REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
-REACH = 2.0  # times the time to rest: the longest implicit step towards a reversal
+TIMES_TO_REST = 2.0  # times the time to rest: the longest implicit step towards a reversal
 NEAR_EVENT = 4.0  # explicit steps to an event below which they are taken
 APPROACH = 0.75  # share of the way to an event that an implicit step may go
 EXPLICIT_STEPS = 8  # that are taken then, at least
@@ -65,13 +65,13 @@ def chosen_step(floats, ints, lane, remaining):
         floats[EXPLICIT_STEP + lane] = explicit
         floats[IMPLICIT_STEP + lane] = IMPLICIT_COST * explicit
         ints[PATIENCE + lane] = 0  # one step tells whether it pays
-        h = attempted_step(floats, ints, lane, min(remaining, REACH * time_to_rest(floats, lane)), 1)
+        h = attempted_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)), 1)
         if h == 0.0:
-            ints[PATIENCE + lane] = rest_steps(ints, lane)
+            ints[PATIENCE + lane] = LOOK if SEVERAL else rest_steps(ints, lane)
             return -1.0 if SEVERAL else explicit
         ints[STIFF + lane] = 1
     else:
-        longest = min(remaining, REACH * time_to_rest(floats, lane))
+        longest = min(remaining, TIMES_TO_REST * time_to_rest(floats, lane))
         h = implicit_step(floats, ints, lane, longest)
         if SEVERAL and (h == 0.0 or (h < floats[EXPLICIT_STEP + lane] and h < remaining)):
             leave_implicit(ints, lane)

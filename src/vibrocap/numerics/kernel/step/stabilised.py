@@ -18,6 +18,7 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 import numpy as np
 
 from vibrocap.numerics.kernel.generated import (
+    BRANCHES,
     CONTACT_STATE,
     DAMPED_STEP,
     DECAY_RATE,
@@ -25,8 +26,10 @@ from vibrocap.numerics.kernel.generated import (
     IMPOSED_COUNT,
     KINKED,
     LANES,
+    LOCATED,
     MAYBE_STIFF,
     ORDER,
+    PERIOD,
     ROWS,
     SCALE,
     SERIES,
@@ -44,7 +47,7 @@ from vibrocap.numerics.kernel.generated import (
     VELOCITY,
     ZEROS,
 )
-from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, taylor_step
+from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, stays_positive, taylor_step
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.
 POLYNOMIALS = {
@@ -87,12 +90,10 @@ def series_step(floats, ints, lane, remaining):
     speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
     if KINKED and 0.1 * (speed + slope * longest) < floats[TOLERANCE + lane]:
         return longest, False  # close to rest the sign of the velocity counts, see `taylor_step`
-    if SEVERAL and near_turning(floats, lane, longest):
-        return longest, False
     if not (stretch > PLAIN_REACH):
         return longest, False
-    if SEVERAL and one_rests(floats, lane):
-        return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold it are known to one term less
+    if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
+        return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold one are known to one term less
     return stabilised_step(floats, lane, longest), False
 
 
@@ -123,11 +124,20 @@ def stabilised_step(floats, lane, longest):
     rate = floats[DECAY_RATE + lane]
     h = min(DAMPED_REACH / rate, LONGEST * longest)
     for _ in range(LENGTHS):
-        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane]:
+        if damping_error(floats, lane, h) <= SHARE * floats[TOLERANCE + lane] and clear_of_bounds(floats, lane, h):
             damp_series(floats, lane)
             return h
         h *= SHORTER
     return PLAIN_REACH / rate
+
+
+def clear_of_bounds(floats, lane, h):
+    """Whether no bound of the equations is near over a step of length h."""
+    for i in range(BRANCHES, SWITCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, floats[PERIOD + lane])):
+            return False
+    return True
 
 
 def damping_error(floats, lane, h):

@@ -2,6 +2,7 @@
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
 from vibrocap.numerics.kernel.generated import (
+    BRANCHES,
     CONTACT_STATE,
     IMPOSED,
     IMPOSED_COUNT,
@@ -27,7 +28,7 @@ from vibrocap.numerics.kernel.step.stabilised import (
     SHARE,
     SHORTER,
 )
-from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser
+from vibrocap.numerics.kernel.step.taylor_simd import clear_of_bounds_simd, greater, lesser
 
 
 def stabilised_steps(floats, rate, longest, wanted):
@@ -41,6 +42,8 @@ def stabilised_steps(floats, rate, longest, wanted):
         if bits(open_still) == 0:
             break
         found = open_still & (damping_errors(floats, h) <= tolerance)
+        if BRANCHES < SWITCHES:
+            found = found & clear_of_bounds_simd(floats, h)
         longest = where(found, h, longest)
         damped = damped | found
         open_still = open_still & ~found

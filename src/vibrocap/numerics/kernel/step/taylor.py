@@ -5,12 +5,16 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel.generated import (
+    BRANCHES,
+    CONTACT_STATE,
     HOLD,
     HOLD_RATE,
     KINKED,
     LANES,
     LIMIT,
+    LOCATED,
     ORDER,
+    PERIOD,
     ROWS,
     SCALE,
     SERIES,
@@ -34,6 +38,7 @@ SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
 GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
 NO_SPEED = 1e-15  # of the natural speed: rounding
+OMITTED = 10.0  # times its last two terms: what the series of a bound may leave out, where it is not cut for them
 MANTISSA = 2**52 - 1  # bits of a double
 ONE = 1023 * 2**52  # bits of 1.0
 
@@ -55,7 +60,7 @@ def taylor_step(floats, ints, lane):
         before = max(before, abs(floats[HOLD + (ORDER - 1) * LANES + lane]) * inverse)
         last = max(last, abs(floats[HOLD + (ORDER - 2) * LANES + lane]) * inverse * floats[HOLD_RATE + lane])
     earlier = 0.0
-    for i in range(SWITCHES):  # the guards of the law's branches decide too; they are known to one order less
+    for i in range(BRANCHES):  # the guards of the branches decide too; they are known to one order less
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]))
         earlier = max(earlier, abs(floats[row + (ORDER - 2) * LANES]))  # after a reversal every other term vanishes
@@ -64,10 +69,8 @@ def taylor_step(floats, ints, lane):
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithm(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithm(before) * (1.0 / (ORDER - 1))
     h = rough_power(min(one, other))
-    if SWITCHES:
-        h = min(
-            h, rough_power((wanted * (1.0 / (ORDER - 2)) + SAFETY) - rough_logarithm(earlier) * (1.0 / (ORDER - 2)))
-        )
+    if BRANCHES:
+        h = min(h, reach(wanted, earlier, ORDER - 2))
     if SPARSE and ints[ZEROS + lane] == 2:
         # v = c t^2 there, and a law in |v|^alpha makes of it a series in t^4, whose last two terms may both vanish.
         for k in range(ORDER - 3, ORDER - 1):
@@ -83,7 +86,36 @@ def taylor_step(floats, ints, lane):
             speed, slope = abs(floats[row]), abs(floats[row + LANES])
             while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(floats, row, h, NO_SPEED):
                 h *= 0.5
+    for i in range(BRANCHES, SWITCHES):  # a bound that is far away need not be known as well as the states
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, floats[PERIOD + lane])):
+            h = min(h, reach(wanted, abs(floats[row + (ORDER - 1) * LANES]), ORDER - 1))
+            h = min(h, reach(wanted, abs(floats[row + (ORDER - 2) * LANES]), ORDER - 2))
     return h
+
+
+def reach(wanted, term, k):
+    """Length over which term k of a series stays below the tolerance, whose rough logarithm is `wanted`."""
+    return rough_power((wanted * (1.0 / k) + SAFETY) - rough_logarithm(term) * (1.0 / k))
+
+
+def stays_positive(floats, row, h):
+    """Whether a bound of the equations is positive over a step of length h, whatever its series leaves out.
+
+    As `simd_step.within_piece`, with OMITTED times the last two terms. Such a bound decides nothing within the step and
+    does not cut it: the load of a contact that does not lift off has a series of larger terms than the states, one
+    order shorter, which would ask for half as many steps again.
+    """
+    others = OMITTED * abs(floats[row + (ORDER - 1) * LANES]) * h + OMITTED * abs(floats[row + (ORDER - 2) * LANES])
+    for k in range(ORDER - 3, 3, -1):
+        others = others * h + abs(floats[row + k * LANES])
+    first = floats[row]
+    second = floats[row + LANES] * h
+    third = floats[row + 2 * LANES] * h * h
+    fourth = (floats[row + 3 * LANES] - others * h) * h * h * h
+    early = first + second * (1.0 / 3.0)
+    late = early + (second + third) * (1.0 / 3.0)
+    return min(first, early) > 0.0 and min(late, first + second + third + fourth) > 0.0
 
 
 def hold_rate(period, order):
@@ -93,7 +125,10 @@ def hold_rate(period, order):
 
 
 def last_terms(floats, lane):
-    """Largest last coefficient of a state, over its natural size, and largest last but one; inf for what is none."""
+    """Largest last coefficient of a state or of the contact velocity, over its natural size, and largest last but one.
+
+    inf for what is none
+    """
     last = 0.0
     before = 0.0
     for i in range(STATES):
@@ -103,6 +138,11 @@ def last_terms(floats, lane):
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
         if not (abs(floats[row + ORDER * LANES]) <= 1e300):
             return math.inf, before
+    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+        # With an imposed part of the contact velocity, that is another series; its zeros are what ends a mode.
+        inverse = 1.0 / floats[SCALE + CONTACT_STATE * LANES + lane]
+        last = max(last, abs(floats[VELOCITY + ORDER * LANES + lane]) * inverse)
+        before = max(before, abs(floats[VELOCITY + (ORDER - 1) * LANES + lane]) * inverse)
     return last, before
 
 

@@ -4,22 +4,27 @@ To the last bit as there, but for what LLVM fuses: the lengths of stiff steps ha
 on what is left of disturbances that have decayed, and a cycle is one whether its steps were taken together or alone.
 """
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import exponent, load, mantissa, power_of_two, where
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, exponent, load, mantissa, power_of_two, where
 from vibrocap.numerics.kernel.generated import (
+    BRANCHES,
+    CONTACT_STATE,
     HOLD,
     HOLD_RATE,
     INVERSE_SCALE,
     LANES,
     LIMIT,
+    LOCATED,
     ORDER,
+    PERIOD,
     SERIES,
     SET_VALUED,
     STATES,
     SWITCH,
     SWITCHES,
     TOLERANCE,
+    VELOCITY,
 )
-from vibrocap.numerics.kernel.step.taylor import NEAREST, SAFETY
+from vibrocap.numerics.kernel.step.taylor import NEAREST, OMITTED, SAFETY
 
 
 def lesser(x, y):
@@ -33,13 +38,20 @@ def greater(x, y):
 
 
 def taylor_steps(floats, side):
-    """(`taylor.taylor_step`, last term, last but one) of all lanes; step 0 where a coefficient is not a number."""
+    """(`taylor.taylor_step`, last term, last but one, where no bound is near) of all lanes.
+
+    The step is 0 where a coefficient is not a number.
+    """
     last = 0.0 * side
     before = 0.0 * side
     for i in range(STATES):
         inverse = load(floats, INVERSE_SCALE + i * LANES)
         last = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
         before = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
+    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+        inverse = load(floats, INVERSE_SCALE + CONTACT_STATE * LANES)
+        last = greater(abs(load(floats, VELOCITY + ORDER * LANES)) * inverse, last)
+        before = greater(abs(load(floats, VELOCITY + (ORDER - 1) * LANES)) * inverse, before)
     if SET_VALUED:
         limit = load(floats, LIMIT)
         holding = (side == 0.0) & (limit > 0.0)
@@ -49,7 +61,7 @@ def taylor_steps(floats, side):
         share = abs(load(floats, HOLD + (ORDER - 2) * LANES)) * inverse * load(floats, HOLD_RATE)
         last = where(holding, greater(share, last), last)
     decisive, earlier = before, 0.0 * side
-    for i in range(SWITCHES):
+    for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES
         decisive = greater(abs(load(floats, row + (ORDER - 1) * LANES)), decisive)
         earlier = greater(abs(load(floats, row + (ORDER - 2) * LANES)), earlier)
@@ -57,10 +69,55 @@ def taylor_steps(floats, side):
     one = (wanted * (1.0 / ORDER) + SAFETY) - rough_logarithms(last) * (1.0 / ORDER)
     other = (wanted * (1.0 / (ORDER - 1)) + SAFETY) - rough_logarithms(decisive) * (1.0 / (ORDER - 1))
     h = rough_powers(lesser(one, other))
-    if SWITCHES:
-        third = (wanted * (1.0 / (ORDER - 2)) + SAFETY) - rough_logarithms(earlier) * (1.0 / (ORDER - 2))
-        h = lesser(h, rough_powers(third))
-    return where(last <= 1e300, h, 0.0), last, before
+    if BRANCHES:
+        h = lesser(h, reaches(wanted, earlier, ORDER - 2))
+    clear = side == side
+    if BRANCHES < SWITCHES:
+        clear = clear_of_bounds_simd(floats, h)
+        if bits(~clear) != 0:
+            for i in range(BRANCHES, SWITCHES):
+                if LOCATED[i] == 1:
+                    row = SWITCH + i * (ORDER + 1) * LANES
+                    bound = lesser(h, reaches(wanted, abs(load(floats, row + (ORDER - 1) * LANES)), ORDER - 1))
+                    bound = lesser(bound, reaches(wanted, abs(load(floats, row + (ORDER - 2) * LANES)), ORDER - 2))
+                    h = where(clear, h, bound)
+    return where(last <= 1e300, h, 0.0), last, before, clear
+
+
+def reaches(wanted, terms, k):
+    """`taylor.reach` of all lanes."""
+    return rough_powers((wanted * (1.0 / k) + SAFETY) - rough_logarithms(terms) * (1.0 / k))
+
+
+def clear_of_bounds_simd(floats, h):
+    """Where every bound of the equations holds over steps of length h beyond doubt, see `taylor.stays_positive`."""
+    h = lesser(h, load(floats, PERIOD))
+    clear = h == h
+    for i in range(BRANCHES, SWITCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES
+        if LOCATED[i] == 1:
+            others = OMITTED * abs(load(floats, row + (ORDER - 1) * LANES)) * h
+            others = others + OMITTED * abs(load(floats, row + (ORDER - 2) * LANES))
+            for k in range(ORDER - 3, 3, -1):
+                others = others * h + abs(load(floats, row + k * LANES))
+            clear = clear & (least_of_cubic(floats, row, others, h) > 0.0)
+        else:
+            clear = clear & (load(floats, row) > 0.0)
+    return clear
+
+
+def least_of_cubic(floats, row, others, h):
+    """A bound from below of a series over a step: the Bernstein coefficients of its first four terms.
+
+    others: of all others, over h^4, which are largest at the end of the step
+    """
+    first = load(floats, row)
+    second = load(floats, row + LANES) * h
+    third = load(floats, row + 2 * LANES) * h * h
+    fourth = (load(floats, row + 3 * LANES) - others * h) * h * h * h
+    early = first + second * (1.0 / 3.0)
+    late = early + (second + third) * (1.0 / 3.0)
+    return lesser(lesser(first, early), lesser(late, first + second + third + fourth))
 
 
 def rough_logarithms(x):

@@ -1,0 +1,321 @@
+"""`vibrocap simulate` and `vibrocap limits`: one motion of a case, and the limits of its friction."""
+
+import collections
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+from vibrocap.arguments import ArgumentError, Complaints
+from vibrocap.case.case import CaseError
+from vibrocap.cli.options import (
+    Refusal,
+    Settings,
+    by_option,
+    changes,
+    writable_film,
+    writable_picture,
+    writable_table,
+)
+from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said, table
+from vibrocap.io.in_si import in_words, record_in_si
+from vibrocap.io.json_text import json_text, plain
+from vibrocap.io.motion_file import read_source, write_motion
+
+if TYPE_CHECKING:
+    from vibrocap.motion.trajectory import Trajectory
+
+# kind of event: what happens
+EVENTS = {
+    "stick": "the contact comes to rest and sticks",
+    "slip_forward": "the contact leaves stick forward",
+    "slip_back": "the contact leaves stick backward",
+    "reversal": "the contact reverses without sticking",
+    "graze": "the contact touches its limit and stays",
+    "switch": "the contact goes over to another piece of its law",
+    "impact": "the inner mass strikes a stop",
+    "stop_opened": "the inner mass leaves a stop",
+    "lift_off": "the contact loses its load, which ends the run",
+    "stop_reached": "the machine reaches a stop, which ends the run",
+    "paradox": "the contact has no load that follows from the forces",
+    "ambiguous_contacts": "which contacts rest is no longer certain",
+}
+ACTUATOR_EVENTS = {  # counted where there is one
+    "saturated": "the actuator reaches its limit",
+    "unsaturated": "the actuator leaves its limit",
+    "clipped": "the command reaches its limit",
+    "unclipped": "the command comes back from its limit",
+}
+# channel of energy: what it is
+CHANNELS = {
+    "drive": "work of the drive",
+    "damper": "work of the damper",
+    "belt": "work of the belt under the block",
+    "impact": "loss in impacts",
+    "drag": "work of the drag of the surroundings",
+    "outer_force": "work of the force from outside",
+    "gravity": "work of gravity along the slope",
+    "contact_sliding": "work of sliding friction",
+    "bristle_loss": "loss in the bristles",
+    "contact_storage": "bristles under a changing load",
+    "stored": "gained by machine and contact",
+    "residual": "stored less all works: should vanish",
+}
+
+
+def simulate(
+    case: Path,
+    /,
+    *,
+    json: bool = False,
+    out: Path | None = None,
+    plot: Path | None = None,
+    animate: Path | None = None,
+    set_: Settings = None,
+    initial: list[str] | None = None,
+    periods: float | None = None,
+    tolerance: float | None = None,
+) -> int:
+    """One motion: how it ends, how far it travels, its events, energy and certificate.
+
+    Parameters
+    ----------
+    case
+        a case file (.toml), or a motion exported before (.nc, .csv), which is run again
+    json
+        print one JSON object in full precision instead of tables
+    out
+        export the motion, with its case, to FILE.nc (NetCDF) or FILE.csv
+    plot
+        draw time histories, phase planes and the friction loop: FILE.png, .svg or .pdf
+    animate
+        make a film of the last periods: FILE.mp4 (needs ffmpeg) or FILE.gif
+    set_
+        PATH=VALUE in place of the case's, such as machine.mass_ratio=2 or friction.law=lugre; may be repeated
+    initial
+        NAME=VALUE in place of the case's start, such as angle=0.5; may be repeated
+    periods
+        drive periods to run [default: the case's]
+    tolerance
+        error per step, relative to the states' natural size [default: the case's]
+    """
+    refused = Complaints()
+    changed = changes(set_, initial, refused)
+    settings = {"periods": periods, "tolerance": tolerance}
+    changed |= {f"run.{name}": (f"--{name}", value) for name, value in settings.items() if value is not None}
+    with refused.collected():
+        writable_table("--out", out, "xarray")
+    with refused.collected():
+        writable_picture("--plot", plot)
+    with refused.collected():
+        writable_film("--animate", animate)
+    try:
+        setup = read_source(case, {path: value for path, (_, value) in changed.items()})
+    except CaseError as error:
+        named = by_option(error.complaints, {path: option for path, (option, _) in changed.items()})
+        raise CaseError([*named, *refused], error.source) from None
+    if refused:
+        raise Refusal(*refused)
+    with progress("Simulating") as report:
+        try:
+            motion = setup.simulate(report)
+        except ArgumentError as error:  # more than this machine can keep
+            raise Refusal(*by_option(error.complaints, {"periods": "--periods"})) from None
+        record = motion_record(motion)
+        if motion.system.units is not None:
+            record = record_in_si(record, motion.system)
+    if out is not None:
+        write_motion(motion, setup, out)
+    moved = len(motion.piece_start) > 0
+    if plot is not None and moved:
+        from vibrocap.plotting.motion import motion_figure
+        from vibrocap.plotting.style import save
+
+        save(motion_figure(motion), plot)
+    if animate is not None and moved:
+        from vibrocap.plotting.animation import animate_motion
+
+        with progress("Filming") as report:
+            animate_motion(motion, animate, progress=report)
+    if json:
+        print(json_text(record))
+    else:
+        print_motion(motion, record, str(case))
+    if motion.status.ok:
+        return OK
+    if motion.run_status.ok:
+        complain(f"{motion.status.text}\n" + "\n".join(motion.certificate.failures))
+        return INCOMPLETE
+    complain(
+        f"The run could not be completed ({motion.status.value}): it stopped at time {_time(motion, motion.end)} of "
+        f"{_time(motion, motion.periods * motion.period)}.\n{motion.status.text}"
+        + ("" if moved or not (plot or animate) else "\nThere is nothing to draw.")
+    )
+    return INCOMPLETE
+
+
+def _time(motion: "Trajectory", time: float) -> str:
+    """A time, in s where the system knows its scales."""
+    return said(time, "") if motion.system.units is None else said(time * motion.system.si.factor("time"), "s")
+
+
+def motion_record(motion: "Trajectory") -> dict[str, Any]:
+    """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
+    from vibrocap.measures.energy import energy_balance
+    from vibrocap.measures.sticking import stick_fraction
+    from vibrocap.measures.travel import drift, mean_velocity
+    from vibrocap.measures.windows import whole_periods
+
+    whole = max(0, whole_periods(motion))
+    started = len(motion.piece_start) > 0
+    velocity: dict[str, Any] = {"value": None, "window": None, "settled": False}
+    travels = whole > 0 and motion.system.machine.cyclic is not None
+    if travels:
+        velocity = dataclasses.asdict(mean_velocity(motion))
+    counts = collections.Counter(motion.event_kinds)
+    certificate = motion.certificate.record() if started else None
+    energy = dataclasses.asdict(energy_balance(motion)) if started else None
+    if energy is not None:
+        absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+        energy = {name: value for name, value in energy.items() if name not in absent}
+    return plain(
+        {
+            "state": motion.state,
+            "time": motion.end,
+            "drift": drift(motion) if travels else None,
+            "mean_velocity": velocity,
+            "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
+            "stick_fraction": stick_fraction(motion) if started else None,
+            "energy": energy,
+            "certificate": certificate,
+            "status": motion.status.value,
+        }
+    )
+
+
+def print_motion(motion: "Trajectory", record: dict[str, Any], title: str) -> None:
+    """The summary of `vibrocap simulate`; record: in SI where the system knows its scales."""
+    page = Page()
+    page.say(title, style="bold")
+    for part in motion.system.parts.values():
+        page.say(f"  {in_words(part, motion.system)}", style="dim")
+    page.print(_motion_table(motion, record))
+    if record["energy"]:
+        page.print(_energy_table(record["energy"], bool(record.get("units"))))
+    if record["certificate"]:
+        page.print(_certificate_table(record["certificate"], motion))
+        for warning in record["certificate"]["warnings"]:
+            page.say(f"Warning: {warning}", style="bold")
+    units = "All quantities are dimensionless: lengths in l, time in sqrt(l/g), forces in mg."
+    if motion.system.units is not None:
+        units = "Quantities are in SI; the certificate is of the motion as it was computed, without units."
+    elif type(motion.system.machine).gravity is None:  # whose units are not those of a pendulum
+        units = "All quantities are in the units of the parameters."
+    page.say(units, style="dim")
+
+
+def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
+    units: dict[str, Any] = record.get("units") or {"state": {}}
+    second = units.get("time", "")
+    period = motion.si.period if second else motion.period
+    done = record["time"] / period
+    made = table("Motion", "quantity", "value", "what it rests on")
+    periods = f"{done:.6g} of {motion.periods:.6g} drive periods T = {said(period, second, 8)}"
+    made.add_row("time reached", said(record["time"], second), periods)
+    for name, value in record["state"].items():
+        made.add_row(name.replace("_", " "), said(value, units["state"].get(name, "")), "at the end")
+    made.add_section()
+    if record["drift"] is not None:
+        made.add_row("drift", said(record["drift"], units.get("drift", "")), "travel in the last whole period")
+        velocity = record["mean_velocity"]
+        start, end = (mark / period for mark in velocity["window"])
+        count = round(end - start)
+        settled = "settled" if velocity["settled"] else "NOT settled: a longer run gives another value"
+        window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
+        speed = units.get("mean_velocity", {}).get("value", "")
+        made.add_row("mean velocity", said(velocity["value"], speed), window)
+        made.add_row("response", *_response(motion))
+    if record["stick_fraction"] is not None:
+        made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")
+    elif motion.system.friction.kind != "set-valued":
+        made.add_row("stick fraction", "none", f"the {motion.system.friction.name} law creeps instead of sticking")
+    made.add_section()
+    for kind, count in record["events"].items():
+        if count:
+            made.add_row(kind.replace("_", " "), str(count), f"times {_event_words(kind)}")
+    return made
+
+
+def _event_words(kind: str) -> str:
+    stem, _, number = kind.rpartition("_")
+    if number.isdigit() and stem in EVENTS:
+        return EVENTS[stem].replace("the contact", f"contact {number}")
+    return (EVENTS | ACTUATOR_EVENTS).get(kind, "this happens")
+
+
+def own_events(motion: "Trajectory") -> list[str]:
+    """Kinds of event that only the machine of a motion or its actuator knows."""
+    actuator = ACTUATOR_EVENTS if motion.system.actuator is not None else ()
+    kinds = [*motion.system.machine.switch_events, *(k for k in actuator if k in motion.system.placed.switch_events)]
+    return [kind for kind in dict.fromkeys(kinds) if kind not in EVENTS]
+
+
+def _further_events(motion: "Trajectory") -> tuple[str, ...]:
+    """What may happen at the further contacts of a machine."""
+    kinds = ("stick", "slip_forward", "slip_back", "reversal")
+    return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
+
+
+def _response(motion: "Trajectory") -> tuple[str, str]:
+    """(class of the response, what that rests on)."""
+    from vibrocap.measures.response import response_class
+
+    response = response_class(motion)
+    if response.residual is None:
+        return response.kind, "fewer than two whole periods"
+    symmetry = {True: "; its own mirror image, so it cannot travel", False: "; differs from its mirror image", None: ""}
+    return response.kind, f"modulo the drift, to {response.residual:.1e}{symmetry[response.symmetric]}"
+
+
+def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
+    start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
+    made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
+    for name, text in CHANNELS.items():
+        if name not in energy or (name in ("belt", "impact", "contact_storage") and energy[name] == 0.0):
+            continue
+        number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
+        made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)
+    return made
+
+
+CERTIFICATE = {
+    "stick_force_ratio": "|R|/(N eta_s) while stuck",
+    "event_velocity": "|v| at a located event",
+    "least_velocity": "v against its side",
+    "energy_residual": "energy less all works",
+    "momentum_residual": "momentum less impulses",
+    "defect": "what steps leave of f",
+    "estimated_error": "of states: a looser run",
+}
+
+
+def _certificate_table(certificate: dict[str, Any], motion: "Trajectory") -> Table:
+    made = table("Certificate", "evidence", "value", "at most", "verdict", "meaning")
+    for field, meaning in CERTIFICATE.items():
+        verdict = certificate["verdicts"].get(field)
+        if verdict is None:
+            continue
+        bound = "" if verdict["bound"] is None else f"{verdict['bound']:.1e}"
+        word = "" if verdict["bound"] is None else "pass" if verdict["ok"] else "FAIL"
+        value = verdict["value"]
+        if field == "stick_force_ratio":
+            value, bound = f"{value:.6g}", "1"
+        made.add_row(field.replace("_", " "), value if isinstance(value, str) else f"{value:.1e}", bound, word, meaning)
+    made.add_section()
+    made.add_row(
+        "all of it", "", "", "passed" if certificate["ok"] else "FAILED", "see below" * (not certificate["ok"])
+    )
+    steps = f"{certificate['taylor_steps']} + {certificate['implicit_steps']}"
+    made.add_row("steps", steps, "", "", "Taylor + implicit")
+    return made

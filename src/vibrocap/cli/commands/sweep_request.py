@@ -1,0 +1,189 @@
+"""What `vibrocap sweep` was asked for, as a study; or every complaint about it at once, named by option."""
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibrocap.arguments import Complaint, Complaints
+from vibrocap.case.case import Case, CaseError
+from vibrocap.cli.options import by_option, needs, pairs, split, writable_folder, writable_table
+from vibrocap.io.case_table import CaseTable, read_cases
+from vibrocap.io.motion_file import read_source
+from vibrocap.studies.execution import Execution
+
+if TYPE_CHECKING:
+    from vibrocap.studies.plan.study import Study
+
+FROM_CASE = ("periods", "tolerance", "max_events_per_period", "max_steps")  # unless an option says otherwise
+NOT_ADAPTIVE = ("cases", "design", "resume", "mixed", "workers", "scheduler", "tile_runs")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class SweepRequest(Execution):
+    """The options of `vibrocap sweep`, as they were given; some of them say how the study is carried out."""
+
+    case: Path
+    over: list[str] | None
+    measure: list[str] | None
+    export: Path | None
+    cases: Path | None
+    design: str | None
+    runs: int | None
+    seed: int | None
+    adaptive: bool
+    periods: float | None
+    window: int | None
+    settle: float | None
+    tolerance: float | None
+
+    @property
+    def measures(self) -> list[str]:
+        """What is measured."""
+        return split(self.measure) or ["mean_velocity"]
+
+    def study(self) -> "Study":
+        """The study; CaseError with every complaint, before any work."""
+        from vibrocap.studies.plan.designs import Design
+        from vibrocap.studies.plan.planning import planned_study
+
+        needs("sweep", "xarray", "zarr")
+        complaints = Complaints([*self._destination_complaints(), *self._option_complaints()])
+        over = pairs("over", self.over, complaints, "PATH=VALUES, such as machine.mass_ratio=0.01:8.1:400")
+        if not self.over and self.cases is None:
+            complaints.add("--over", "is missing; name what varies, such as --over machine.mass_ratio=0.1:8:40")
+        cases, before = None, len(complaints)
+        with complaints.collected():
+            cases = read_cases(self.cases) if self.cases else None
+        unreadable = len(complaints) > before
+        try:
+            case = read_source(self.case)
+        except CaseError as error:
+            raise CaseError([*error.complaints, *complaints, *self._unknown_measures()], str(self.case)) from None
+        unusable = unreadable or (not over and (self.over or cases is None))  # said already
+        design = None
+        if self.design is not None and not unusable:
+            design = Design(self.design, 1 if self.runs is None else self.runs, self.seed or 0)
+        try:
+            study = planned_study(
+                case.system,
+                {"drive.amplitude": "1:2:2"} if unusable else over or None,
+                measures=self.measures,
+                cases=None if unusable or cases is None else cases.rows,
+                design=design,
+                initial=case.initial,
+                settings=self._settings(case),
+            )
+        except CaseError as error:
+            complaints += self._by_option(error.complaints, cases)
+        else:
+            if self.adaptive and not complaints:
+                complaints += _map_complaints(study)
+            if not complaints:
+                return study
+        raise CaseError(complaints, "the study")
+
+    def _destination_complaints(self) -> list[str]:
+        """What is wrong with where results go."""
+        found = Complaints()
+        if self.adaptive and self.out is not None:
+            found.add("--out", "an adaptive map is made in one go; leave it out, and give --export FILE.nc")
+        elif self.adaptive and self.export is None:
+            found.add("--export", "is missing; an adaptive map needs a file for its results, such as --export map.nc")
+        elif self.out is None and self.export is None:
+            found.add("--out", "is missing; give a folder for the results, such as --out map")
+        with found.collected():
+            if self.out is not None:
+                writable_folder("--out", self.out)
+                if (self.out / "study.json").exists() and not self.resume:
+                    found.add("--out", f"{self.out} holds a study already; go on with --resume, or name another folder")
+        with found.collected():
+            writable_table("--export", self.export)
+        return found
+
+    def _option_complaints(self) -> list[str]:
+        """Options that do not go together, and those on how the work is done."""
+        given = {name for name, value in vars(self).items() if value not in (None, False, (), [])}
+        found, apart = Complaints(), ()
+        if self.adaptive:
+            apart = tuple(name for name in NOT_ADAPTIVE if name in given)
+            for name in apart:
+                found.add(_option(name), "does not go with --adaptive; leave one of them out")
+        for name in ("over", "design"):
+            if self.cases is not None and name in given:
+                found.add(_option(name), "does not go with --cases; leave one out")
+        for name in ("runs", "seed"):
+            if self.design is None and name in given:
+                found.add(_option(name), "belongs to --design, such as --design sobol")
+        if self.design is not None and self.runs is None:
+            found.add("--runs", "is missing; a design needs to know how many runs, such as --runs 1000")
+        found += [each.about(_option(each.field)) for each in self.complaints() if each.field not in apart]
+        if self.device == "cuda":
+            from vibrocap.numerics.api import cuda_problem
+
+            if self.adaptive:
+                found.add("--device", "an adaptive map runs on the processor; leave it out")
+            elif problem := cuda_problem():
+                found.add("--device", problem.removeprefix("device: "))
+        return found
+
+    def _settings(self, case: Case) -> dict[str, Any]:
+        """How the runs are made: as the options say, else as the case does; settling is on unless it is 0."""
+        from vibrocap.measures.settling import THRESHOLD, TOLERANCES
+
+        given: dict[str, Any] = {"periods": self.periods, "tolerance": self.tolerance}
+        settings = {name: getattr(case, name) if given.get(name) is None else given[name] for name in FROM_CASE}
+        periods = settings["periods"]
+        if 1 <= periods < 1e9 and periods == int(periods):
+            settings["periods"] = int(periods)
+        settings["window"] = self.window
+        settings["settle"] = self.settle or None
+        if self.settle is None:
+            tolerance = settings["tolerance"]
+            settings["settle"] = max(THRESHOLD, TOLERANCES * tolerance) if tolerance < 1.0 else THRESHOLD
+        return settings
+
+    def _unknown_measures(self) -> list[str]:
+        """Complaints about measures where there is no system to plan with."""
+        from vibrocap.measures.during_run import resolved
+
+        found = Complaints()
+        for name in self.measures:
+            with found.collected():
+                resolved(name)
+        return by_option(found, {"measures": "--measure"})
+
+    def _by_option(self, complaints: "tuple[str, ...]", cases: "CaseTable | None") -> list[str]:
+        """The complaints of the study, with the option that each is about in front."""
+        options = {"measures": "--measure", "design.kind": "--design", "design.runs": "--runs", "design.seed": "--seed"}
+        for field in (*FROM_CASE, "window", "settle"):
+            of_case = field in FROM_CASE and getattr(self, field, None) is None
+            options[field] = f"run.{field} of {self.case}" if of_case else f"--{field}"
+        lines = {} if cases is None else {f"cases[{i}]": line for i, line in enumerate(cases.lines)}
+        options |= {field: f"--cases {self.cases}, line {line}" for field, line in lines.items()}
+        found = by_option(complaints, options)
+        for i, (new, old) in enumerate(zip(found, complaints, strict=True)):
+            field = old.field if isinstance(old, Complaint) else ""
+            if field not in options:
+                found[i] = f"--over {old}" if self.cases is None else f"--cases {old}"
+            elif field in ("periods", "tolerance") and options[field].startswith("run."):
+                found[i] += f"; give --{field}"
+            elif field == "settle":
+                found[i] = new.replace("None or a positive", "0, for never, or a positive")
+        return found
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _map_complaints(study: "Study") -> list[str]:
+    """What an adaptive map asks of a study beyond what any other does."""
+    axes = getattr(study.plan, "axes", ())
+    if len(axes) != 2:
+        return [f"--adaptive: needs two axes, two times --over, got {len(axes)}"]
+    found = []
+    for axis in axes:
+        numbers = not any(isinstance(value, str) for value in axis.values)
+        if not numbers or len(axis.values) < 2 or (axis.array[1:] <= axis.array[:-1]).any():
+            found.append(f"--over {axis.path}: --adaptive needs two or more numbers, each above the one before")
+    return found

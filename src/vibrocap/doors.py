@@ -1,0 +1,31 @@
+"""Doors: modules whose names are imported when they are first asked for, so that a door itself costs little.
+
+A door imports its names for type checkers only, in its first `if TYPE_CHECKING` block; from there it is read where each
+name stands.
+"""
+
+import ast
+import importlib
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+
+def opened(door: str) -> Callable[[str], Any]:
+    """The function `__getattr__` of a door, given the name of its module."""
+    module = sys.modules[door]
+    tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    homes = {alias.name: str(node.module) for node in imports for alias in node.names}
+
+    def asked_for(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {door!r} has no attribute {name!r}")
+        home = importlib.import_module(homes[name])
+        found = getattr(home, name) if hasattr(home, name) else importlib.import_module(f"{homes[name]}.{name}")
+        setattr(module, name, found)
+        return found
+
+    return asked_for

@@ -1,0 +1,114 @@
+"""A Stribeck curve smoothed at rest, by tanh or by the arc tangent: for comparison with the set-valued laws only."""
+
+import math
+from typing import ClassVar
+
+from vibrocap.physics.elementary import atan, tanh
+from vibrocap.physics.friction.law import (
+    Exponent,
+    Law,
+    NonNegative,
+    Positive,
+    levels_in_order,
+    parameter,
+    parameters,
+    stribeck_level,
+)
+
+
+@parameters
+class SmoothedStribeck(Law):
+    """What both have in common: N [eta_c + (eta_s - eta_c) exp(-(v S/v_s)^alpha)] S + delta2 v, S for sgn(v)."""
+
+    coulomb_coefficient: NonNegative = parameter(0.15, "eta_c", "friction coefficient at high speed", "level")
+    static_coefficient: NonNegative = parameter(
+        0.45, "eta_s", "friction coefficient at rest, were it not smoothed", "static level"
+    )
+    stribeck_velocity: Positive = parameter(
+        0.1, "v_s", "speed over which friction drops from static to Coulomb level", "Stribeck velocity"
+    )
+    stribeck_exponent: Exponent = parameter(2.0, "alpha", "shape of the drop (2: Gaussian)", "exponent")
+    smoothing_velocity: Positive = parameter(
+        1e-3, "epsilon", "speed over which friction changes its sign", "smoothing velocity"
+    )
+    viscous_damping: NonNegative = parameter(0.0, "delta2", "viscous friction coefficient", "viscous damping")
+
+    kind: ClassVar = "smooth"
+    shape_parameters: ClassVar = ("stribeck_exponent",)
+    creeps: ClassVar[bool] = True
+
+    _levels = levels_in_order
+
+    def _sign(self, velocity):
+        """S."""
+        raise NotImplementedError
+
+    def steady_force(self, speed, load):
+        """Friction force at a constant speed."""
+        return self.force(speed, (), 1, load)[0]
+
+    def force(self, velocity, internal, side, load):
+        """Friction force R, whatever the side; there are no internal states.
+
+        velocity: sliding velocity [1]   load: normal load N [1]      Returns (R, ()).
+        """
+        sign = self._sign(velocity)
+        return sign * stribeck_level(self, velocity * sign, load) + self.viscous_damping * velocity, ()
+
+    @property
+    def passive(self) -> bool:
+        """Always: R v >= 0."""
+        return True
+
+
+@parameters
+class SmoothedTanh(SmoothedStribeck):
+    """Stribeck curve with tanh(v/epsilon) in place of sgn(v): what is often solved instead of a set-valued law.
+
+    The jump at rest becomes a steep rise over the smoothing velocity epsilon. For comparison only: the contact cannot
+    stick, it creeps under any force, and what a motion gets wrong is known only from runs at several widths.
+
+        R = N [eta_c + (eta_s - eta_c) exp(-(v S/v_s)^alpha)] S + delta2 v
+        S = tanh(v/epsilon)                                                                cf. Andersson et al. 2007
+
+    v S stands for |v|, from which it differs by less than 0.28 epsilon, so that the law is smooth at rest. As epsilon
+    goes to zero it becomes the Stribeck law, the exponential law (alpha = 1, a = 1/v_s) or Coulomb's (equal levels);
+    its slope at rest, N eta_s/epsilon, makes it stiff.
+    """
+
+    name: ClassVar[str] = "smoothed-tanh"
+    source: ClassVar[str] = (
+        "S. Andersson, A. Soderberg, S. Bjorklund, Friction models for sliding dry, boundary and mixed lubricated "
+        "contacts, Tribology International 40 (2007) 580-587"
+    )
+
+    def _sign(self, velocity):
+        """S, the smoothed sgn(v)."""
+        return tanh(velocity / self.smoothing_velocity)
+
+
+@parameters
+class SmoothedArctan(SmoothedStribeck):
+    """Stribeck curve with an arc tangent in place of sgn(v): what is often solved instead of a set-valued law.
+
+    The jump at rest becomes a steep rise over the smoothing velocity epsilon. For comparison only: the contact cannot
+    stick, it creeps under any force, and what a motion gets wrong is known only from runs at several widths.
+
+        R = N [eta_c + (eta_s - eta_c) exp(-(v S/v_s)^alpha)] S + delta2 v
+        S = (2/pi) atan(v/epsilon)                                                         cf. Leine et al. 1998
+
+    v S stands for |v|, from which it differs by less than (2/pi) epsilon, so that the law is smooth at rest. S comes to
+    its end slowly, to 1 - (2/pi) epsilon/|v|: at equal epsilon the error is far greater than with tanh. As epsilon goes
+    to zero it becomes the Stribeck law, the exponential law (alpha = 1, a = 1/v_s) or Coulomb's (equal levels);
+    its slope at rest, (2/pi) N eta_s/epsilon, makes it stiff.
+    """
+
+    name: ClassVar[str] = "smoothed-arctan"
+    source: ClassVar[str] = (
+        "R. I. Leine, D. H. van Campen, A. de Kraker, L. van den Steen, Stick-slip vibrations induced by alternate "
+        "friction models, Nonlinear Dynamics 16 (1998) 41-54"
+    )
+
+    def _sign(self, velocity):
+        """S, the smoothed sgn(v)."""
+        return (2.0 / math.pi) * atan(velocity / self.smoothing_velocity)

@@ -1,0 +1,215 @@
+"""Cells: what each run of a picture is drawn as, its value or, where it has none to compare, why."""
+
+import dataclasses
+import enum
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.measures.standard import LOAD_WATCH
+from vibrocap.motion.trajectory import Status
+from vibrocap.plotting.studies.view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
+
+FINISHED = list(Status).index(Status.FINISHED)
+MOST_CATEGORIES = 7
+MOST_TOGETHER = 3  # cells of no travel between travel one way and the other, that are a passage through zero
+DECADES, MOST_DECADES = 300.0, 1e5  # largest over least value, from which on a scale is logarithmic; and at most
+
+
+class Cell(enum.IntEnum):
+    """What is drawn for a run."""
+
+    VALUE = 0
+    NO_TRAVEL = 1
+    INFINITE = 2
+    NO_VALUE = 3
+    NOT_SETTLED = 4
+    FAILED = 5
+    NOT_RUN = 6
+
+
+def cells(view: View, panel: Panel) -> np.ndarray:
+    """A `Cell` for every run of a panel."""
+    found = np.full(panel.status.shape, int(Cell.VALUE))
+    if view.kind != "discrete":
+        found[np.isinf(panel.values)] = Cell.INFINITE
+    if view.kind == "signed":
+        still = np.abs(panel.values) <= view.dead_band
+        if view.points is None and still.ndim == 2:
+            still &= ~_changes_sign(panel.values, still)
+        found[still] = Cell.NO_TRAVEL
+    elif view.measure == "cost_of_transport":  # per rounding errors of a travel there is none
+        found[_is_still(view, panel)] = Cell.INFINITE
+    if panel.values.dtype.kind == "f":
+        found[np.isnan(panel.values)] = Cell.NO_VALUE
+        nothing = panel.values == 0.0 if view.measure == "response_period" else np.isnan(panel.values)
+        found[nothing & ~panel.settled] = Cell.NOT_SETTLED
+    if view.measure != "status":
+        found[panel.status != FINISHED] = Cell.FAILED
+        found[panel.status == NOT_RUN] = Cell.NOT_RUN
+    return found
+
+
+def _changes_sign(values: np.ndarray, still: np.ndarray) -> np.ndarray:
+    """Cells of a grid with travel one way before them and the other way behind, along an axis, a few together.
+
+    There the measure passes zero, and a value that happens to be nearly zero is a value like its neighbours'. Where
+    more cells are still side by side, nothing travels.
+    """
+    from scipy.ndimage import label
+
+    areas = np.empty(still.shape, dtype=int)
+    label(still, output=areas)
+    few = (np.bincount(areas.ravel()) <= MOST_TOGETHER)[areas]
+    found = np.zeros(values.shape, dtype=bool)
+    signs = np.where(still | ~np.isfinite(values), 0.0, np.sign(values))
+    for axis in range(values.ndim):
+        along = np.moveaxis(signs, axis, 0)
+        np.moveaxis(found, axis, 0)[1:-1] |= along[:-2] * along[2:] < 0.0
+    return found & few
+
+
+def _is_still(view: View, panel: Panel) -> np.ndarray:
+    """Runs that do not travel, where the study holds a measure of travel too."""
+    travel = next((panel.other(name) for name in SIGNED if name in panel.dataset), None)
+    return np.zeros(panel.status.shape, dtype=bool) if travel is None else np.abs(travel) <= view.dead_band
+
+
+def unsettled(view: View, panel: Panel) -> np.ndarray:
+    """Runs that finished but did not settle, so that another length would give other values; marked by hatching.
+
+    Where the measure itself says so, nothing is marked.
+    """
+    return ~panel.settled & (panel.status == FINISHED) & (view.measure != "settled")
+
+
+def cell_labels(view: View) -> dict[Cell, str]:
+    """The legend of all cells that are no value and occur: what they are, how many, and of failed runs their status."""
+    counts: Counter[int] = Counter()
+    statuses: Counter[int] = Counter()
+    for panel in view.panels:
+        kinds = cells(view, panel)
+        counts.update(kinds.ravel().tolist())
+        statuses.update(panel.status[kinds == Cell.FAILED].tolist())
+    symbol = {"mean_velocity": "|⟨X′⟩|"}.get(view.measure, "|ΔX|")
+    words = {
+        Cell.NO_TRAVEL: f"no travel, {symbol} ≤ {view.dead_band:g}",
+        Cell.INFINITE: "infinite: no travel" if view.measure == "cost_of_transport" else "infinite",
+        Cell.NO_VALUE: missing_label(view.meaning),
+        Cell.FAILED: "failed: " + ", ".join(f"{status_label(code)} {n:,}" for code, n in statuses.most_common()),
+        Cell.NOT_RUN: "not run yet",
+    }
+    runs = sum(counts.values())
+    return {
+        cell: text if cell is Cell.FAILED else f"{text}: {share(counts[cell], runs)}"
+        for cell, text in words.items()
+        if counts[cell]
+    }  # those that did not settle have `unsettled_label`
+
+
+def unsettled_label(view: View) -> str:
+    """The legend of runs that did not settle; empty where there is none."""
+    count = sum(int(unsettled(view, panel).sum()) for panel in view.panels)
+    return f"not settled: {share(count, sum(panel.status.size for panel in view.panels))}" if count else ""
+
+
+def share(count: int, total: int) -> str:
+    """So many of all runs."""
+    percent = 100 * count / total
+    return f"{count:,} ({percent:.0f} %)" if percent >= 1 else f"{count:,} (<1 %)" if count else "0"
+
+
+def hidden_lift_off(panel: Panel) -> np.ndarray:
+    """Runs that finished although the true load was negative, which a constant load does not notice.
+
+    Marked by hatching. Of a study without the measure `least_reaction` the load is known at the starts of steps only:
+    runs in which it comes near zero there are marked, too (`between_steps` of the variable), so that none is left out.
+    """
+    least = np.full(panel.status.shape, np.inf)
+    if "least_reaction" in panel.dataset:
+        least = panel.other("least_reaction")
+    elif LOAD_WATCH in panel.dataset:
+        least = panel.other(LOAD_WATCH) - float(panel.dataset[LOAD_WATCH].attrs["between_steps"])
+    return (least < 0.0) & (panel.status == FINISHED)
+
+
+def hidden_label(view: View) -> str:
+    """The legend of runs whose constant load hides a lift-off; empty where there is none."""
+    count = sum(int(hidden_lift_off(panel).sum()) for panel in view.panels)
+    total = sum(panel.status.size for panel in view.panels)
+    near = any("least_reaction" not in panel.dataset for panel in view.panels)  # known at the starts of steps only
+    would_be = "would be negative or nearly so" if near else "would be negative"
+    return f"the true load {would_be}: {share(count, total)}" if count else ""
+
+
+@dataclasses.dataclass(frozen=True)
+class Categories:
+    """The values of a discrete measure that are drawn in colours of their own, and their legend."""
+
+    values: tuple[str | float, ...]
+    words: tuple[str, ...]  # one more than values where there are others
+
+    def codes(self, view: View, panel: Panel) -> np.ndarray:
+        """The number of each run's category; -1 where the run is drawn as another `Cell`."""
+        known = {value: code for code, value in enumerate(self.values)}
+        flat = [known.get(value, len(known)) for value in panel.values.ravel().tolist()]
+        codes = np.array(flat).reshape(panel.values.shape)
+        return np.where(cells(view, panel) == Cell.VALUE, codes, -1)
+
+
+def categories(view: View, most: int = MOST_CATEGORIES) -> Categories:
+    """The most frequent values of a discrete measure; numbers in ascending order, words by frequency."""
+    counts: Counter[str | float] = Counter()
+    total = 0
+    for panel in view.panels:
+        shown = cells(view, panel) == Cell.VALUE
+        counts.update(panel.values[shown].tolist())
+        total += panel.status.size
+    frequent = [value for value, _ in sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))][:most]
+    if frequent and not isinstance(frequent[0], str):
+        frequent.sort(key=float)
+    words = [f"{value_label(view.measure, value)}: {share(counts[value], total)}" for value in frequent]
+    others = len(counts) - len(frequent)
+    if others:
+        rest = sum(counts.values()) - sum(counts[value] for value in frequent)
+        words.append(f"{others} other{'s' if others > 1 else ''}: {share(rest, total)}")
+    return Categories(tuple(frequent), tuple(words))
+
+
+def limits(view: View) -> tuple[float, float, bool, bool, bool]:
+    """(least, largest, values below, values above, logarithmic) of a colour scale.
+
+    For travel symmetric about zero, or from zero on where all of it goes one way. The scale follows the settled runs
+    where there are any, less the outermost half percent where that lies far out: some runs just short of a border must
+    not take all colours from the others.
+    """
+    values, settled = _shown(view)
+    base = values[settled] if settled.any() else values
+    if not len(base):
+        return (-1.0, 1.0, False, False, False) if view.kind == "signed" else (0.0, 1.0, False, False, False)
+    if view.kind == "signed":
+        top = _trimmed(np.abs(base))
+        low, high = (0.0 if (values >= 0.0).all() else -top), (0.0 if (values <= 0.0).all() else top)
+        return low, high, bool((values < -top).any()), bool((values > top).any()), False
+    low, high = -_trimmed(-base), _trimmed(base)
+    if low == high:
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    logarithmic = low > 0.0 and high > DECADES * low
+    if logarithmic:
+        high = min(high, MOST_DECADES * low)
+    return low, high, bool((values < low).any()), bool((values > high).any()), logarithmic
+
+
+def _shown(view: View) -> tuple[np.ndarray, np.ndarray]:
+    """Values that are drawn in the colours of a scale, and whether each has settled: arrays [runs]."""
+    parts: Sequence[np.ndarray] = [cells(view, panel) == Cell.VALUE for panel in view.panels]
+    values = [panel.values[shown] for panel, shown in zip(view.panels, parts, strict=True)]
+    settled = [panel.settled[shown] for panel, shown in zip(view.panels, parts, strict=True)]
+    return np.concatenate(values), np.concatenate(settled)
+
+
+def _trimmed(values: np.ndarray) -> float:
+    """The largest value, or the 99.5th percentile where the largest is more than twice as far from the median."""
+    middle, far, largest = np.percentile(values, (50.0, 99.5, 100.0))
+    return float(far if far > middle and largest - middle > 2.0 * (far - middle) else largest)

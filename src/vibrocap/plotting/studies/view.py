@@ -1,0 +1,396 @@
+"""The view of a study: one measure over one or two axes, with how every run ended; what a picture of it shows.
+
+More dimensions than two are fixed at a value, or become panels side by side (friction laws, or any few values).
+"""
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import Complaints, suggestion
+from vibrocap.case.case import CaseError, case_from_text
+from vibrocap.motion.trajectory import Status
+from vibrocap.physics.parameters import parameter_table
+from vibrocap.physics.symbols import STATES
+from vibrocap.plotting.labels import EQUALS, KIND_PATHS, case_in_si, percent, symbol_text
+from vibrocap.studies.quadtree import even_in_logarithm
+
+MOST_PANELS = 6
+ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles
+ALWAYS = ("status", "settled", "response_period", "window_start", "window_periods")
+SIGNED = ("mean_velocity", "drift", "displacement")  # travel: its sign and its absence matter most
+# few different values, each with a meaning
+WHOLE = ("response_period", "stick_phases", "impacts", "symmetric", "travel")
+FEW = 10
+
+NOT_RUN = -1  # status of a run to come
+NOTHING = re.compile(r" \((?:NaN|empty|infinite): (.*)\)")  # what a meaning says of missing values
+SYMBOLS = {
+    "mean_velocity": "⟨X′⟩",
+    "drift": "ΔX",
+    "displacement": "ΔX",
+    "peak_friction": "max |R|",
+    "mean_friction": "⟨|R|⟩",
+    "velocity_loop_area": "∮R dv",
+    "displacement_loop_area": "∮R dX",
+    "cost_of_transport": "W/|ΔX|",
+}
+VALUE_LABELS = {
+    "symmetric": {0.0: "not its own mirror image", 1.0: "its own mirror image"},
+    "travel": {-1.0: "back", 0.0: "none", 1.0: "forward"},
+    "response_period": {0.0: "not settled"},
+    "settled": {0.0: "not settled", 1.0: "settled"},
+    "computed": {0.0: "filled in", 1.0: "run"},
+}
+
+
+class ViewError(ValueError):
+    """A view that a study does not offer: `complaints` names each option, what was given and what would be right."""
+
+    def __init__(self, complaints: Sequence[str]):
+        self.complaints = tuple(complaints)
+        super().__init__("\n".join(complaints))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ViewAxis:
+    """An axis of a picture: what varies, its values in ascending order, and how it is labelled and spaced."""
+
+    path: str
+    values: np.ndarray
+    label: str
+    scattered: bool = False
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the values are evenly spaced, or where they are scattered spread, in their logarithm."""
+        if self.scattered and len(self.values) > 2 and self.values[0] > 0.0:
+            low, middle, high = np.percentile(self.values, (0.0, 50.0, 100.0))
+            return high > low and bool(abs(_share(np.log, low, middle, high)) < abs(_share(float, low, middle, high)))
+        return not self.scattered and even_in_logarithm(self.values)
+
+    @property
+    def counts(self) -> bool:
+        """Whether the axis numbers runs, of which there is none between two."""
+        return self.path in ("case", "run")
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Borders of the cells around the values: middles between them, and half a step beyond the ends [n + 1]."""
+        x = np.log(self.values) if self.logarithmic else self.values
+        middles = (x[1:] + x[:-1]) / 2
+        half = np.array([0.5 * abs(x[0]) or 0.5] * 2) if len(x) == 1 else np.diff(x)[[0, -1]] / 2
+        found = np.concatenate(([x[0] - half[0]], middles, [x[-1] + half[1]]))
+        return np.exp(found) if self.logarithmic else found
+
+
+def _share(scale: Any, low: float, middle: float, high: float) -> float:
+    """Where the middle lies between the ends, from -1/2 to 1/2, on a scale."""
+    return (scale(middle) - scale(low)) / (scale(high) - scale(low)) - 0.5
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Panel:
+    """What one pair of axes shows. Arrays [x] or [x, y], or [runs] where the runs do not lie on a grid."""
+
+    title: str
+    values: np.ndarray  # numbers, or words
+    status: np.ndarray  # index into list(Status); -1: not run
+    settled: np.ndarray  # True everywhere where the study did not ask
+    dataset: Any  # the same runs with all their variables
+
+    def other(self, name: str) -> np.ndarray:
+        """Numbers of another variable for the same runs."""
+        return self.dataset[name].values.astype(float)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class View:
+    """A measure of a study over its axes.
+
+    kind: "signed" (travel), "plain" (any other number) or "discrete" (words, whole numbers with a meaning)
+    dead_band: sizes of a signed measure up to this are no travel
+    points: coordinates [runs] along the axes where the runs do not lie on a grid, else None
+    """
+
+    measure: str
+    meaning: str
+    unit: str
+    kind: str
+    dead_band: float
+    axes: tuple[ViewAxis, ...]
+    panels: tuple[Panel, ...]
+    points: tuple[np.ndarray, ...] | None
+    setting: str  # the case in brief
+    note: str  # what else a reader should know
+
+    @property
+    def title(self) -> str:
+        """The measure and what it means, without what is said of missing values."""
+        return f"{self.measure.replace('_', ' ')}: {NOTHING.sub('', self.meaning)}"
+
+    @property
+    def label(self) -> str:
+        """The measure with its symbol and unit."""
+        words = (self.measure.replace("_", " "), SYMBOLS.get(self.measure, ""))
+        return " ".join(word for word in (*words, "" if self.unit == "1" else f"[{self.unit}]") if word)
+
+
+def study_view(
+    dataset: Any,
+    measure: str | None = None,
+    at: Mapping[str, str] | None = None,
+    dead_band: float | None = None,
+) -> View:
+    """What a picture of a study shows.
+
+    measure: a variable, by default the first measure that the study took
+    at: values at which dimensions are fixed, by path; the nearest value of the axis is taken
+    dead_band: sizes of travel up to this are none; by default 10 times the threshold to which the runs settled
+    Raises ViewError for a measure or a path that the study does not have, and where dimensions are left over.
+    """
+    complaints = Complaints()
+    names = [str(name) for name in dataset.data_vars]
+    asked = measure or first_measure(dataset)
+    if asked not in names:
+        complaints.add("--measure", f"the study has no {asked!r}; {suggestion(asked, names)}")
+    chosen, fixed, found = _fixed(dataset, at or {})
+    complaints += found
+    if complaints:
+        raise ViewError(complaints)
+
+    gridded = all(dim in dataset.coords for dim in chosen["status"].dims)
+    if gridded:
+        facets, dims = _facets(chosen)
+        axes = tuple(
+            ViewAxis(dim, np.sort(chosen[dim].values.astype(float)), axis_label(dim, chosen[dim].attrs)) for dim in dims
+        )
+        points = None
+    else:
+        facets, dims = [], tuple(chosen["status"].dims)
+        axes, points = _scattered(chosen)
+    panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
+    settle = dataset.attrs.get("settle")
+    band = float(dataset.attrs.get("dead_band", THRESHOLDS * float(settle) if settle else ZERO))
+    return View(
+        asked,
+        str(dataset[asked].attrs.get("long_name", asked.replace("_", " "))),
+        str(dataset[asked].attrs.get("units", "1")),
+        _kind(asked, [panel.values for panel in panels]),
+        float(_in_its_unit(band, dataset, asked) if dead_band is None else dead_band),
+        axes,
+        panels,
+        points,
+        case_label(chosen, fixed),
+        runs_label(chosen),
+    )
+
+
+def _in_its_unit(band: float, dataset: Any, measure: str) -> float:
+    """A dead band of a measure in its own unit."""
+    size = dataset[measure].attrs.get("dimensionless_unit")
+    return band if size is None else float(f"{band * float(size):.2g}")
+
+
+def first_measure(dataset: Any) -> str:
+    """The first measure that a study took."""
+    return next((str(name) for name in dataset.data_vars if name not in ALWAYS), "response_period")
+
+
+def _fixed(dataset: Any, at: Mapping[str, str]) -> tuple[Any, dict[str, str], list[str]]:
+    """The dataset at some values, which they are, and what is wrong with them; a single value is fixed by itself."""
+    dims = [str(dim) for dim in dataset["status"].dims]
+    gridded = [dim for dim in dims if dim in dataset.coords]
+    places: dict[str, int] = {}
+    complaints = Complaints()
+    for path, text in at.items():
+        if path not in gridded:
+            complaints.add(f"--at {path}", f"is no axis of the study; {suggestion(path, gridded)}")
+            continue
+        values = np.array(dataset[path].values.tolist())
+        if values.dtype.kind == "U":
+            if text in values:
+                places[path] = values.tolist().index(text)
+            else:
+                complaints.add(f"--at {path}", f"has no {text!r}; {suggestion(text, values.tolist())}")
+            continue
+        try:
+            wanted = float(text)
+        except ValueError:
+            wanted = np.nan
+        if values.min() <= wanted <= values.max():
+            places[path] = int(np.abs(values - wanted).argmin())
+        else:
+            limits = f"from {values.min():g} to {values.max():g}"
+            complaints.add(f"--at {path}", f"should be a number {limits}, got {text!r}")
+    places |= {dim: 0 for dim in gridded if dataset.sizes[dim] == 1 and dim not in at}
+    chosen = dataset.isel(places)
+    fixed = {str(path): value_text(chosen[path].values.item()) for path in chosen.coords if not chosen[path].dims}
+    return chosen, fixed, complaints
+
+
+def _facets(dataset: Any) -> tuple[list[str], tuple[str, ...]]:
+    """The dimensions that become panels, and the one or two that are drawn."""
+    dims = [str(dim) for dim in dataset["status"].dims]
+    words = [dim for dim in dims if _has_words(dataset[dim])]
+    numbers = [dim for dim in dims if dim not in words]
+    while len(numbers) > 2 and dataset.sizes[few := min(numbers, key=lambda dim: dataset.sizes[dim])] <= MOST_PANELS:
+        words.append(few)
+        numbers.remove(few)
+    panels = int(np.prod([dataset.sizes[dim] for dim in words]))
+    if not numbers:
+        raise ViewError(["--at: leaves no axis of numbers to draw over; fix fewer"])
+    if len(numbers) > 2 or panels > MOST_PANELS:
+        ways = "; ".join(f"{dim}: {_span(dataset[dim])}" for dim in dims)
+        limit = f"a picture has one or two axes and at most {MOST_PANELS} panels"
+        raise ViewError([f"--at: {limit}; fix some with --at PATH=VALUE ({ways})"])
+    return words, tuple(numbers)
+
+
+def _parts(dataset: Any, facets: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    """(title, runs) of each panel."""
+    for place in np.ndindex(*(dataset.sizes[dim] for dim in facets)):
+        part = dataset.isel(dict(zip(facets, place, strict=True)))
+        yield ", ".join(panel_title(dim, part[dim].values.item()) for dim in facets), part
+
+
+def _panel(part: Any, measure: str, axes: Sequence[ViewAxis], title: str) -> Panel:
+    """The runs of a panel, along ascending axes."""
+    for axis in axes:
+        part = part.isel({axis.path: np.argsort(part[axis.path].values, kind="stable")})
+    part = part.transpose(*(axis.path for axis in axes)) if axes else part
+    values = part[measure].values
+    words = values.dtype.kind in "OTU"
+    known = bool(part.attrs.get("settle"))
+    settled = part["settled"].values.astype(bool) if known else np.ones(values.shape, bool)
+    return Panel(
+        title,
+        np.array(values.tolist(), dtype=str) if words else values.astype(float),
+        part["status"].values.astype(int),
+        settled,
+        part,
+    )
+
+
+def _scattered(dataset: Any) -> tuple[tuple[ViewAxis, ...], tuple[np.ndarray, ...]]:
+    """The first two quantities that vary from run to run as axes; of a list of cases without numbers, its order."""
+    runs = dataset["status"].dims[0]
+    found = [
+        (ViewAxis(str(path), np.sort(values), axis_label(str(path), dataset[path].attrs), scattered=True), values)
+        for path in dataset.coords
+        if dataset[path].dims == (runs,) and not _has_words(dataset[path])
+        if not np.isnan(values := dataset[path].values.astype(float)).any()
+    ][:2]
+    if not found or runs == "case":
+        values = np.arange(dataset.sizes[runs], dtype=float)
+        found = [(ViewAxis(str(runs), values, f"number of the {runs}"), values)]
+    return tuple(axis for axis, _ in found), tuple(values for _, values in found)
+
+
+def _kind(measure: str, arrays: Sequence[np.ndarray]) -> str:
+    if measure in SIGNED:
+        return "signed"
+    if arrays[0].dtype.kind == "U" or measure in WHOLE or measure in VALUE_LABELS or measure == "status":
+        return "discrete"
+    return "plain"
+
+
+def _has_words(values: Any) -> bool:
+    return values.dtype.kind in "OTU"
+
+
+def _span(values: Any) -> str:
+    if _has_words(values):
+        return ", ".join(map(str, values.values.tolist()))
+    return f"{values.size} values from {float(values.min()):g} to {float(values.max()):g}"
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+def status_label(code: int) -> str:
+    """A status in words."""
+    return "not run yet" if code == NOT_RUN else list(Status)[code].value
+
+
+def axis_label(path: str, attributes: Mapping[str, Any]) -> str:
+    """What varies, with its symbol and unit."""
+    unit = attributes.get("units", "1")
+    meaning = str(attributes.get("long_name", path)).replace(" [rad]", "")
+    for plain, nice in (("^2", "²"), ("omega_n", "ωₙ")):
+        meaning = meaning.replace(plain, nice)
+    words = [meaning, symbol_text(str(attributes.get("symbol", "")))]
+    unit = "rad" if "[rad]" in str(attributes.get("long_name", "")) else unit
+    return "  ".join(word for word in (*words, "" if unit == "1" else f"[{unit}]") if word)
+
+
+def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
+    """The case in brief: the kinds of its parts, and the parameters that the study left as they are."""
+    try:
+        case = case_from_text(str(dataset.attrs["case"]))
+    except (KeyError, CaseError):
+        return ", ".join(f"{path} = {value}" for path, value in fixed.items())
+    varied = {str(name) for name in dataset.coords} - set(fixed)
+    if case.system.units is not None:
+        return case_in_si(case, varied, fixed)
+    kinds, numbers = [], []
+    for part, record in case.system.parts.items():
+        kind_path = KIND_PATHS.get(part, "")
+        kind = fixed.get(kind_path, record.name)
+        if kind_path and kind_path not in varied:
+            kinds.append(
+                f"{kind} friction" if part.startswith("friction") else f"{kind} drive" if part == "drive" else kind
+            )
+        for info in parameter_table(record) if kind == record.name else ():
+            path = f"{part}.{info.name}"
+            value = fixed.get(path, getattr(record, info.name))
+            usual = part.startswith(("friction", "environment")) or info.name == "normal_load"  # named if unusual
+            left_out = value is None or (usual and value == info.default)
+            if path not in varied and not left_out:
+                numbers.append(f"{symbol_text(info.symbol)}{EQUALS}{value_text(value)}")
+    for name, start in case.initial.items():
+        value = float(fixed.get(f"initial.{name}", start))
+        if value and f"initial.{name}" not in varied:
+            symbol = symbol_text(STATES[name][0]) if name in STATES else name
+            numbers.append(f"{symbol}(0){EQUALS}{value_text(value)}")
+    return f"{', '.join(kinds)}; {', '.join(numbers)}"
+
+
+def runs_label(dataset: Any) -> str:
+    """How the runs were made."""
+    runs, periods, settle = dataset["status"].size, dataset.attrs.get("periods"), dataset.attrs.get("settle")
+    words = [f"{runs:,} runs"]
+    if periods is not None:
+        words[0] += (
+            f" of at most {periods} periods, settled to {float(settle):g}" if settle else f" of {periods} periods"
+        )
+    if "runs_computed" in dataset.attrs:
+        words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
+    in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)
+    return "; ".join([*words, "in SI" if in_si else "all dimensionless"])
+
+
+def value_text(value: Any) -> str:
+    """A value as it stands in a title."""
+    return value if isinstance(value, str) else f"{float(value):.4g}".replace("-", "\N{MINUS SIGN}")
+
+
+def panel_title(path: str, value: float | str) -> str:
+    """The title of a panel that shows one value of a quantity."""
+    return value if isinstance(value, str) else f"{path.partition('.')[2].replace('_', ' ')} {value_text(value)}"
+
+
+def value_label(measure: str, value: float | str) -> str:
+    """A discrete value of a measure in words."""
+    if isinstance(value, str):
+        return value or "(no word)"
+    if measure == "status":
+        return status_label(int(value))
+    return VALUE_LABELS.get(measure, {}).get(float(value)) or f"{value:g}"
+
+
+def missing_label(meaning: str) -> str:
+    """Why a run may have no value, as the meaning of its measure says."""
+    found = NOTHING.search(meaning)
+    return f"no value ({found[1]})" if found else "no value"

@@ -1,0 +1,213 @@
+"""Tables in files of named arrays: NPZ of NumPy, MAT of MATLAB."""
+
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibrocap.arguments import lacking
+from vibrocap.records.checks import RecordError
+from vibrocap.records.reading.columns import Table, quantity_of
+
+NAMES_KEY = "columns"  # the array that names the columns of two-dimensional ones
+MOST_BYTES = 2**30  # of a file's content in memory; a small file can claim to unpack to any size
+DEEPEST = 8  # structures in structures
+_COMPRESSED = 15  # type of a data element of MATLAB 5 to 7.2 that is compressed by zlib
+UNREADABLE = (ValueError, TypeError, OSError, IndexError, EOFError, MemoryError)  # what readers raise on damage
+
+
+def npz_tables(path: Path) -> list[Table]:
+    """The tables of a NumPy file .npz; see `tables_of`."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            _check_size(sum(info.file_size for info in archive.infolist()), path)
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except RecordError:
+        raise
+    except (*UNREADABLE, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
+        reason = "holds Python objects" if "allow_pickle" in str(error) else "cannot be read as .npz"
+        raise RecordError([f"{reason}; should be written by numpy.savez from arrays of numbers"], str(path)) from None
+    return tables_of(arrays, path)
+
+
+def mat_tables(path: Path) -> list[Table]:
+    """The tables of a MATLAB file .mat; see `tables_of`."""
+    return tables_of(mat_variables(path), path)
+
+
+def mat_variables(path: Path) -> dict[str, Any]:
+    """The variables of a MATLAB file: arrays without axes of length 1, structures as dicts.
+
+    Versions 4 to 7.2 are read by SciPy, version 7.3 (which is HDF5) by h5py.
+    """
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        _check_size(_unpacked_size(path), path)
+        content = loadmat(path, squeeze_me=True, simplify_cells=True)
+    except NotImplementedError:
+        return _variables_7_3(path)
+    except RecordError:
+        raise
+    except (*UNREADABLE, MatReadError, zlib.error, RecursionError):
+        raise RecordError(["cannot be read as .mat; should be written by `save` in MATLAB"], str(path)) from None
+    return {name: value for name, value in content.items() if not name.startswith("__")}
+
+
+def _variables_7_3(path: Path) -> dict[str, Any]:
+    if said := lacking("h5py"):
+        wanted = f"is a .mat of version 7.3 (HDF5), which {said}, or save it in MATLAB with the option '-v7'"
+        raise RecordError([wanted], str(path))
+    import h5py
+
+    size = 0
+
+    def content(group: Any, depth: int) -> dict[str, Any]:
+        nonlocal size
+        found: dict[str, Any] = {}
+        for name in group:
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise RecordError([f"{name}: is a link to elsewhere; should be stored in the file itself"], str(path))
+            item = group[name]
+            if isinstance(item, h5py.Group) and not name.startswith("#"):
+                if depth == DEEPEST:
+                    raise RecordError([f"{name}: should not be nested deeper than {DEEPEST} structures"], str(path))
+                found[name] = content(item, depth + 1)
+            elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu":
+                if item.external or item.is_virtual:
+                    raise RecordError([f"{name}: should be stored in the file itself, not in another"], str(path))
+                size += item.nbytes
+                _check_size(size, path)
+                found[name] = np.squeeze(np.asarray(item).T)  # MATLAB stores columns first
+        return found
+
+    try:
+        with h5py.File(path, "r") as file:
+            return content(file, 0)
+    except RecordError:
+        raise
+    except (*UNREADABLE, RuntimeError, KeyError):
+        raise RecordError(["cannot be read as .mat of version 7.3 (HDF5)"], str(path)) from None
+
+
+def _unpacked_size(path: Path) -> int:
+    """Bytes to which a .mat file of versions 5 to 7.2 unpacks, counted as far as is allowed."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        order = {b"IM": "little", b"MI": "big"}.get(file.read(128)[126:128])
+        while order and len(tag := file.read(8)) == 8:
+            kind, length = (int.from_bytes(part, order) for part in (tag[:4], tag[4:]))  # type: ignore[arg-type]
+            if kind != _COMPRESSED:
+                file.seek(length, 1)
+                continue
+            end, unpacker = file.tell() + length, zlib.decompressobj()
+            while size <= MOST_BYTES and not unpacker.eof and (piece := file.read(min(65_536, end - file.tell()))):
+                while piece and size <= MOST_BYTES:
+                    size += len(unpacker.decompress(piece, 2**24))
+                    piece = unpacker.unconsumed_tail
+            file.seek(end)
+    return size
+
+
+def _check_size(size: int, path: Path) -> None:
+    """RecordError for more content than a measured record has."""
+    if size > MOST_BYTES:
+        raise RecordError(
+            [f"unpacks to more than {MOST_BYTES // 2**20} MB; give the records in several files"], str(path)
+        )
+
+
+def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
+    """The tables among named arrays, in any of the usual layouts.
+
+    - columns by name: `time`, `force`, `velocity`, ... of equal length are one record;
+    - with the record in front: `run1_force`, `run1_velocity`, `run2_force`, ...;
+    - a structure, or a structured array, for each record;
+    - a two-dimensional array for each record, with its columns named by the array `columns`.
+    Single numbers (dt, fs, mass_kg) go with every record.
+    """
+    numbers: dict[str, np.ndarray] = {}
+    tables: list[Table] = []
+    scalars: dict[str, float] = {}
+    names: list[str] = []
+    for key, value in variables.items():
+        array = value if isinstance(value, Mapping) else np.asarray(value)
+        if isinstance(array, Mapping):
+            fields = {name: np.asarray(column) for name, column in array.items()}
+        elif array.dtype.names:
+            fields = {name: array[name] for name in array.dtype.names}
+        else:
+            fields = {}
+        if fields:
+            tables += _tables_by_prefix(_numeric(fields), key, path, _scalars(fields))
+        elif not isinstance(array, Mapping) and key == NAMES_KEY and array.dtype.kind == "U":
+            names = [str(name).strip() for name in array.ravel()]
+        elif not isinstance(array, Mapping) and array.dtype.kind in "fiu":
+            numbers[key] = array
+    scalars = _scalars(numbers)
+    for key, array in numbers.items():
+        if array.ndim == 2:
+            tables.append(_table_of_matrix(array, names, key, path))
+    tables += _tables_by_prefix({key: array for key, array in numbers.items() if array.ndim == 1}, "", path, {})
+    if not tables:
+        raise RecordError(
+            [f"holds no columns of numbers, only {', '.join(map(repr, variables)) or 'nothing'}"], str(path)
+        )
+    return [_with_scalars(table, scalars) for table in tables]
+
+
+def _numeric(fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: array for name, array in fields.items() if array.dtype.kind in "fiu" and array.ndim == 1}
+
+
+def _scalars(fields: Mapping[str, np.ndarray]) -> dict[str, float]:
+    return {name: float(array) for name, array in fields.items() if array.ndim == 0 and array.dtype.kind in "fiu"}
+
+
+def _with_scalars(table: Table, scalars: Mapping[str, float]) -> Table:
+    return Table(table.name, table.source, table.columns, scalars={**scalars, **table.scalars}, named=table.named)
+
+
+def _table_of_matrix(array: np.ndarray, names: list[str], key: str, path: Path) -> Table:
+    if array.shape[1] > array.shape[0]:
+        array = array.T
+    if names and len(names) != array.shape[1]:
+        raise RecordError(
+            [f"{key}: has {array.shape[1]} columns, but {NAMES_KEY!r} names {len(names)}: {', '.join(names)}"],
+            str(path),
+        )
+    columns = dict(zip(names or map(str, range(array.shape[1])), array.T, strict=True))
+    return Table(key, str(path), columns, named=bool(names))
+
+
+def _tables_by_prefix(
+    columns: Mapping[str, np.ndarray], key: str, path: Path, scalars: Mapping[str, float]
+) -> list[Table]:
+    """Columns grouped by what stands before the name of a quantity; those without are one record, or serve all."""
+    groups: dict[str, dict[str, np.ndarray]] = {}
+    for name, values in columns.items():
+        prefix, rest = _split(name)
+        groups.setdefault(prefix, {})[rest] = values
+    own = groups.pop("", {})
+    if not groups:
+        return [Table(key or path.stem, str(path), own, scalars=scalars)] if own else []
+    return [
+        Table(f"{key}_{prefix}" if key else prefix, str(path), {**own, **group}, scalars=scalars)
+        for prefix, group in groups.items()
+    ]
+
+
+def _split(name: str) -> tuple[str, str]:
+    """(prefix, quantity) of "run1_force"; ("", name) where the whole name, or no end of it, is a usual one."""
+    if quantity_of(name) is None:
+        words = name.split("_")
+        for at in range(1, len(words)):
+            rest = "_".join(words[at:])
+            if quantity_of(rest) is not None:
+                return "_".join(words[:at]), rest
+    return "", name

@@ -1,0 +1,34 @@
+"""What holds for all tests: how a worker begins."""
+
+import contextlib
+import gc
+import importlib
+import os
+import pathlib
+
+import pytest
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Each worker of several imports another share of the files first, so that each file is made ready once.
+
+    To write the asserts of a file anew, so that they say what they compared, costs as much as to collect it; what one
+    worker has made ready, the others read.
+    """
+    worker, workers = os.environ.get("PYTEST_XDIST_WORKER"), os.environ.get("PYTEST_XDIST_WORKER_COUNT")
+    if worker and workers:
+        names = sorted(path.stem for path in pathlib.Path(__file__).parent.glob("test_*.py"))
+        for name in names[int(worker.removeprefix("gw")) :: int(workers)]:
+            with contextlib.suppress(Exception, pytest.skip.Exception):  # said where the file is collected
+                importlib.import_module(name)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session: pytest.Session):
+    """What is imported and collected stays to the end: it is not looked through again and again for what may go."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
