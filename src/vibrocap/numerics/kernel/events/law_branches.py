@@ -62,8 +62,10 @@ from vibrocap.numerics.kernel.generated import (
     switches,
 )
 from vibrocap.numerics.kernel.interface import on_event, on_jump
+from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
+NO_MOTION = 4.0 * EPSILON  # of the natural speed
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
@@ -87,7 +89,12 @@ def branch_holds(floats, ints, trace, lane):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         if floats[row] > (0.0 if i < LAW_BRANCHES else ROUNDING):
             continue
-        if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane])):
+        turned_back = SEVERAL and TURNING[i] >= 0 and floats[row] < -NO_MOTION
+        if (
+            i >= LAW_BRANCHES
+            and not turned_back
+            and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane]))
+        ):
             continue
         ints[IDLE + lane] += 1
         begin_branch(floats, ints, trace, lane, i)
@@ -121,8 +128,8 @@ def first_switch(floats, lane, event, h):
         zeros = 0
         if LAW_BRANCHES <= i < BRANCHES:
             zeros = vanishing(floats, row, h)
-            if SEVERAL and TURNING[i] >= 0 and zeros == ORDER:
-                continue  # at rest to rounding
+            if SEVERAL and TURNING[i] >= 0 and abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION:
+                continue  # at rest to rounding, as the middle one of three that are alike
             zeros = min(zeros, ORDER - 2)
             while zeros > 0 and not (floats[row + zeros * LANES] > 0.0):
                 zeros -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
