@@ -108,9 +108,9 @@ class Row:
                 found[which] = int(np.sign(held))
         return tuple(found)
 
-    def motion(self, y: Sequence[float], modes: tuple, end: float) -> tuple[np.ndarray, list]:
+    def motion(self, start: Sequence[float], modes: tuple, end: float) -> tuple[np.ndarray, list]:
         """(state at the end, [(time, contact)] of all events), from these modes."""
-        t, y, events = 0.0, np.array(y, float), []
+        t, y, events = 0.0, np.array(start, float), []
         fresh: int | None = None
         while t < end - 1e-13:
             until, started = min(end, t + LONGEST), fresh

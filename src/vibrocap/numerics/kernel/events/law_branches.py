@@ -65,7 +65,7 @@ from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
-NO_MOTION = 4.0 * EPSILON  # of the natural speed
+NO_MOTION = 16.0 * EPSILON  # of the natural speed
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
