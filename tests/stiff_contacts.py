@@ -110,7 +110,10 @@ class Row:
 
     def motion(self, start: Sequence[float], modes: tuple, end: float) -> tuple[np.ndarray, list]:
         """(state at the end, [(time, contact)] of all events), from these modes."""
-        t, y, events = 0.0, np.array(start, float), []
+        t, events = 0.0, []
+        y: Any = np.array(start, float)
+        first: Any
+        found: Any
         fresh: int | None = None
         while t < end - 1e-13:
             until, started = min(end, t + LONGEST), fresh
@@ -133,11 +136,11 @@ class Row:
                     if i == started and a == t:
                         continue
 
-                    def guard(s: float, i: int = i, found: Any = found, modes: tuple = modes) -> float:
+                    def guard(s: float, i: int = i, found: Any = found, modes: Any = modes) -> float:
                         return self.guards(s, found.sol(s), modes)[i]
 
                     if guard(b) <= 0.0 and b - t > 1e-12:
-                        root = float(brentq(guard, a, b, xtol=1e-15)) if guard(a) > 0.0 else a
+                        root: Any = brentq(guard, a, b, xtol=1e-15) if guard(a) > 0.0 else a
                         if root < first:
                             first, which = root, i
                         break
