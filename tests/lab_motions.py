@@ -25,8 +25,6 @@ def motions(kind: str) -> dict[str, vc.Case]:
     push = {} if first in machine.room() or first == machine.cyclic else {first: 0.3}
     found = {}
     for name, law in laws().items():
-        if machine.coupled == "distances" and name.startswith("rate-and-state"):
-            continue  # stiff contacts, which no implicit step takes together: a worm on them comes nowhere
         try:
             system = vc.System(machine, law(), vc.Harmonic(amplitude=1.8))
         except ArgumentError:  # a machine that does not take the law

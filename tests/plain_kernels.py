@@ -57,9 +57,10 @@ def kernel_of(system: vc.System, order: int = 12, lanes: int = 1) -> PlainKernel
     recorded = equations(system)
     states = len(recorded.rates)
     switches = len(recorded.switches)
-    imposed = len(recorded.imposed_velocities)
-    layout = Layout(lanes, states, states, order, len(recorded.parameter_paths), switches=switches, imposed=imposed)
-    text = linked_source(generated_source(recorded, layout), motion_recipe(recorded.hold is None, switches > 0))
+    imposed, shifts = len(recorded.imposed_velocities), len(recorded.shifts) if recorded.maybe_stiff else 0
+    sizes = {"switches": switches, "imposed": imposed, "shifts": shifts}
+    layout = Layout(lanes, states, states, order, len(recorded.parameter_paths), **sizes)
+    text = linked_source(generated_source(recorded, layout), motion_recipe(recorded.maybe_stiff, switches > 0))
     kernel = PlainKernel(plain_kernel(text), layout, recorded, text, *layout.allocated())
     for lane in range(lanes):
         set_lane(kernel, system, lane)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
@@ -40,6 +40,9 @@ class Equations:
     internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
     resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
     imposed_velocities: tuple[Expression, ...]  # of further contacts, where they are no states
+    shifts: tuple[
+        Expression, ...
+    ]  # of all contacts, these velocities less the state that they share: functions of time
     pinned: tuple[Expression, ...]  # velocities that decide the state of the first contact where one of them is zero
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
@@ -58,6 +61,11 @@ class Equations:
     after_switch: tuple[tuple[Expression, ...], ...]  # states, per guard
     after_reversal: tuple[Expression, ...]  # states
     kinked: bool
+    maybe_stiff: bool  # whether a contact has a law with a force for every velocity
+    several: bool  # contacts
+    turning: dict[int, tuple[int, Expression]]  # see `_turning`, by the number of the guard
+    sides_at_rest: tuple[int, ...]  # states that are 0 while a further contact sticks
+    sticks: tuple[int, ...]  # of each contact: 1 where it can stick
     observables: dict[str, Expression]
     base: int  # states of the motion itself; tangents may follow them
     balance: Balance | None  # of momentum, where it gives the acceleration of the contact
@@ -223,6 +231,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         internal_states=tuple(map(system.state_names.index, _of_contacts(system))),
         resting=tuple(map(system.state_names.index, _resting(system))),
         imposed_velocities=tuple(expression(each.velocity) for each in flow.further if each.imposed),
+        shifts=_shifts(system, placed, graph, mechanical),
         pinned=tuple(expression(each.velocity) for each in flow.further if each.sticks and each.imposed),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
         symmetry=system.symmetry,
@@ -242,6 +251,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         after_reversal=tuple(map(expression, (*mechanical, *flow.after_reversal))),
         kinked=system.friction.kind == "kinked"
         or (system.friction.kind == "smooth" and system.environment is not None),
+        maybe_stiff=any(law.kind != "set-valued" for law in (system.friction, *system.further_laws)),
+        several=bool(flow.further),
+        turning=_turning(system, flow, expression),
+        sides_at_rest=tuple(system.state_names.index(f"side_{each.number}") for each in flow.further if each.sticks),
+        sticks=tuple(int(law.kind == "set-valued") for law in (system.friction, *system.further_laws)),
         observables=expressed,
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.
@@ -278,6 +292,37 @@ def _resting(system: System) -> list[str]:
     pairs = zip(system.machine.contacts, system.further_laws, strict=True)
     states = _contact_states(system)
     return [name for name, law in pairs if law.kind == "set-valued" and name in states]
+
+
+def _turning(system: System, flow: Flow, expression: Any) -> dict[int, tuple[int, Expression]]:
+    """Guards of further contacts that turn where their velocity vanishes, as they have a force for every velocity.
+
+    By number: (the state that moves one to one with this velocity, the velocity).
+    """
+    numbers = {expression(guard).index: i for i, guard in enumerate(flow.switches)}
+    found, machine = {}, system.machine
+    for each, name in zip(flow.further, machine.contacts, strict=True):
+        if each.turns and not each.sticks:
+            state = name if name in machine.states else machine.contact_state
+            number = numbers[expression(each.guards()[0]).index]
+            found[number] = system.state_names.index(state), expression(each.velocity)
+    return found
+
+
+def _shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
+    """At imposed distances, the velocity of each contact where the state that all share vanishes."""
+    machine = system.machine
+    if machine.coupled != "distances":
+        return ()
+    own = list(mechanical[: len(machine.states)])
+    own[machine.states.index(machine.contact_state)] = 0.0
+    time = graph.node("time")
+    velocities = placed.contact_velocity(time, tuple(own)), *placed.machine.further_velocities(time, tuple(own))
+    found = tuple(map(graph.expression, velocities))
+    if any(graph.nodes[i][0] == "state" for i in reachable(graph, [shift.index for shift in found])):
+        what = f"should be functions of time, but for the state {machine.contact_state} that is added to each"
+        raise ValueError(f"the {machine.name}: at imposed distances contact_velocity and further_velocities {what}")
+    return found
 
 
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:

@@ -301,7 +301,7 @@ def _defect(motion: Trajectory, scales: np.ndarray, bound: float) -> float:
     near rest. A law that may be stiff multiplies what a stabilised step leaves of a decay, too: what is beyond the
     bound is asked again as of an implicit step.
     """
-    stiff = equations(motion.system).hold is None
+    stiff = equations(motion.system).maybe_stiff
     implicit = np.flatnonzero(motion.piece_implicit)
     even = np.linspace(0.0, 1.0, POINTS)
     index, s = np.repeat(implicit, POINTS), (even * motion.piece_length[implicit, None]).ravel()

@@ -51,20 +51,24 @@ def correction(
             matrix = np.eye(size) / length[:, None, None] - slope.reshape(size, size, count).transpose(2, 0, 1)
             usable = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(left).all(axis=0)
         change[:, usable] += np.linalg.solve(matrix[usable], left.T[usable, :, None])[:, :, 0].T
-        if recording.kinked:
+        if recording.kinked or recording.turning:
             change *= _share_to_rest(recording, t, states, change, side, parameters)
     return np.where(np.max(np.abs(change) / scales, axis=0) <= reach, change, 0.0)
 
 
 def _share_to_rest(recording: Equations, t, states, change, side, parameters) -> np.ndarray:
-    """Share of the changes at which the contact velocity has not passed rest: array [n]."""
-    before, after = (
-        side * _filled(evaluate([recording.contact_velocity], t, at, side, parameters), len(side))[0]
-        for at in (states, states + change)
-    )
-    beyond = after < 0.0
-    share = np.divide(before, before - after, out=np.zeros(len(side)), where=beyond & (before > 0.0))
-    return np.where(beyond, INSIDE * share, 1.0)
+    """Share of the changes at which no velocity of a kinked law has passed rest: array [n]."""
+    found = np.ones(len(side))
+    along = [recording.graph.node("side") * recording.contact_velocity] if recording.kinked else []
+    along += [recording.switches[number] for number in recording.turning]
+    for velocity in along:
+        before, after = (
+            _filled(evaluate([velocity], t, at, side, parameters), len(side))[0] for at in (states, states + change)
+        )
+        beyond = after < 0.0
+        share = np.divide(before, before - after, out=np.zeros(len(side)), where=beyond & (before > 0.0))
+        found = np.minimum(found, np.where(beyond, INSIDE * share, 1.0))
+    return found
 
 
 @functools.lru_cache(maxsize=64)

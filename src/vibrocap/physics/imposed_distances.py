@@ -281,7 +281,9 @@ class ImposedDistances(CoupledContacts):
             if mode.law.kind == "set-valued":
                 held = self._held(t, y, drive, number, force)
                 taken, together = held.force + mode.slips * (taken - held.force), held.together
-            own = mode.law, mode.load, mode.velocity, mode.own, taken, self._speed(), self.environment, 1.0, 1.0
+            # A contact with a force for every velocity may creep, and turns where nothing else happens.
+            size = self._speed() if mode.law.kind == "set-valued" else self._natural_speed
+            own = mode.law, mode.load, mode.velocity, mode.own, taken, size, self.environment, 1.0, 1.0
             found.append(ImposedContact(number, *own, together=together))
         return tuple(found)
 

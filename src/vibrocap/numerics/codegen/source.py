@@ -27,6 +27,12 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         **layout.constants(),
         "SET_VALUED": equations.hold is not None,
         "KINKED": equations.kinked,
+        "MAYBE_STIFF": equations.maybe_stiff,
+        "SEVERAL": equations.several,
+        "TURNING": tuple(equations.turning.get(i, (-1,))[0] for i in range(len(equations.guards))) or (-1,),
+        "SIDES_AT_REST": equations.sides_at_rest or (-1,),
+        "SIDES_COUNT": len(equations.sides_at_rest),
+        "STICKS": equations.sticks,
         "BASE": equations.base,
         "CONTACT_STATE": equations.contact_state,
         "CYCLIC": equations.cyclic_state,
@@ -42,7 +48,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     if velocity_is_state(equations):
         constants["VELOCITY"] = series + equations.contact_state * row_size
     constants["IMPOSED"] = series + (layout.rows + 4 + layout.switches) * row_size
-    constants["REACTION"] = constants["IMPOSED"] + layout.imposed * row_size
+    constants["SHIFT"] = constants["IMPOSED"] + layout.imposed * row_size
+    constants["REACTION"] = constants["SHIFT"] + layout.shifts * row_size
     if not layout.coefficients:
         constants["UNTIL"] = constants["PERIOD"]
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
@@ -114,8 +121,8 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         for number, term in watched.at_order(k) if watched else ():
-            keep(rows + 4 + layout.switches + layout.imposed, number, term)
-        if k == 1 and equations.hold is None:
+            keep(rows + 4 + layout.switches + layout.imposed + layout.shifts, number, term)
+        if k == 1 and equations.maybe_stiff:
             first, *others = (writer.coefficient(rate.index, 0) for rate in decay_rates(equations))
             writer.lines.append(f"decay = {first}")
             for other in others:
@@ -124,11 +131,12 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
                 )
             put("DECAY_RATE", "decay")
         for i, guard in enumerate(equations.guards):
-            moves = k == 0 or (located[i] and k < order)
+            moves = k == 0 or (located[i] and k < order) or i in equations.turning
             slope = k == order and bool(equations.loads) and i == len(equations.switches)  # see `law_branches.py`
             if moves or slope or (located[i] and k == order):
                 keep(rows + 4 + i, k, writer.coefficient(guard.index, 1 if slope else k) if moves or slope else "0.0")
-        for i, velocity in enumerate(equations.imposed_velocities, start=rows + 4 + len(equations.guards)):
+        own = (*equations.imposed_velocities, *equations.shifts[: layout.shifts])
+        for i, velocity in enumerate(own, start=rows + 4 + len(equations.guards)):
             keep(i, k, writer.coefficient(velocity.index, k))
     body = [*head, *writer.lines]
     if simd:
@@ -195,7 +203,7 @@ def _paired(coefficients: list[str], name: str) -> list[str]:
 
 
 def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
-    """`rates`, `contact_velocity`, `imposed_velocities` and, of a load that is watched, `reaction` of one lane."""
+    """`rates`, `contact_velocity`, `shifts` and, of a load that is watched, `reaction` of one lane."""
     writer = ScalarWriter(equations.graph)
     body = [f"floats[out + {i}] = {writer.name(e)}" for i, e in enumerate((*equations.rates, *integrals))]
     rates = ["def rates(floats, t, point, side, lane, out):", *_indented([*writer.lines, *body], 4), ""]
@@ -208,8 +216,12 @@ def rates_source(equations: Any, integrals: Sequence[Expression]) -> str:
             result = writer.name(value)
             rates += [head, *_indented([*writer.lines, f"return {result}"], 4), ""]
     writer = ScalarWriter(equations.graph)
-    body = [f"floats[out + {i}] = {writer.name(each)}" for i, each in enumerate(equations.imposed_velocities)]
-    head = "def imposed_velocities(floats, t, point, lane, out):"
+    body = []
+    for shift in equations.shifts:
+        slope = derivative(shift, -1)
+        for value in (shift, slope, derivative(slope, -1)):
+            body.append(f"floats[out + {len(body)}] = {writer.name(value)}")
+    head = "def shifts(floats, t, lane, out):"
     imposed = [*writer.lines, *body] if body else ['"""There is none."""']
     return "\n".join([*rates, head, *_indented(imposed, 4), ""])
 

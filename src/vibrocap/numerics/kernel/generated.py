@@ -7,6 +7,8 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 
 SET_VALUED = True  # whether the contact can stick
 KINKED = False  # whether the law has a kink at rest
+MAYBE_STIFF = False  # whether a contact has a law with a force for every velocity
+SEVERAL = False  # whether there are several contacts
 LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
 SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
 MIRRORED = True  # whether these are the same for either direction of sliding
@@ -63,11 +65,17 @@ TABLE_NUMBERS = 0  # of the segments of a drive with corners: length and coeffic
 VELOCITY = HOLD = LIMIT = GUARD = SWITCH = 0
 IMPOSED = 0  # and of the velocities of further contacts that are no states (to ORDER)
 IMPOSED_COUNT = 0  # how many these are
+SHIFT = 0  # and of what all velocities are ahead of the state that they share, see `shifts`
+SHIFTS = 0  # how many these are
 SWITCHES = 1  # how many guards there are
 LOCATED = (1,)  # of each guard: whether it is a series, whose zero is an event, or asked where a step starts
 BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at which a run ends
 BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
+TURNING = (-1,)  # of each guard under which a further contact turns: the state that moves as its velocity does; else -1
+SIDES_AT_REST = (-1,)  # states that are 0 while a further contact sticks
+STICKS = (0,)  # of each contact: 1 where it can stick
+SIDES_COUNT = 0  # how many these are
 BASE = 2  # states of the motion itself, where tangents follow them
 
 
@@ -142,8 +150,11 @@ def reaction(floats, t, point, side, lane):
     raise NotImplementedError
 
 
-def imposed_velocities(floats, t, point, lane, out):
-    """Velocities of further contacts that are no states, at the state floats[point:point + STATES]; from `out` on."""
+def shifts(floats, t, lane, out):
+    """Of each contact velocity at imposed distances what it is ahead of the state that all share.
+
+    From `out` on, three numbers of each: that function of time, and its first two derivatives.
+    """
     raise NotImplementedError
 
 

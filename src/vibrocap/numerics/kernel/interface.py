@@ -22,6 +22,19 @@ def repeat_to(floats, ints, lane, h) -> None:
     raise NotImplementedError
 
 
+def shorter_step(floats, ints, lane, h) -> float:
+    """Make the present implicit step anew, of several contacts: part of the way to an event at h. 0 where it is near.
+
+    The next steps are explicit then.
+    """
+    raise NotImplementedError
+
+
+def leave_implicit(ints, lane) -> None:
+    """Let the next steps be explicit."""
+    raise NotImplementedError
+
+
 # The branches of the law on each side of rest, and the bounds of the equations.
 
 

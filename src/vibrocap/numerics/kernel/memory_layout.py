@@ -148,6 +148,9 @@ class Layout:
     switches: int = 0  # guards of the branches of law and machine, and bounds
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
     imposed: int = 0  # velocities of further contacts that are no states
+    shifts: int = (
+        0  # of these and that of the first contact, where a contact may be stiff: what each is ahead of a state
+    )
 
     @property
     def measured(self) -> int:
@@ -185,7 +188,7 @@ class Layout:
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
             "MARKS": self.marks * self.states,
-            "SERIES": (self.rows + 4 + self.switches + self.imposed + self.watched) * (self.order + 1),
+            "SERIES": (self.rows + 4 + self.switches + self.imposed + self.shifts + self.watched) * (self.order + 1),
         }
 
     @property
@@ -200,13 +203,14 @@ class Layout:
     def event_work_size(self) -> int:
         """Work space of the event search, 38 intervals at most; or that of a point and of functions at points."""
         gathering = self.states + 8 * (self.measured + 8)
-        return max(40 * (self.order + 3), self.states + 5 * max(self.switches, self.imposed), gathering)
+        return max(40 * (self.order + 3), self.states + 5 * self.switches, gathering)
 
     @property
     def work_size(self) -> int:
-        """Work space of the event search, then that of the implicit step (Jacobian, matrix, stages)."""
+        """Work space of the event search, then of the implicit step: Jacobian, matrix, stages, velocities, guards."""
         square = self.states * self.states
         implicit = self.rows * (self.states + 1) + square + max(10 * self.rows, square)
+        implicit += 1 + 3 * self.shifts + 2 * self.switches
         return self.event_work_size + implicit
 
     @property
@@ -269,6 +273,7 @@ class Layout:
             "EVENT_WORK": self.event_work_size,
             "SWITCHES": self.switches,
             "IMPOSED_COUNT": self.imposed,
+            "SHIFTS": self.shifts,
             "PARAMETERS": self.parameters,
             "PRESENT": self.present,
             "COEFFICIENTS": self.coefficients,

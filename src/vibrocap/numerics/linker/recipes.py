@@ -15,7 +15,11 @@ class Slot:
     offers: tuple[str, ...]
 
 
-STEP = Slot("choice of step", ("chosen_step", "polished_step", "repeat_to"), ("step.explicit", "step.method_choice"))
+STEP = Slot(
+    "choice of step",
+    ("chosen_step", "polished_step", "repeat_to", "shorter_step", "leave_implicit"),
+    ("step.explicit", "step.method_choice"),
+)
 BRANCHES = Slot(
     "law branches",
     ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),

@@ -66,6 +66,6 @@ def browser_kernels(
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
     layout = dataclasses.replace(layout, order=series_order(tolerance))
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
-    recipe = shown_motion_recipe(equations.hold is None, bool(equations.guards), equations.corners is not None)
+    recipe = shown_motion_recipe(equations.maybe_stiff, bool(equations.guards), equations.corners is not None)
     text = linked_source("\n\n".join(generated), recipe)
     return BrowserKernel(layout, text, MOTION_ENTRIES), ensemble

@@ -76,10 +76,11 @@ def ensemble_source(
     corners = equations.corners
     coefficients = 0 if corners is None else corners.coefficients
     imposed = len(equations.imposed_velocities)
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients, imposed)
+    shifts = len(equations.shifts) if equations.maybe_stiff else 0
+    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients, imposed, shifts)
     generated = [generated_source(equations, layout, loop), integrands.text]
     tangent = layout.states > equations.base
-    stiff = equations.hold is None and not tangent
+    stiff = equations.maybe_stiff and not tangent
     recipe = ensemble_recipe(loop, stiff, layout.switches > 0, corners is not None, tangent, watched)
     return layout, linked_source("\n\n".join(generated), recipe)
 

@@ -100,9 +100,20 @@ def kernel(equations: Any, order: int, plain: bool = False, literal: bool = Fals
     corners = equations.corners
     coefficients = 0 if corners is None else corners.coefficients
     imposed = len(equations.imposed_velocities)
+    shifts = len(equations.shifts) if equations.maybe_stiff else 0
     parameters = len(equations.parameter_paths)
-    layout = Layout(1, states, states, order, parameters, switches=switches, coefficients=coefficients, imposed=imposed)
-    recipe = motion_recipe(equations.hold is None, switches > 0, corners is not None)
+    layout = Layout(
+        1,
+        states,
+        states,
+        order,
+        parameters,
+        switches=switches,
+        coefficients=coefficients,
+        imposed=imposed,
+        shifts=shifts,
+    )
+    recipe = motion_recipe(equations.maybe_stiff, switches > 0, corners is not None)
     text = linked_source(generated_source(equations, layout), recipe)
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
 

@@ -28,16 +28,20 @@ from vibrocap.numerics.kernel.generated import (
     EVENT_LIMIT,
     EVENTS,
     FOLLOWS_LOAD,
+    HOLD,
     IDLE,
     IMPACT,
     IMPLICIT_STEPS,
     LANES,
     LAW_BRANCHES,
+    LIMIT,
     LOCATED,
     OCCURRED,
     ORDER,
     PERIOD,
     SERIES,
+    SET_VALUED,
+    SEVERAL,
     SIDE,
     STATE,
     STATES,
@@ -46,17 +50,22 @@ from vibrocap.numerics.kernel.generated import (
     SWITCHES,
     TAYLOR_STEPS,
     TIME,
+    TURNING,
     WINDOW_START,
     WORK,
     after_reversal,
     after_switch,
     contact_velocity,
+    holding_force,
+    holding_limit,
     machine_energy,
     switches,
 )
 from vibrocap.numerics.kernel.interface import on_event, on_jump
-from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_five
+from vibrocap.numerics.kernel.step.resolved import excursion
+from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
+NO_MOTION = 16.0 * EPSILON  # of the natural speed
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
@@ -80,7 +89,12 @@ def branch_holds(floats, ints, trace, lane):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         if floats[row] > (0.0 if i < LAW_BRANCHES else ROUNDING):
             continue
-        if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane])):
+        turned_back = SEVERAL and TURNING[i] >= 0 and floats[row] < -NO_MOTION
+        if (
+            i >= LAW_BRANCHES
+            and not turned_back
+            and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane]))
+        ):
             continue
         ints[IDLE + lane] += 1
         begin_branch(floats, ints, trace, lane, i)
@@ -113,10 +127,14 @@ def first_switch(floats, lane, event, h):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         zeros = 0
         if LAW_BRANCHES <= i < BRANCHES:
-            zeros = min(vanishing(floats, row, h), ORDER - 2)
+            zeros = vanishing(floats, row, h)
+            if SEVERAL and TURNING[i] >= 0 and abs(floats[row]) + excursion(floats, row, h) <= NO_MOTION:
+                continue  # at rest to rounding, as the middle one of three that are alike
+            zeros = min(zeros, ORDER - 2)
             while zeros > 0 and not (floats[row + zeros * LANES] > 0.0):
                 zeros -= 1  # it grows, though at first by rounding only: `branch_holds` has looked farther ahead
-        root, _touch = first_root(floats, row, ORDER - 1, 1.0, zeros, h)
+        degree = ORDER if SEVERAL and TURNING[i] >= 0 else ORDER - 1  # forces are known to one order less
+        root, _touch = first_root(floats, row, degree, 1.0, zeros, h)
         if root >= 0.0 and (root < h or event == 0):
             event = FIRST_SWITCH + i
             h = root
@@ -182,12 +200,21 @@ def guards_at(floats, lane, s, out):
 
 
 def interpolated_guards(floats, lane, h):
-    """Write the series of the guards along an implicit step, through five points of its dense output."""
+    """Write the series of the guards along an implicit step, through five points of its dense output.
+
+    And those of the force that holds the first contact, where it rests beside stiff ones.
+    """
     out = WORK + STATES
     for point in range(5):
         guards_at(floats, lane, 0.25 * point * h, out + point * SWITCHES)
     for i in range(SWITCHES):
-        start = SWITCH + i * (ORDER + 1) * LANES + lane
-        v0, v1, v2 = floats[out + i], floats[out + SWITCHES + i], floats[out + 2 * SWITCHES + i]
-        v3, v4 = floats[out + 3 * SWITCHES + i], floats[out + 4 * SWITCHES + i]
-        through_five(floats, start, v0, v1, v2, v3, v4, h)
+        through_points(floats, SWITCH + i * (ORDER + 1) * LANES + lane, out + i, SWITCHES, h)
+    if SEVERAL and SET_VALUED and floats[SIDE + lane] == 0.0:
+        for point in range(5):
+            s = 0.25 * point * h
+            for i in range(STATES):
+                floats[WORK + i] = series_value(floats, SERIES + i * (ORDER + 1) * LANES + lane, s)
+            floats[out + point] = holding_force(floats, floats[TIME + lane] + s, WORK, lane)
+            floats[out + 5 + point] = holding_limit(floats, floats[TIME + lane] + s, WORK, lane)
+        through_points(floats, HOLD + lane, out, 1, h)
+        through_points(floats, LIMIT + lane, out + 5, 1, h)

@@ -27,6 +27,7 @@ from vibrocap.numerics.kernel.generated import (
     PERIOD,
     PERIOD_COUNT,
     SET_VALUED,
+    SEVERAL,
     SIDE,
     STATE,
     STATES,
@@ -47,11 +48,13 @@ from vibrocap.numerics.kernel.interface import (
     chosen_step,
     enter_piece,
     first_switch,
+    leave_implicit,
     on_event,
     on_period,
     on_piece,
     polished_step,
     repeat_to,
+    shorter_step,
     tangent_waits,
     watch_load,
     within_bounds,
@@ -62,6 +65,7 @@ from vibrocap.numerics.kernel.step.taylor import move_to
 # A hold gives way where its series says so to rounding only if that is near the start of the series: the last stretch
 # before is a step of its own, of this share of a whole one.
 NEAR = 0.03
+APPROACHES = 8  # times that an implicit step is made shorter before the event that it would end with
 MOST_IDLE = 12  # decisions in a row without advance before a contact counts as undecided
 
 
@@ -83,6 +87,8 @@ def step(floats, ints, trace, lane):
     if ints[PERIOD_COUNT + lane] == ints[WHOLE_PERIODS + lane]:
         remaining = min(remaining, floats[TAIL + lane] - floats[TIME + lane])
     h = chosen_step(floats, ints, lane, remaining)
+    if SEVERAL and h < 0.0:
+        return  # the series must be made anew for a step of the other method
     if not (h > 0.0):
         ints[STATUS + lane] = NOT_FINITE if h != h else STEP_UNDERFLOW
         return
@@ -94,6 +100,17 @@ def step(floats, ints, trace, lane):
         h *= 0.5
     longest = h
     event, h, touch = first_event(floats, ints, lane, h)
+    if SEVERAL and ints[STIFF + lane] == 1 and (event != 0 or touch >= 0.0):
+        for _ in range(APPROACHES):
+            h = shorter_step(floats, ints, lane, h if event != 0 else touch)
+            if not (h > 0.0):
+                return  # so near an event steps are explicit, and its series finds it
+            event, h, touch = first_event(floats, ints, lane, h)
+            if event == 0 and touch < 0.0:
+                break
+        if event != 0 or touch >= 0.0:
+            leave_implicit(ints, lane)
+            return
     if 0.0 <= touch < h:
         on_event(floats, ints, trace, lane, GRAZE, touch)
     if abs(event) == 2 and h > NEAR * longest:

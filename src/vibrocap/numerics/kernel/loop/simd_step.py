@@ -35,6 +35,7 @@ from vibrocap.numerics.kernel.generated import (
     LIMIT,
     LIMIT_CONSTANT,
     LOCATED,
+    MAYBE_STIFF,
     ORDER,
     PATIENCE,
     PERIOD,
@@ -42,8 +43,11 @@ from vibrocap.numerics.kernel.generated import (
     ROWS,
     SERIES,
     SET_VALUED,
+    SEVERAL,
     SHARP,
     SIDE,
+    SIDES_AT_REST,
+    SIDES_COUNT,
     SPARSE,
     STATE,
     STATUS,
@@ -55,6 +59,7 @@ from vibrocap.numerics.kernel.generated import (
     TAYLOR_STEPS,
     TIME,
     TOLERANCE,
+    TURNING,
     UNTIL,
     VELOCITY,
     WATCHED,
@@ -106,18 +111,24 @@ def step_simd(floats, ints, trace, running):
     if KINKED:
         change = abs(load(floats, VELOCITY + LANES)) * longest
         moving = running & (0.1 * (abs(start) + change) >= load(floats, TOLERANCE))
-    if not SET_VALUED:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
+    if MAYBE_STIFF:  # as in `stabilised.series_step`; a lane whose method is to be chosen anew is not plain
         rate = load(floats, DECAY_RATE)
         gentle = ~(rate * longest > GENTLE) & (ORDER * last * longest < GENTLE * before)
         gentle = gentle | whole_above(ints, ZEROS, 0) | (longest >= remaining)
         moving = moving & whole_equal(ints, STIFF, 0) & (gentle | whole_above(ints, PATIENCE, 1))
+        if SEVERAL:
+            moving = moving & (gentle | ~rest_simd(floats, side))
         longest, damped = stabilised_steps(floats, rate, longest, moving & ~gentle)
     h = lesser(longest, remaining)
     plain = moving & (h > 0.0) & ((h > 4.0 * EPSILON * period) | (h >= remaining))
     plain = plain & ~whole_above(ints, ZEROS, 2) & whole_equal(ints, ARRIVING, 0)
     plain = tangents_wait(ints, plain)
     for i in range(BRANCHES):
-        plain = plain & within_piece(floats, SWITCH + i * (ORDER + 1) * LANES, h)
+        row = SWITCH + i * (ORDER + 1) * LANES
+        plain = plain & within_piece(floats, row, h)
+        if SEVERAL and TURNING[i] >= 0:
+            change = abs(load(floats, row + LANES)) * longest
+            plain = plain & (0.1 * (abs(load(floats, row)) + change) >= load(floats, TOLERANCE))
     if BRANCHES < SWITCHES and bits(plain & ~clear) != 0:
         for i in range(BRANCHES, SWITCHES):
             row = SWITCH + i * (ORDER + 1) * LANES
@@ -154,7 +165,7 @@ def step_simd(floats, ints, trace, running):
     elif SHARP:
         plain = plain & resolved_simd(floats, side, start, excursion_simd(floats, VELOCITY, h), h, plain)
     end = series_values(floats, VELOCITY, h)
-    if not SET_VALUED:
+    if MAYBE_STIFF:
         store(floats, DAMPED_STEP, where(damped & ~plain, longest, 0.0))
     move_simd(floats, ints, trace, plain, h, end)
     finish_simd(floats, ints, trace, bits(plain & event), bits(plain & (remaining - h <= 2.0 * EPSILON * period)))
@@ -168,9 +179,19 @@ def within_piece(floats, row, h):
     all others, which is largest at the end of the step.
     """
     others = abs(load(floats, row + (ORDER - 1) * LANES))
+    if SEVERAL:  # the last coefficient is one of velocities only, but for a slope that makes the bound no smaller
+        others = others + abs(load(floats, row + ORDER * LANES)) * h
     for k in range(ORDER - 2, 3, -1):
         others = others * h + abs(load(floats, row + k * LANES))
     return least_of_cubic(floats, row, others, h) > 0.0
+
+
+def rest_simd(floats, side):
+    """Where a contact sticks, of several."""
+    rests = side == 0.0
+    for i in range(SIDES_COUNT):
+        rests = rests | (load(floats, STATE + SIDES_AT_REST[i] * LANES) == 0.0)
+    return rests
 
 
 def ahead_simd(floats, side, stuck, one, two, h):
@@ -277,7 +298,7 @@ def move_simd(floats, ints, trace, plain, h, end):
     whole_set(ints, ZEROS, 0, plain)
     whole_set(ints, IDLE, 0, plain)
     whole_add(ints, TAYLOR_STEPS, 1, plain)
-    if not SET_VALUED:
+    if MAYBE_STIFF:
         whole_add(ints, PATIENCE, -1, plain)
 
 

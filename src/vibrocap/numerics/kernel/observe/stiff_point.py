@@ -20,17 +20,31 @@ from vibrocap.numerics.kernel.generated import (
     ROWS,
     SCALE,
     SERIES,
+    SEVERAL,
     SIDE,
     STATES,
     STEP,
     STIFF,
+    SWITCHES,
     TIME,
+    TURNING,
     contact_velocity,
     jacobian,
     rates,
+    switches,
 )
 from vibrocap.numerics.kernel.observe.turning_points import polynomial_slope
-from vibrocap.numerics.kernel.step.implicit import JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
+from vibrocap.numerics.kernel.step.implicit import (
+    GUARDS,
+    JACOBIAN,
+    MATRIX,
+    POINT,
+    RATE,
+    STAGE,
+    WIDTH,
+    factorise,
+    solve,
+)
 
 NEWTON_STEPS = 2
 INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond
@@ -54,14 +68,38 @@ def fitting_point(floats, ints, lane, s, point):
             before = floats[SIDE + lane] * contact_velocity(floats, time, point, lane)
             after = floats[SIDE + lane] * contact_velocity(floats, time, POINT, lane)
             if after < 0.0:
-                share = INSIDE * before / (before - after) if before > 0.0 else 0.0
-                for i in range(STATES):
-                    floats[POINT + i] = floats[point + i] + share * (floats[POINT + i] - floats[point + i])
+                keep_share(floats, point, share_to_rest(before, after))
+        if SEVERAL and SWITCHES > 0:
+            kept = share_to_turn(floats, lane, time, point)
+            if kept < 1.0:
+                keep_share(floats, point, kept)
     for i in range(STATES):
         way = max(way, abs(floats[POINT + i] - floats[point + i]) / floats[SCALE + i * LANES + lane])
     if way <= reach:
         for i in range(STATES):
             floats[point + i] = floats[POINT + i]
+
+
+def share_to_rest(before, after):
+    """Share of the way from a speed to one beyond rest that is left."""
+    return INSIDE * before / (before - after) if before > 0.0 else 0.0
+
+
+def keep_share(floats, point, share):
+    """Go only so much of the way from floats[point:point + STATES] to POINT."""
+    for i in range(STATES):
+        floats[POINT + i] = floats[point + i] + share * (floats[POINT + i] - floats[point + i])
+
+
+def share_to_turn(floats, lane, time, point):
+    """Share of that way at which no further contact has turned."""
+    switches(floats, time, point, floats[SIDE + lane], lane, GUARDS)
+    switches(floats, time, POINT, floats[SIDE + lane], lane, GUARDS + SWITCHES)
+    share = 1.0
+    for i in range(SWITCHES):
+        if TURNING[i] >= 0 and floats[GUARDS + SWITCHES + i] < 0.0:
+            share = min(share, share_to_rest(floats[GUARDS + i], floats[GUARDS + SWITCHES + i]))
+    return share
 
 
 def newton_step(floats, lane, s, time, inverse, point):

@@ -22,3 +22,12 @@ def polished_step(floats, ints, lane, h, longest):
 
 def repeat_to(floats, ints, lane, h):
     """Nothing to repeat."""
+
+
+def shorter_step(floats, ints, lane, h):
+    """No implicit step to repeat."""
+    return h
+
+
+def leave_implicit(ints, lane):
+    """Nothing to leave."""

@@ -16,27 +16,34 @@ from vibrocap.numerics.kernel.generated import (
     EVENT_WORK,
     IMPLICIT_STEP,
     IMPOSED,
-    IMPOSED_COUNT,
+    KINKED,
     LANES,
     ORDER,
     ROWS,
     SCALE,
     SERIES,
+    SEVERAL,
+    SHIFT,
+    SHIFTS,
     SIDE,
     STATE,
     STATES,
+    STICKS,
+    SWITCH,
+    SWITCHES,
     TIME,
     TOLERANCE,
+    TURNING,
     VELOCITY,
     WORK,
     contact_velocity,
-    imposed_velocities,
     jacobian,
     rates,
+    shifts,
 )
 from vibrocap.numerics.kernel.interface import interpolated_guards
 from vibrocap.numerics.kernel.step.resolved import resolved
-from vibrocap.numerics.kernel.step.taylor import through_five
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five
 
 STAGES = 8
 GAMMA = 0.21193756319429014
@@ -90,6 +97,9 @@ TIME_WEIGHTS = np.array(
     ]
 )
 
+SURE = 0.03  # share of a velocity that its error may have where its sign counts
+BEYOND_DOUBT = 1e9
+ROUNDING_NOISE = 1e-14  # of a state, over its natural size
 WIDTH = STATES + 1
 # Places in the work space, after that of the event search: the Jacobian outlives a search.
 JACOBIAN = WORK + EVENT_WORK
@@ -97,6 +107,8 @@ MATRIX = JACOBIAN + ROWS * WIDTH
 STAGE = MATRIX + STATES * STATES
 POINT = STAGE + STAGES * ROWS
 RATE = POINT + ROWS
+REFERENCE = RATE + ROWS  # of velocities at imposed distances: number of the one that is followed, then all of them
+GUARDS = REFERENCE + 1 + 3 * SHIFTS  # at two states
 
 
 def factorise(floats):
@@ -135,13 +147,25 @@ def implicit_stages(floats, ints, lane, h):
             floats[MATRIX + i * STATES + j] = -floats[JACOBIAN + i * WIDTH + j]
         floats[MATRIX + i * STATES + i] += inverse
     factorise(floats)
+    before, slope, curvature = 0.0, 0.0, 0.0
+    if SHIFTS > 0:
+        choose_reference(floats, lane)
+        before, slope, curvature = reference_at(floats, t, lane)
     for stage in range(STAGES):
         for i in range(ROWS):
             total = floats[STATE + i * LANES + lane]
             for j in range(stage):
                 total += STAGE_WEIGHTS[stage, j] * floats[STAGE + j * ROWS + i]
             floats[POINT + i] = total
-        rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
+        if SHIFTS > 0:  # p = v - g, p' = v' - g'
+            now, rate, _ = reference_at(floats, t + NODES[stage] * h, lane)
+            floats[POINT + CONTACT_STATE] += before - now
+            rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
+            floats[RATE + CONTACT_STATE] += rate + h * TIME_WEIGHTS[stage] * curvature
+            for i in range(ROWS):
+                floats[RATE + i] -= h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + CONTACT_STATE] * slope
+        else:
+            rates(floats, t + NODES[stage] * h, POINT, side, lane, RATE)
         start = STAGE + stage * ROWS
         for i in range(ROWS):
             total = floats[RATE + i] + h * TIME_WEIGHTS[stage] * floats[JACOBIAN + i * WIDTH + STATES]
@@ -189,12 +213,7 @@ def implicit_series(floats, ints, lane, h):
 
 
 def velocity_series(floats, ints, lane, h):
-    """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output.
-
-    So are those of further contacts that are no states.
-    """
-    if IMPOSED_COUNT > 0:
-        imposed_series(floats, lane, h)
+    """Write the contact velocity along the step to its row of c, interpolated at five points of the dense output."""
     if VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
         return  # it is a state
     v0 = velocity_at(floats, ints, lane, 0.0)
@@ -205,31 +224,93 @@ def velocity_series(floats, ints, lane, h):
     through_five(floats, VELOCITY + lane, v0, v1, v2, v3, v4, h)
 
 
-def imposed_series(floats, lane, h):
-    """The same of the velocities of further contacts that are no states."""
-    for point in range(5):
-        states_at(floats, lane, 0.25 * point * h)
-        imposed_velocities(floats, floats[TIME + lane] + 0.25 * point * h, POINT, lane, WORK + point * IMPOSED_COUNT)
-    for i in range(IMPOSED_COUNT):
-        v0, v1, v2 = floats[WORK + i], floats[WORK + IMPOSED_COUNT + i], floats[WORK + 2 * IMPOSED_COUNT + i]
-        v3, v4 = floats[WORK + 3 * IMPOSED_COUNT + i], floats[WORK + 4 * IMPOSED_COUNT + i]
-        through_five(floats, IMPOSED + i * (ORDER + 1) * LANES + lane, v0, v1, v2, v3, v4, h)
-
-
-def states_at(floats, lane, s):
-    """Write the states at time s of the present series, of degree 4, to POINT."""
+def velocity_at(floats, ints, lane, s):
+    """Contact velocity at time s of the present series."""
     for i in range(STATES):
         start = i * (ORDER + 1)
         result = floats[SERIES + (start + 4) * LANES + lane]
         for k in range(3, -1, -1):
             result = result * s + floats[SERIES + (start + k) * LANES + lane]
         floats[POINT + i] = result
-
-
-def velocity_at(floats, ints, lane, s):
-    """Contact velocity at time s of the present series."""
-    states_at(floats, lane, s)
     return contact_velocity(floats, floats[TIME + lane] + s, POINT, lane)
+
+
+def dense_output(floats, ints, lane, h):
+    """Write the dense output of a step of length h: states, contact velocities and guards."""
+    if SHIFTS > 0:
+        moving_series(floats, ints, lane, h)
+    else:
+        implicit_series(floats, ints, lane, h)
+        velocity_series(floats, ints, lane, h)
+    interpolated_guards(floats, lane, h)
+
+
+def moving_series(floats, ints, lane, h):
+    """The states and the contact velocities, v_i = p + g_i(t), of a step that was made in the coordinates of one v_i.
+
+    Of g_i the series in memory know all terms, whatever p.
+    """
+    implicit_series(floats, ints, lane, h)
+    state = SERIES + CONTACT_STATE * (ORDER + 1) * LANES + lane
+    followed = SHIFT + int(floats[REFERENCE]) * (ORDER + 1) * LANES + lane
+    for k in range(1, ORDER + 1):
+        floats[state + k * LANES] -= floats[followed + k * LANES]
+    for i in range(SHIFTS):
+        for k in range(1, ORDER + 1):
+            shift = floats[SHIFT + (i * (ORDER + 1) + k) * LANES + lane]
+            floats[velocity_row(i) + k * LANES + lane] = floats[state + k * LANES] + shift
+
+
+def velocity_row(number):
+    """Where the series of a contact velocity begins, 0: that of the first contact."""
+    return VELOCITY if number == 0 else IMPOSED + (number - 1) * (ORDER + 1) * LANES
+
+
+def choose_reference(floats, lane):
+    """Choose the velocity in whose coordinates a step is made: the slowest of those whose contact may be stiff.
+
+    Where a contact creeps, so slowly that it holds its body, p follows -g(t) and all that counts is their difference.
+    """
+    slowest, found = math.inf, 0.0
+    for i in range(SHIFTS):
+        speed = abs(floats[velocity_row(i) + lane])
+        if STICKS[i] == 0 and speed < slowest:
+            slowest, found = speed, float(i)
+    floats[REFERENCE] = found
+
+
+def reference_at(floats, t, lane):
+    """(g, g', g'') of the velocity v = p + g(t) in whose coordinates the step is made."""
+    shifts(floats, t, lane, REFERENCE + 1)
+    place = REFERENCE + 1 + 3 * int(floats[REFERENCE])
+    return floats[place], floats[place + 1], floats[place + 2]
+
+
+def doubt_of_signs(floats, lane, h):
+    """Largest error of a velocity by which a contact turns, over what leaves its sign beyond doubt.
+
+    Of a contact that creeps, more slowly than the tolerance, the sign counts still: see `taylor.taylor_step`.
+    """
+    doubt = 0.0
+    if KINKED:
+        start, end = floats[VELOCITY + lane], series_value(floats, VELOCITY + lane, h)
+        doubt = doubt_of_sign(floats, CONTACT_STATE, lane, 1.0, start, end)
+    for i in range(SWITCHES):
+        if TURNING[i] >= 0:
+            row = SWITCH + i * (ORDER + 1) * LANES + lane
+            scale, start, end = floats[SCALE + TURNING[i] * LANES + lane], floats[row], series_value(floats, row, h)
+            doubt = max(doubt, doubt_of_sign(floats, TURNING[i], lane, scale, start, end))
+            if not (start > 0.0) and end < -NO_SPEED:
+                doubt = BEYOND_DOUBT  # it turned where the step starts, which rounding hid: explicit steps tell
+    return doubt
+
+
+def doubt_of_sign(floats, state, lane, unit, start, end):
+    """The same of one, from `start` to `end` in this unit, which moves as the state does."""
+    error = abs(floats[STAGE + (STAGES - 1) * ROWS + state])
+    return error / (
+        SURE * unit * (abs(start) + abs(end - start)) + ROUNDING_NOISE * floats[SCALE + state * LANES + lane]
+    )
 
 
 def implicit_step(floats, ints, lane, longest):
@@ -250,12 +331,19 @@ def attempted_step(floats, ints, lane, longest, tries):
         if error <= 1.0:
             if h < longest or factor < 1.0:
                 floats[IMPLICIT_STEP + lane] = h * factor
-            implicit_series(floats, ints, lane, h)
-            velocity_series(floats, ints, lane, h)
-            if resolved(floats, lane, h):
-                interpolated_guards(floats, lane, h)
-                return h
-            factor = 0.5
+            if SEVERAL:
+                dense_output(floats, ints, lane, h)
+                doubt = doubt_of_signs(floats, lane, h)
+                if doubt <= 1.0 and resolved(floats, lane, h):
+                    return h
+                factor = max(0.2, min(0.5, 0.9 * doubt ** (-0.2)))
+            else:
+                implicit_series(floats, ints, lane, h)
+                velocity_series(floats, ints, lane, h)
+                if resolved(floats, lane, h):
+                    interpolated_guards(floats, lane, h)
+                    return h
+                factor = 0.5
         h *= factor
     return 0.0
 

@@ -10,15 +10,20 @@ from vibrocap.numerics.kernel.generated import (
     LANES,
     ORDER,
     PATIENCE,
+    SEVERAL,
     SIDE,
     STIFF,
+    SWITCH,
+    SWITCHES,
     TAYLOR_STEPS,
     TIME,
+    TURNING,
     VELOCITY,
     ZEROS,
 )
 from vibrocap.numerics.kernel.step.implicit import (
     attempted_step,
+    dense_output,
     implicit_series,
     implicit_stages,
     implicit_step,
@@ -26,11 +31,14 @@ from vibrocap.numerics.kernel.step.implicit import (
     velocity_series,
 )
 from vibrocap.numerics.kernel.step.stabilised import STABILITY, series_step
-from vibrocap.numerics.kernel.step.taylor import GENTLE, series_value
+from vibrocap.numerics.kernel.step.taylor import GENTLE, NO_SPEED, series_value
 
 LOOK = 32  # steps between two looks at the choice of method
 REST, MOST_REST = 256, 4096  # steps before the implicit method is tried again after it lost, at first and at most
 TIMES_TO_REST = 2.0  # times the time to rest: the longest implicit step towards a reversal
+NEAR_EVENT = 4.0  # explicit steps to an event below which they are taken
+APPROACH = 0.75  # share of the way to an event that an implicit step may go
+EXPLICIT_STEPS = 8  # that are taken then, at least
 IMPLICIT_COST = 5.0  # in Taylor steps: 1.4 us against 0.34 us where it was measured, and some are refused
 
 
@@ -59,11 +67,15 @@ def chosen_step(floats, ints, lane, remaining):
         ints[PATIENCE + lane] = 0  # one step tells whether it pays
         h = attempted_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)), 1)
         if h == 0.0:
-            ints[PATIENCE + lane] = rest_steps(ints, lane)
-            return explicit
+            ints[PATIENCE + lane] = LOOK if SEVERAL else rest_steps(ints, lane)
+            return -1.0 if SEVERAL else explicit
         ints[STIFF + lane] = 1
     else:
-        h = implicit_step(floats, ints, lane, min(remaining, TIMES_TO_REST * time_to_rest(floats, lane)))
+        longest = min(remaining, TIMES_TO_REST * time_to_rest(floats, lane))
+        h = implicit_step(floats, ints, lane, longest)
+        if SEVERAL and (h == 0.0 or (h < floats[EXPLICIT_STEP + lane] and h < remaining)):
+            leave_implicit(ints, lane)
+            return -1.0
     if ints[PATIENCE + lane] <= 0:
         ints[PATIENCE + lane] = LOOK
         reach = floats[IMPLICIT_STEP + lane] / IMPLICIT_COST
@@ -71,6 +83,8 @@ def chosen_step(floats, ints, lane, remaining):
         if lost or reach * spectral_radius(floats, ints, lane) < STABILITY:
             ints[STIFF + lane] = 0
             ints[PATIENCE + lane] = rest_steps(ints, lane) if lost else LOOK
+            if SEVERAL:
+                return -1.0  # made anew: an explicit step may end with an event
     return h
 
 
@@ -89,7 +103,39 @@ def time_to_rest(floats, lane):
     two coefficients are used, which the Taylor series of every step provides.
     """
     v, slope = floats[VELOCITY + lane], floats[VELOCITY + LANES + lane]
-    return -v / slope if v * slope < 0.0 else math.inf
+    found = -v / slope if v * slope < 0.0 else math.inf
+    for i in range(SWITCHES):
+        if SEVERAL and TURNING[i] >= 0:
+            row = SWITCH + i * (ORDER + 1) * LANES + lane
+            if floats[row] > NO_SPEED and floats[row + LANES] < 0.0:
+                found = min(found, -floats[row] / floats[row + LANES])
+    return found
+
+
+def shorter_step(floats, ints, lane, h):
+    """Make the present implicit step anew: part of the way to an event at h; 0 where explicit steps come next.
+
+    What an event is decided by, a velocity or a force near its limit, the dense output knows less well than the states.
+    So no implicit step ends with an event of several contacts. Ever shorter ones lead towards it, each more exact than
+    the one before, and where it is within reach of explicit steps their series find it.
+    """
+    if h * spectral_radius(floats, ints, lane) < NEAR_EVENT * STABILITY:
+        leave_implicit(ints, lane)
+        return 0.0
+    h *= APPROACH
+    for _ in range(4):
+        if implicit_stages(floats, ints, lane, h) <= 1.0:
+            dense_output(floats, ints, lane, h)
+            return h
+        h *= 0.5
+    leave_implicit(ints, lane)
+    return 0.0
+
+
+def leave_implicit(ints, lane):
+    """Let the next steps be explicit."""
+    ints[STIFF + lane] = 0
+    ints[PATIENCE + lane] = EXPLICIT_STEPS
 
 
 def polished_step(floats, ints, lane, h, longest):

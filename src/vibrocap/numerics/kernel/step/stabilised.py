@@ -27,16 +27,23 @@ from vibrocap.numerics.kernel.generated import (
     KINKED,
     LANES,
     LOCATED,
+    MAYBE_STIFF,
     ORDER,
     PERIOD,
     ROWS,
     SCALE,
     SERIES,
     SET_VALUED,
+    SEVERAL,
+    SIDE,
+    SIDES_AT_REST,
+    SIDES_COUNT,
+    STATE,
     STATES,
     SWITCH,
     SWITCHES,
     TOLERANCE,
+    TURNING,
     VELOCITY,
     ZEROS,
 )
@@ -69,7 +76,7 @@ def series_step(floats, ints, lane, remaining):
     those of exp(-rate s), or of a fast oscillation, where they bound it: their ratio is rate/ORDER then. A start from
     rest is a plain step: |v| = 0 is never stiff.
     """
-    if SET_VALUED:
+    if not MAYBE_STIFF:
         return taylor_step(floats, ints, lane), True
     if floats[DAMPED_STEP + lane] > 0.0:
         return floats[DAMPED_STEP + lane], True  # the series in memory is one for this step, see `simd_step.py`
@@ -85,7 +92,27 @@ def series_step(floats, ints, lane, remaining):
         return longest, False  # close to rest the sign of the velocity counts, see `taylor_step`
     if not (stretch > PLAIN_REACH):
         return longest, False
+    if SEVERAL and (near_turning(floats, lane, longest) or one_rests(floats, lane)):
+        return PLAIN_REACH / floats[DECAY_RATE + lane], False  # the forces that hold one are known to one term less
     return stabilised_step(floats, lane, longest), False
+
+
+def near_turning(floats, lane, h):
+    """Whether within a step of length h a further contact is so close to rest that the sign of its velocity counts."""
+    for i in range(SWITCHES):
+        row = SWITCH + i * (ORDER + 1) * LANES + lane
+        reach = abs(floats[row]) + abs(floats[row + LANES]) * h
+        if TURNING[i] >= 0 and 0.1 * reach < floats[TOLERANCE + lane]:
+            return True
+    return False
+
+
+def one_rests(floats, lane):
+    """Whether a contact sticks, of several."""
+    rests = SET_VALUED and floats[SIDE + lane] == 0.0
+    for i in range(SIDES_COUNT):
+        rests = rests or floats[STATE + SIDES_AT_REST[i] * LANES + lane] == 0.0
+    return rests
 
 
 def stabilised_step(floats, lane, longest):

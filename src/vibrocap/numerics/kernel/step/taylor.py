@@ -19,6 +19,7 @@ from vibrocap.numerics.kernel.generated import (
     SCALE,
     SERIES,
     SET_VALUED,
+    SEVERAL,
     SIDE,
     SPARSE,
     STATE,
@@ -27,6 +28,7 @@ from vibrocap.numerics.kernel.generated import (
     SWITCHES,
     TIME,
     TOLERANCE,
+    TURNING,
     VELOCITY,
     ZEROS,
 )
@@ -35,6 +37,7 @@ NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole o
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor
 STABLE = 0.37 * ORDER + 1.0  # about the stability interval of the Taylor method on the negative real axis
 GENTLE = 0.6 * STABLE  # step times largest |eigenvalue| below which stability is far from bounding the step
+NO_SPEED = 1e-15  # of the natural speed: rounding
 OMITTED = 10.0  # times its last two terms: what the series of a bound may leave out, where it is not cut for them
 MANTISSA = 2**52 - 1  # bits of a double
 ONE = 1023 * 2**52  # bits of 1.0
@@ -75,8 +78,14 @@ def taylor_step(floats, ints, lane):
     if KINKED:
         # Close to rest even the sign of the velocity counts, which may be smaller than the tolerance.
         speed, slope = abs(floats[VELOCITY + lane]), abs(floats[VELOCITY + LANES + lane])
-        while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(floats, lane, h):
+        while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(floats, VELOCITY + lane, h, 0.0):
             h *= 0.5
+    for i in range(SWITCHES):
+        if SEVERAL and TURNING[i] >= 0:
+            row = SWITCH + i * (ORDER + 1) * LANES + lane
+            speed, slope = abs(floats[row]), abs(floats[row + LANES])
+            while 0.1 * (speed + slope * h) < tolerance and sign_in_doubt(floats, row, h, NO_SPEED):
+                h *= 0.5
     for i in range(BRANCHES, SWITCHES):  # a bound that is far away need not be known as well as the states
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         if LOCATED[i] == 1 and not stays_positive(floats, row, min(h, floats[PERIOD + lane])):
@@ -146,15 +155,14 @@ def largest_term(floats, lane, k):
     return largest
 
 
-def sign_in_doubt(floats, lane, h):
-    """Whether the last terms of the velocity's series are not small against its first ones at time h."""
-    first = (
-        abs(floats[VELOCITY + lane])
-        + abs(floats[VELOCITY + LANES + lane]) * h
-        + abs(floats[VELOCITY + 2 * LANES + lane]) * h * h
-    )
-    last = abs(floats[VELOCITY + ORDER * LANES + lane]) * h + abs(floats[VELOCITY + (ORDER - 1) * LANES + lane])
-    return last * h ** (ORDER - 1) > 0.01 * first
+def sign_in_doubt(floats, row, h, least):
+    """Whether the last terms of a velocity's series, from `row` on, are not small against its first ones at time h.
+
+    least: a speed that is none
+    """
+    first = abs(floats[row]) + abs(floats[row + LANES]) * h + abs(floats[row + 2 * LANES]) * h * h
+    last = abs(floats[row + ORDER * LANES]) * h + abs(floats[row + (ORDER - 1) * LANES])
+    return last * h ** (ORDER - 1) > 0.01 * first + least
 
 
 def rough_logarithm(x):
@@ -199,6 +207,12 @@ def through_five(floats, row, v0, v1, v2, v3, v4, h):
     floats[row + 2 * LANES] = (70.0 * v0 - 208.0 * v1 + 228.0 * v2 - 112.0 * v3 + 22.0 * v4) / (3.0 * h**2)
     floats[row + 3 * LANES] = (-80.0 * v0 + 288.0 * v1 - 384.0 * v2 + 224.0 * v3 - 48.0 * v4) / (3.0 * h**3)
     floats[row + 4 * LANES] = 32.0 * (v0 - 4.0 * v1 + 6.0 * v2 - 4.0 * v3 + v4) / (3.0 * h**4)
+
+
+def through_points(floats, row, first, stride, h):
+    """The same through the values at floats[first], floats[first + stride] and so on."""
+    v0, v1, v2 = floats[first], floats[first + stride], floats[first + 2 * stride]
+    through_five(floats, row, v0, v1, v2, floats[first + 3 * stride], floats[first + 4 * stride], h)
 
 
 def move_to(floats, ints, lane, s):

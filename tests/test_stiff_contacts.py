@@ -1,0 +1,43 @@
+"""Implicit steps where several contacts rub, of which one or more are stiff: against a solver of its own, and alone."""
+
+import pytest
+
+import vibrocap as vc
+from stiff_contacts import MOTIONS, reference, stored, system_of
+
+
+def events_of(motion: vc.Trajectory) -> list[tuple[float, int]]:
+    """(time, contact) of what happens at contacts; where the start finds a side, nothing does."""
+    found = []
+    for time, kind in zip(motion.event_times, motion.event_kinds, strict=True):
+        name, number = (kind[:-2], int(kind[-1])) if kind[-2:-1] == "_" else (kind, 1)
+        if name != "switch":
+            found.append((float(time), number))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MOTIONS)
+def test_against_an_independent_stiff_solver(name):
+    system, start = system_of(name)
+    given = stored()[name]
+    for tolerance, bound in ((1e-11, 1e-9), (1e-7, 1e-5)):
+        motion = vc.simulate(system, initial=start, periods=MOTIONS[name], tolerance=tolerance)
+        assert motion.certificate.ok
+        state = motion.state
+        assert {key: state[key] for key in given["state"]} == pytest.approx(given["state"], rel=bound, abs=bound)
+    found = events_of(vc.simulate(system, initial=start, periods=MOTIONS[name], tolerance=1e-11))
+    assert [contact for _, contact in found] == [contact for _, contact in given["events"]]
+    assert [time for time, _ in found] == pytest.approx([time for time, _ in given["events"]], abs=1e-8)
+
+
+@pytest.mark.slow
+def test_that_solver_itself():
+    """What is stored is what it computes: the shortest of its motions again, for a while."""
+    name = "worm coulomb ageing"
+    state, events = reference(name, 0.15)
+    system, start = system_of(name)
+    motion = vc.simulate(system, initial=start, periods=0.15, tolerance=1e-12)
+    assert {key: motion.state[key] for key in state} == pytest.approx(state, rel=1e-10, abs=1e-10)
+    assert [contact for _, contact in events_of(motion)] == [contact for _, contact in events]
+    assert [time for time, _ in events_of(motion)] == pytest.approx([time for time, _ in events], abs=1e-9)
