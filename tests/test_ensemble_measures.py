@@ -11,6 +11,7 @@ import vibrocap as vc
 from signals import Signal, made_up_motion
 from thinned import exhaustive_but, slow_but
 from vibrocap.measures.during_run import SYNONYMS, resolved
+from vibrocap.measures.measure import own_integrands
 from vibrocap.measures.stretch import stretches
 from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.simulate import _trajectory
@@ -349,6 +350,9 @@ def test_every_measure_that_a_system_has_can_be_asked_for(kind):
     assert ("largest_strain_2" in table) == bool(laws)
     asked, _ = resolved(list(table), system)
     assert asked == tuple(table.values()) == resolved(table.values(), system)[0]
+    smooth = vc.System(machines()[kind](), vc.SmoothedTanh(), vc.Harmonic())  # of which no side is known
+    needed = resolved(list(vc.measure_table(smooth)), smooth)[1]
+    own_integrands(needed, equations(smooth))
     with pytest.raises(ValueError, match="no measure 'largest_strain'"):
         resolved("largest_strain")
 

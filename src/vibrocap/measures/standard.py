@@ -53,7 +53,7 @@ def _standard_measures(
     found = [
         *TRAVEL,
         *STICKING,
-        *(_stick_fraction(number) for number in further),
+        *(_stick_fraction(i) for i in further if system is None or f"side_{i}" in system.state_names),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
