@@ -10,8 +10,8 @@ from scipy.special import erfinv
 
 from vibrocap.case.case import case_from_text
 from vibrocap.cli import main as cli
-from vibrocap.cli.fit import fit
-from vibrocap.cli.fit_request import by_option, is_refusal
+from vibrocap.cli.commands.fit import fit
+from vibrocap.cli.commands.fit_request import by_option, is_refusal
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.identification.fitting import steady_fit as steady_fits
@@ -225,7 +225,7 @@ def test_the_units_of_a_case_need_the_normal_force_and_a_folder(folder, capsys):
 @pytest.mark.skipif(not HAS_PICTURES, reason="needs matplotlib")
 def test_picture_shows_records_and_parameters(folder):
     from vibrocap.plotting.fits import fit_figure, residual_figure
-    from vibrocap.records.readers import read_records
+    from vibrocap.records.reading.readers import read_records
 
     records = read_records(["wide.csv", "narrow.csv"])
     found = steady_fits.steady_fit(records, "exponential", held_out="narrow")

@@ -9,8 +9,8 @@ import pytest
 
 import vibrocap as vc
 from vibrocap.case.case import RUN_DEFAULTS, case_from_text
+from vibrocap.cli.commands.start import examples_folder
 from vibrocap.cli.main import app, main
-from vibrocap.cli.start import examples_folder
 from vibrocap.cli.terminal import OK, WRONG_INPUT
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.drive import Drive

@@ -18,8 +18,8 @@ from scipy.io import savemat
 
 from published_data import published_folder
 from vibrocap.cli import main as cli
+from vibrocap.cli.commands.records import datasets
 from vibrocap.cli.main import main
-from vibrocap.cli.records import datasets
 from vibrocap.cli.terminal import INCOMPLETE, OK, WRONG_INPUT
 from vibrocap.records import fetching
 from vibrocap.records.fetching import DATA_SETS, SUMS, DataSet, FetchError, Original, fetch

@@ -107,8 +107,8 @@ def test_impacts_that_accumulate_are_infinite_and_machines_without_stops_have_no
 @pytest.mark.slow
 def test_borders_of_a_map_are_the_curves_of_grazing_and_of_zero_progression():
     """Half a step of the grid from what `branch` and `crossing` find on two of its lines."""
-    from vibrocap.plotting.maps import study_figure
-    from vibrocap.plotting.study_view import study_view
+    from vibrocap.plotting.studies.maps import study_figure
+    from vibrocap.plotting.studies.view import study_view
 
     over = {"drive.frequency": (0.6, 0.7, 3), "machine.gap": (1.5, 1.65, 16)}
     found = vc.adaptive_map(elastic(0.65), over, by=("impacts", "travel"), coarse=1, periods=400)

@@ -12,12 +12,12 @@ import pytest
 from scipy.io import savemat
 
 from vibrocap.case.case import CaseError, case_from_text, read_case
+from vibrocap.cli.commands.sweep import picture_path
 from vibrocap.cli.main import main
-from vibrocap.cli.sweep import picture_path
 from vibrocap.cli.terminal import Page, table, visible
-from vibrocap.records import arrays, text
 from vibrocap.records.checks import RecordError
-from vibrocap.records.readers import read_records
+from vibrocap.records.reading import arrays, text
+from vibrocap.records.reading.readers import read_records
 
 h5py = pytest.importorskip("h5py")
 SMALL = 2**20

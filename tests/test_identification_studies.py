@@ -231,6 +231,7 @@ def velocity_step():
     return time, friction, displacement
 
 
+@pytest.mark.slow
 def test_a_velocity_step_through_a_spring_gives_back_its_parameters(velocity_step):
     time, friction, displacement = velocity_step
     noise = 0.0004 * np.random.default_rng(4).standard_normal(len(time))

@@ -353,8 +353,8 @@ def test_every_study_of_a_constant_load_watches_the_true_one():
 @pytest.mark.slow
 def test_maps_leave_no_lift_off_out():
     """Every run whose least reaction is negative is hatched, also where only the starts of steps were asked."""
-    from vibrocap.plotting.cells import hidden_lift_off
-    from vibrocap.plotting.study_view import study_view
+    from vibrocap.plotting.studies.cells import hidden_lift_off
+    from vibrocap.plotting.studies.view import study_view
 
     for law in (vc.Exponential(), vc.LuGre()):
         system = vc.System(vc.PendulumCapsule(normal_load="weight"), law, vc.Harmonic(amplitude=1.8))

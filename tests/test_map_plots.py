@@ -13,9 +13,9 @@ from matplotlib.patches import PathPatch
 from thinned import slow_but
 from vibrocap.case.case import case_text, read_case
 from vibrocap.motion.trajectory import Status
-from vibrocap.plotting.cells import Cell, categories, cells, limits
-from vibrocap.plotting.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
-from vibrocap.plotting.study_view import ViewError, study_view
+from vibrocap.plotting.studies.cells import Cell, categories, cells, limits
+from vibrocap.plotting.studies.maps import CELL_STYLES, HIDDEN, PRINT, UNSETTLED, plot_view, study_figure
+from vibrocap.plotting.studies.view import ViewError, study_view
 from vibrocap.plotting.style import blank_figure, logarithmic
 
 xarray = pytest.importorskip("xarray")
@@ -323,7 +323,7 @@ def test_border_is_drawn_along_the_walls_of_cells():
         ("mean_velocity", None),
         ("word", ["exponential", "lugre"]),
         ("cost_of_transport", ["a", "b", "c"]),
-        ("response_period", ["exponential", "lugre"]),
+        pytest.param("response_period", ["exponential", "lugre"], marks=pytest.mark.slow),
     ],
 )
 def test_nothing_is_cut_off_and_no_words_overlap(measure, laws):

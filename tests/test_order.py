@@ -118,7 +118,9 @@ def slip_late(kernel, step):
     return {"first_event": off}
 
 
-@pytest.mark.parametrize("fault", [drive_late, event_truncated, event_at_the_end_of_the_step, slip_late])
+@pytest.mark.parametrize(
+    "fault", slow_but([1, 3], [drive_late, event_truncated, event_at_the_end_of_the_step, slip_late])
+)
 def test_planted_faults_are_rejected(fault, exact):
     order = 4
     ends, _ = errors_of(kernel_of(STICK_SLIP, order), exact, fault)

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from vibrocap.records.checks import RecordError, RecordWarning
-from vibrocap.records.columns import quantity_of
-from vibrocap.records.readers import read_records
-from vibrocap.records.units import DIMENSIONS, QUANTITIES, si_unit, unit_named
+from vibrocap.records.reading.columns import quantity_of
+from vibrocap.records.reading.readers import read_records
+from vibrocap.records.reading.units import DIMENSIONS, QUANTITIES, si_unit, unit_named
 
 N = 12
 TIME = np.linspace(0.0, 1.1, N)

@@ -13,15 +13,15 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from thinned import slow_but
+from vibrocap.cli.commands.records import stick_slip as command
 from vibrocap.cli.options import Refusal
-from vibrocap.cli.records import stick_slip as command
 from vibrocap.records.checks import RecordError
-from vibrocap.records.pull import read_pulls
 from vibrocap.records.regime_diagram import regime_diagram
-from vibrocap.records.regimes import HALF_STICK_RATIO, HALF_STICK_X
+from vibrocap.records.slips.periods import recurrence
+from vibrocap.records.slips.phases import noise_level
+from vibrocap.records.slips.pull import read_pulls
+from vibrocap.records.slips.regimes import HALF_STICK_RATIO, HALF_STICK_X
 from vibrocap.records.stick_slip import slider_velocity, stick_slip, stick_slip_of
-from vibrocap.records.stick_slip_periods import recurrence
-from vibrocap.records.stick_slip_phases import noise_level
 
 SHARED = Path(os.environ.get("VIBROCAP_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
 PAPER = SHARED / "paper-stick-slip"

@@ -193,7 +193,7 @@ def test_a_crossing_in_si(place, capsys):
 
 
 def test_crossings_with_another_machine_take_paths_in_si(place):
-    from vibrocap.cli.orbit import _other
+    from vibrocap.cli.commands.orbit import _other
 
     system = case_from_text(BENCH).system
     assert _other(system, "machine.capsule_mass_kg=0.4").machine.mass_ratio == 0.4 / 0.2
@@ -210,7 +210,7 @@ def test_basins_in_si(place, capsys):
 
 
 def test_the_plane_of_basins_is_given_in_si():
-    from vibrocap.cli.branch import _axis
+    from vibrocap.cli.commands.branch import _axis
 
     system = case_from_text(BENCH).system
     name, ends = _axis("velocity_m_per_s=-1:2", system)

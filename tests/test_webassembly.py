@@ -280,7 +280,7 @@ def assert_the_same(plain, found):
         assert np.array_equal(getattr(plain, name), getattr(found, name), equal_nan=True), name
 
 
-@pytest.mark.parametrize("law", ["exponential", "lugre"])
+@pytest.mark.parametrize("law", slow_but([0], ["exponential", "lugre"]))
 def test_a_motion_is_that_of_plain_python(law, tmp_path, monkeypatch):
     """Every piece and every event of the named capsules, to the last bit."""
     system = system_of("pendulum", laws()[law]())

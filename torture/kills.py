@@ -18,7 +18,7 @@ import vibrocap as vc
 import vibrocap.io.motion_file
 import vibrocap.io.netcdf
 import vibrocap.io.study_file
-import vibrocap.plotting.motion
+import vibrocap.plotting.plot
 import vibrocap.studies.adaptive
 import vibrocap.studies.plan.code_version
 import vibrocap.studies.sweep
@@ -77,7 +77,7 @@ def exports() -> dict[str, Callable[[Path], object]]:
         "study.csv": lambda path: vibrocap.io.study_file.write_study(grid, path),
         "motion.nc": lambda path: vibrocap.io.motion_file.write_motion(motion, case, path),
         "motion.csv": lambda path: vibrocap.io.motion_file.write_motion(motion, case, path),
-        "motion.png": lambda path: vibrocap.plotting.motion.plot_motion(motion, path),
+        "motion.png": lambda path: vibrocap.plotting.plot.figure(motion, path),
         "adaptive.nc": mapped,
         "adaptive.csv": mapped,
     }

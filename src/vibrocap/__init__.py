@@ -120,14 +120,14 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.plotting.branches import draw_branch, draw_floquet_multipliers
     from vibrocap.plotting.fits import draw_forces, draw_intervals
     from vibrocap.plotting.laboratory import draw_presliding, draw_steady_curve
-    from vibrocap.plotting.maps import draw_study
     from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane
     from vibrocap.plotting.plot import figure, plot, thumbnail
+    from vibrocap.plotting.studies.maps import draw_study
     from vibrocap.plotting.style import style
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
     from vibrocap.records.published import basalt_velocity_step, emps, paper_stick_slip, rotary_damper
-    from vibrocap.records.readers import read_records
+    from vibrocap.records.reading.readers import read_records
     from vibrocap.records.record import Record
     from vibrocap.records.regime_diagram import regime_diagram
     from vibrocap.records.stick_slip import StickSlip, stick_slip, stick_slip_of

@@ -17,18 +17,18 @@ from typing import Any, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 from vibrocap.case.case import CaseError
-from vibrocap.cli.branch import basins, branch
 from vibrocap.cli.command_examples import examples_of
-from vibrocap.cli.fit import fit
-from vibrocap.cli.friction import friction, limits
-from vibrocap.cli.lab import lab
+from vibrocap.cli.commands.branch import basins, branch
+from vibrocap.cli.commands.fit import fit
+from vibrocap.cli.commands.friction import friction, limits
+from vibrocap.cli.commands.lab import lab
+from vibrocap.cli.commands.orbit import crossing, orbit
+from vibrocap.cli.commands.records import datasets, stick_slip
+from vibrocap.cli.commands.simulate import simulate
+from vibrocap.cli.commands.start import convert, examples, new
+from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
 from vibrocap.cli.options import Refusal, needs, writable_folder
-from vibrocap.cli.orbit import crossing, orbit
 from vibrocap.cli.parts import check, taking_parts
-from vibrocap.cli.records import datasets, stick_slip
-from vibrocap.cli.simulate import simulate
-from vibrocap.cli.start import convert, examples, new
-from vibrocap.cli.sweep import measures, plot, sweep, verify
 from vibrocap.cli.terminal import (
     BROKEN_PIPE,
     INCOMPLETE,

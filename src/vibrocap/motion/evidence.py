@@ -54,7 +54,8 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
     slack = 64 * float(np.finfo(float).eps) * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
-    if motion.system.machine.coupled == "distances":  # what rests is at rest to the tolerance there, not exactly
+    if motion.system.machine.coupled == "distances" or derivative(recording.contact_velocity, -1).value != 0.0:
+        # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"))
     energy_residual, momentum_residual = (float(np.max(np.abs(each), initial=0.0)) for each in (balance, impulse))
     ratio = _stick_force_ratio(motion, friction[stuck], index[stuck], s[stuck])

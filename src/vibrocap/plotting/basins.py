@@ -13,9 +13,9 @@ from matplotlib.patches import Patch
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
-from vibrocap.plotting.cells import Cell, share
 from vibrocap.plotting.labels import EQUALS, scale, with_unit
-from vibrocap.plotting.maps import (
+from vibrocap.plotting.studies.cells import Cell, share
+from vibrocap.plotting.studies.maps import (
     CELL_STYLES,
     HALO,
     OTHERS,
@@ -26,7 +26,7 @@ from vibrocap.plotting.maps import (
     add_title_and_legend,
     study_axes,
 )
-from vibrocap.plotting.study_view import ViewAxis, axis_label, case_label, value_text
+from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, value_text
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,

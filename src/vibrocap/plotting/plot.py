@@ -31,10 +31,10 @@ from vibrocap.plotting.laboratory import (
     regularisation_figure,
     sheet_figure,
 )
-from vibrocap.plotting.maps import PRINT, draw_study, study_figure
 from vibrocap.plotting.motion import draw_friction_loop, draw_history, draw_load, draw_phase_plane, motion_figure
 from vibrocap.plotting.stick_slip import regime_figure, stick_slip_figure
-from vibrocap.plotting.study_view import study_view
+from vibrocap.plotting.studies.maps import PRINT, draw_study, study_figure
+from vibrocap.plotting.studies.view import study_view
 from vibrocap.plotting.style import STYLE, save
 from vibrocap.plotting.style import figure as empty_figure
 from vibrocap.records.regime_diagram import RegimeDiagram

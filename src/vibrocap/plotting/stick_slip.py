@@ -25,7 +25,7 @@ from vibrocap.plotting.style import (
     unit_of,
 )
 from vibrocap.records.regime_diagram import RegimeDiagram
-from vibrocap.records.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
+from vibrocap.records.slips.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
 
 DETAIL_PERIODS = 5  # in the detail beside the whole record

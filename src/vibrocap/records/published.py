@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.records.arrays import mat_variables
 from vibrocap.records.checks import RecordError
 from vibrocap.records.preparation import prepared
-from vibrocap.records.readers import read_records
+from vibrocap.records.reading.arrays import mat_variables
+from vibrocap.records.reading.readers import read_records
 from vibrocap.records.record import Record
 
 FOLDERS = {

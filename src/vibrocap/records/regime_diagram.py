@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.records.regimes import HALF_STICK_X, STICK_SLIP
+from vibrocap.records.slips.regimes import HALF_STICK_X, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip
 
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import is_number
-from vibrocap.records.pull import Pull, pull
 from vibrocap.records.record import Record
-from vibrocap.records.regimes import AGREE, INERTIAL, STEADY, STICK_SLIP, Regime, regime
-from vibrocap.records.stick_slip_periods import Drift, Recurrence, period_drift, recurrence, stretch_periods
-from vibrocap.records.stick_slip_phases import Phase, falls, phases, stick_bend, with_minor
+from vibrocap.records.slips.periods import Drift, Recurrence, period_drift, recurrence, stretch_periods
+from vibrocap.records.slips.phases import Phase, falls, phases, stick_bend, with_minor
+from vibrocap.records.slips.pull import Pull, pull
+from vibrocap.records.slips.regimes import AGREE, INERTIAL, STEADY, STICK_SLIP, Regime, regime
 
 LOADING = (0.3, 3.0)  # stick phases that rise at another multiple of k V are taken for a slip in the units
 FREE_SLIP = 1.5  # a slip that takes more of the time which inertia alone needs is an overdamped one

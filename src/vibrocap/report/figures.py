@@ -13,9 +13,9 @@ from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
 from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
 from vibrocap.plotting import style as plots
 from vibrocap.plotting.branches import branch_figure
-from vibrocap.plotting.maps import plot_view
-from vibrocap.plotting.study_view import Panel as StudyPanel
-from vibrocap.plotting.study_view import View, ViewAxis
+from vibrocap.plotting.studies.maps import plot_view
+from vibrocap.plotting.studies.view import Panel as StudyPanel
+from vibrocap.plotting.studies.view import View, ViewAxis
 from vibrocap.plotting.style import save
 
 WIDTH, HEIGHT = 4.1, 2.9  # inches per panel, for up to two columns

@@ -15,7 +15,7 @@ function symbolHtml(symbol) {
 }
 
 // What a parameter means, with signs in the place of their names.
-const meaningHtml = (text) => escaped(text).replace(/[a-z]+/g, (word) => GREEK[word] ?? word).replace(/\^2/g, "²").replace(/_(\w)/g, "<sub>$1</sub>");
+const meaningHtml = (text) => escaped(text).replace(/\b[a-z]+/g, (word) => GREEK[word] ?? word).replace(/\^2/g, "²").replace(/_(\w)/g, "<sub>$1</sub>");
 
 // Units of what is shown: none, or SI by the scales of the model.
 class Units {
@@ -70,9 +70,7 @@ class Controls {
     for (const section of form.sections) {
       const set = this.fieldset({ machine: "Machine", friction: "Friction law", drive: "Drive", environment: "Environment", actuator: "Actuator" }[section] ?? wordy(section));
       if (PARTS.includes(section)) set.append(this.chooser(section));
-      const about = element("p", { className: "line", textContent: model.part(section).about });
-      about.style.color = "var(--soft)";
-      set.append(about);
+      set.append(element("p", { className: "about", innerHTML: meaningHtml(model.part(section).about) }));
       for (const { name } of model.part(section).parameters) {
         const path = `${section}.${name}`;
         if (form.parameters.includes(path)) set.append(this.row(path));
@@ -178,7 +176,7 @@ class Controls {
     const [low, high, log] = this.range(entry), value = this.value(entry), factor = this.factor(entry);
     const share = log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low || 1);
     entry.slider.value = String(Math.round(STEPS * Math.min(1, Math.max(0, share))));
-    const text = String(Number((value * factor).toPrecision(9))); // to read; the number itself keeps all its digits
+    const text = String(Number((value * factor).toPrecision(8))); // to read; the number itself keeps all its digits
     if (!keepBox) entry.box.value = text;
     const unit = entry.beside ? "" : this.units.ofPath(entry.path)[1];
     entry.slider.setAttribute("aria-valuetext", unit ? `${text} ${unit}` : text);

@@ -46,22 +46,24 @@ class Fields {
   bar(name, axes, choices) {
     const bar = $$(`${name}-bar`), paths = axesOf(this.model.form);
     bar.replaceChildren();
-    const chooser = (key, words, options) => {
+    const chooser = (key, words, options, to = bar) => {
       const label = element("label", { textContent: `${words} ` }), select = element("select", { name: key });
       for (const [value, textContent, title] of options) select.append(element("option", { value, textContent, title: title ?? "" }));
       label.append(select);
-      bar.append(label);
+      to.append(label);
       return select;
     };
     for (const [key, words] of axes) {
-      const select = chooser(key, words, paths.map((path) => [path, wordy(path.replace(".", ": "))])), wrong = element("output", {});
+      const group = element("div", { className: "axis" }), wrong = element("output", {});
+      const select = chooser(key, words, paths.map((path) => [path, wordy(path.replace(".", ": "))]), group);
       const ends = ["from", "to"].map((end, i) => {
         const box = element("input", { type: "text", name: `${key}-${end}`, inputMode: "decimal" });
         box.setAttribute("aria-label", `${words}: ${end}`);
-        bar.append(i ? element("span", { textContent: "to" }) : "", box);
+        group.append(i ? element("span", { textContent: "to" }) : "", box);
         return box;
       });
-      bar.append(wrong);
+      group.append(wrong);
+      bar.append(group);
       const show = () => {
         const { path, range } = axisOf(this.model, this.setting(key));
         select.value = path;
@@ -86,6 +88,7 @@ class Fields {
       if (key === "map.start") select.title = "Mirrored: where two mirror twins exist, mostly the other one is found";
       select.addEventListener("change", () => this.put(key, select.value));
     }
+    if (this.lab.units.si) bar.append(element("span", { textContent: "All numbers here are without units." }));
   }
 
   // What is shown is of numbers that have changed, but for those of its axes: begin anew, after a pause.
@@ -153,7 +156,7 @@ class Fields {
       this.finished.map = this.begunFor.map;
       this.took = performance.now() - this.begun;
       document.body.dataset.map = String(Math.round(this.took));
-      $$("map-words").textContent = `${order.length} motions, each run until it settled or for 100 periods, in ${said(this.took / 1000, 3)} s. Click a cell to see its motion.`;
+      $$("map-words").textContent = `${order.length} motions, each run until it settled or for 100 periods, in ${said(this.took / 1000, 3)} s. Click a cell to see its motion${model.form.mirrored === "false" ? "" : ", and its mirror twin under “Beside it”"}.`;
       this.draw();
     });
   }

@@ -142,7 +142,7 @@ function allowed(model, axes, point) {
   return axes.every(({ path }, i) => model.complaint(path, atShare(axes[i].range, point[i]), model.form, values) === "");
 }
 
-const SIGNED = ["mean_velocity", "drift", "displacement"];
+const SIGNED = ["mean_velocity", "drift", "displacement"], BOTH = 1e-6; // of the largest value: what is less is rounding
 const BLUE_TO_ORANGE = [[0, 68, 136], [102, 166, 206], [240, 240, 236], [240, 164, 98], [166, 68, 0]];
 const DARK_TO_LIGHT = [[48, 18, 90], [60, 82, 140], [36, 140, 140], [110, 196, 100], [250, 230, 60]];
 
@@ -163,7 +163,7 @@ function logTicks(low, high, log) {
 // A map: its cells as they are known, drawn with its axes and legend.
 class FieldMap {
   constructor(n, axes, measure) {
-    Object.assign(this, { n, axes, measure, cells: new Map(), signed: SIGNED.includes(measure) });
+    Object.assign(this, { n, axes, measure, cells: new Map(), signed: false });
   }
 
   // Groups of measures that have to be gathered.
@@ -177,7 +177,8 @@ class FieldMap {
     const finite = values.filter(Number.isFinite).sort((a, b) => a - b), n = finite.length;
     if (!n) return [0, 1];
     const low = finite[0], top = finite[n - 1], most = Math.max(Math.abs(low), Math.abs(top)) || 1;
-    this.log = low > 0 && top > 1e4 * low; // then by factors, up to a bound: what grows without one would hide all else
+    this.signed = SIGNED.includes(this.measure) || Math.min(-low, top) > BOTH * most; // then 0 is seen, where a load lifts off
+    this.log = !this.signed && low > 0 && top > 1e4 * low; // then by factors, up to a bound: what grows without one would hide all else
     if (this.log) return [low, 1e4 * low];
     return this.signed ? [-most, most] : [low, top === low ? low + 1 : top];
   }

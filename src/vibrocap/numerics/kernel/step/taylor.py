@@ -6,6 +6,7 @@ import numpy as np
 
 from vibrocap.numerics.kernel.generated import (
     BRANCHES,
+    CONTACT_STATE,
     HOLD,
     HOLD_RATE,
     KINKED,
@@ -115,7 +116,10 @@ def hold_rate(period, order):
 
 
 def last_terms(floats, lane):
-    """Largest last coefficient of a state, over its natural size, and largest last but one; inf for what is none."""
+    """Largest last coefficient of a state or of the contact velocity, over its natural size, and largest last but one.
+
+    inf for what is none
+    """
     last = 0.0
     before = 0.0
     for i in range(STATES):
@@ -125,6 +129,11 @@ def last_terms(floats, lane):
         before = max(before, abs(floats[row + (ORDER - 1) * LANES]) * inverse)
         if not (abs(floats[row + ORDER * LANES]) <= 1e300):
             return math.inf, before
+    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+        # With an imposed part of the contact velocity, that is another series; its zeros are what ends a mode.
+        inverse = 1.0 / floats[SCALE + CONTACT_STATE * LANES + lane]
+        last = max(last, abs(floats[VELOCITY + ORDER * LANES + lane]) * inverse)
+        before = max(before, abs(floats[VELOCITY + (ORDER - 1) * LANES + lane]) * inverse)
     return last, before
 
 

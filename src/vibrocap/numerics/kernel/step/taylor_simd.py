@@ -7,6 +7,7 @@ on what is left of disturbances that have decayed, and a cycle is one whether it
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, exponent, load, mantissa, power_of_two, where
 from vibrocap.numerics.kernel.generated import (
     BRANCHES,
+    CONTACT_STATE,
     HOLD,
     HOLD_RATE,
     INVERSE_SCALE,
@@ -21,6 +22,7 @@ from vibrocap.numerics.kernel.generated import (
     SWITCH,
     SWITCHES,
     TOLERANCE,
+    VELOCITY,
 )
 from vibrocap.numerics.kernel.step.taylor import NEAREST, OMITTED, SAFETY
 
@@ -46,6 +48,10 @@ def taylor_steps(floats, side):
         inverse = load(floats, INVERSE_SCALE + i * LANES)
         last = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER) * LANES)) * inverse, last)
         before = greater(abs(load(floats, SERIES + (i * (ORDER + 1) + ORDER - 1) * LANES)) * inverse, before)
+    if VELOCITY != SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
+        inverse = load(floats, INVERSE_SCALE + CONTACT_STATE * LANES)
+        last = greater(abs(load(floats, VELOCITY + ORDER * LANES)) * inverse, last)
+        before = greater(abs(load(floats, VELOCITY + (ORDER - 1) * LANES)) * inverse, before)
     if SET_VALUED:
         limit = load(floats, LIMIT)
         holding = (side == 0.0) & (limit > 0.0)

@@ -10,12 +10,12 @@ import numpy as np
 
 from vibrocap.arguments import is_positive
 from vibrocap.records.checks import COEFFICIENTS, RecordError, complaints
-from vibrocap.records.columns import Table, choices, missing, setting_complaints
 from vibrocap.records.published import paper_stick_slip
-from vibrocap.records.readers import INTERVALS, RATES, READERS, TEXT
+from vibrocap.records.reading.columns import Table, choices, missing, setting_complaints
+from vibrocap.records.reading.readers import INTERVALS, RATES, READERS, TEXT
+from vibrocap.records.reading.text import text_tables
+from vibrocap.records.reading.units import si_unit, unit_named
 from vibrocap.records.record import Record
-from vibrocap.records.text import text_tables
-from vibrocap.records.units import si_unit, unit_named
 
 FEWEST_SAMPLES = 64
 UNEVEN, GAP = 0.01, 5.0  # samples may be off their places by this share of an interval; a gap is so many intervals

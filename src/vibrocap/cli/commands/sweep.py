@@ -17,7 +17,7 @@ from vibrocap.files import WriteError
 from vibrocap.io.motion_file import read_source
 
 if TYPE_CHECKING:
-    from vibrocap.cli.sweep_request import SweepRequest
+    from vibrocap.cli.commands.sweep_request import SweepRequest
     from vibrocap.studies.plan.study import Study
     from vibrocap.studies.sweep import Completed
 
@@ -106,7 +106,7 @@ def sweep(
         allow more than ten million runs
     """
     options = dict(locals())
-    from vibrocap.cli.sweep_request import SweepRequest
+    from vibrocap.cli.commands.sweep_request import SweepRequest
     from vibrocap.studies.execution import MAX_RUNS
     from vibrocap.studies.sweep import size_in_words
 
@@ -246,7 +246,7 @@ def _outcome(found: "Completed") -> Outcome:
 
 def print_study(found: Outcome, seconds: float, out: Path | None, export: Path | None) -> None:
     """The summary of a study: its runs, how they ended, where the results are and what to do next."""
-    from vibrocap.plotting.study_view import status_label
+    from vibrocap.plotting.studies.view import status_label
 
     statuses = Counter(found.statuses)
     sizes = ", ".join(f"{dim} {size:,}" for dim, size in found.sizes.items())
@@ -305,7 +305,7 @@ def plot(
         smaller velocities count as no travel [default: 10 times the threshold of settling, or 1e-6]
     """
     needs("plot", "xarray", "zarr", "matplotlib")
-    from vibrocap.plotting.study_view import first_measure, study_view
+    from vibrocap.plotting.studies.view import first_measure, study_view
 
     complaints = Complaints()
     fixed = pairs("at", at, complaints, "PATH=VALUE, such as drive.frequency=1.2")
@@ -324,7 +324,7 @@ def plot(
         view = study_view(dataset, measure, fixed, dead_band)
         writable_file("--out", path, PICTURES)
         if not complaints:
-            from vibrocap.plotting.maps import plot_view
+            from vibrocap.plotting.studies.maps import plot_view
 
             plot_view(view, path, border)
     if complaints:

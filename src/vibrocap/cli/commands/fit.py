@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.arguments import Complaints
-from vibrocap.cli.fit_request import (
+from vibrocap.cli.commands.fit_request import (
     by_option,
     held_out,
     held_parameters,

@@ -161,7 +161,7 @@ def examples(*names: str, to: Path | None = None) -> int:
 
 def examples_folder() -> Path:
     """The example cases: in the package where it was installed from a wheel, else in the folder of the sources."""
-    package = Path(__file__).resolve().parents[1]
+    package = Path(__file__).resolve().parents[2]
     inside = package / "examples"
     return inside if inside.is_dir() else package.parents[1] / "examples"
 

@@ -23,7 +23,8 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.plotting.cells import (
+from vibrocap.plotting.labels import filled
+from vibrocap.plotting.studies.cells import (
     Categories,
     Cell,
     categories,
@@ -35,9 +36,8 @@ from vibrocap.plotting.cells import (
     unsettled,
     unsettled_label,
 )
-from vibrocap.plotting.labels import filled
-from vibrocap.plotting.lines import dot_handles, draw_dots, draw_lines
-from vibrocap.plotting.study_view import Panel, View, ViewError, study_view
+from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
+from vibrocap.plotting.studies.view import Panel, View, ViewError, study_view
 from vibrocap.plotting.style import (
     BLACK,
     BLUE,

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from vibrocap.plotting.cells import Cell, cell_labels, cells, unsettled, unsettled_label
-from vibrocap.plotting.study_view import Panel, View, value_label
+from vibrocap.plotting.studies.cells import Cell, cell_labels, cells, unsettled, unsettled_label
+from vibrocap.plotting.studies.view import Panel, View, value_label
 from vibrocap.plotting.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, logarithmic
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, SKY, BLACK)

@@ -14,8 +14,8 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, tabl
 from vibrocap.io.json_text import json_text
 
 if TYPE_CHECKING:
+    from vibrocap.records.slips.periods import Drift
     from vibrocap.records.stick_slip import Spread, StickSlip
-    from vibrocap.records.stick_slip_periods import Drift
 
 ARRAYS = ("time", "force", "velocity")  # too long for a summary
 
@@ -73,7 +73,7 @@ def stick_slip(
         print one JSON object in full precision, a list of them for several records
     """
     from vibrocap.records.checks import RecordError
-    from vibrocap.records.pull import read_pulls
+    from vibrocap.records.slips.pull import read_pulls
     from vibrocap.records.stick_slip import stick_slip as stick_slip_of_force
 
     complaints = Complaints()

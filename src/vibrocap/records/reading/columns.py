@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import suggestion
-from vibrocap.records.units import (
+from vibrocap.records.reading.units import (
     LINEAR,
     QUANTITIES,
     ROTARY,

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vibrocap.records.checks import RecordError
-from vibrocap.records.columns import RECORD, Table
-from vibrocap.records.units import DIMENSIONS, unit_named
+from vibrocap.records.reading.columns import RECORD, Table
+from vibrocap.records.reading.units import DIMENSIONS, unit_named
 
 COMMENTS = ("#", "%", "//", "!")
 DELIMITERS = (";", "\t", ",", None)  # None: any white space; a comma may be a decimal one, so it comes late

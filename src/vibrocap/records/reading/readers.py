@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import is_positive
-from vibrocap.records.arrays import mat_tables, npz_tables
 from vibrocap.records.checks import RecordError, complaints
-from vibrocap.records.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
+from vibrocap.records.reading.arrays import mat_tables, npz_tables
+from vibrocap.records.reading.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
+from vibrocap.records.reading.text import text_tables
+from vibrocap.records.reading.units import base_quantity
 from vibrocap.records.record import COLUMNS, Record
-from vibrocap.records.text import text_tables
-from vibrocap.records.units import base_quantity
 
 READERS: dict[str, Callable[..., list[Table]]] = {".npz": npz_tables, ".mat": mat_tables}
 SETTINGS = "the settings for reading"
@@ -50,7 +50,7 @@ def read_records(
     normal_force: N, where there is no such column; a friction coefficient is multiplied by it
     area: m^2, for forces given as stresses
 
-    Several records in one file: a text file with a column "record"; in NPZ and MAT see `vibrocap.records.arrays`.
+    Several records in one file: text with a column "record"; in NPZ and MAT see `vibrocap.records.reading.arrays`.
     Returns the records in the order of the file. Raises RecordError with every complaint, with lines where the file has
     them; FileNotFoundError. Warns with RecordWarning where a unit looks wrong.
     """

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrocap.measures.standard import LOAD_WATCH
 from vibrocap.motion.trajectory import Status
-from vibrocap.plotting.study_view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
+from vibrocap.plotting.studies.view import NOT_RUN, SIGNED, Panel, View, missing_label, status_label, value_label
 
 FINISHED = list(Status).index(Status.FINISHED)
 MOST_CATEGORIES = 7

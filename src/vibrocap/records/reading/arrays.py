@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrocap.arguments import lacking
 from vibrocap.records.checks import RecordError
-from vibrocap.records.columns import Table, quantity_of
+from vibrocap.records.reading.columns import Table, quantity_of
 
 NAMES_KEY = "columns"  # the array that names the columns of two-dimensional ones
 MOST_BYTES = 2**30  # of a file's content in memory; a small file can claim to unpack to any size

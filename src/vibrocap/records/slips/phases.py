@@ -8,7 +8,7 @@ import dataclasses
 
 import numpy as np
 
-from vibrocap.records.stick_slip_corners import Corner, fitted_corners
+from vibrocap.records.slips.corners import Corner, fitted_corners
 
 SIGNIFICANT = 8.0  # a reversal is one if it is so many standard deviations of the smoothed noise: none of 1e6 by chance
 CLEAR = 10.0  # smoothing goes on until the mean fall is so many times the least significant one

@@ -35,7 +35,7 @@ def read(
     """The records ready for a fit, and what looks wrong with their units."""
     from vibrocap.records.checks import RecordError, RecordWarning
     from vibrocap.records.preparation import prepared
-    from vibrocap.records.readers import read_records
+    from vibrocap.records.reading.readers import read_records
 
     named: dict[str, str | int] = {}
     for quantity, name in pairs("columns", split(columns), complaints, "written as force=F1").items():

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibrocap.records.stick_slip_periods import Recurrence
-from vibrocap.records.stick_slip_phases import Phase
+from vibrocap.records.slips.periods import Recurrence
+from vibrocap.records.slips.phases import Phase
 
 STICK_SLIP, INERTIAL, STEADY, SLOW = "stick-slip", "inertial", "steady", "slow oscillation"
 # A block on static and kinetic Coulomb friction has P/T0 = 1 + (x - atan x)/pi, x = w D/V, and sticks for the share
