@@ -155,6 +155,17 @@ def test_longer_worms_that_are_their_own_mirror_images_sway(law):
 
 
 @pytest.mark.slow
+def test_the_first_contact_is_decided_though_it_is_said_to_move_by_rounding():
+    """Of a slow symmetric worm the second contact comes to rest first, by rounding."""
+    given = {"mass": 1.386, "mass_2": 1.386, "actuation": -1.0, "normal_load": 1.394, "normal_load_2": 1.394}
+    machine = vc.TwoBodyWorm(**given)
+    for friction, frequency in itertools.product((0.0757, 0.2), (0.113, 0.13)):
+        law = vc.Stribeck(coulomb_coefficient=friction, static_coefficient=0.227)
+        system = vc.System(machine, law, vc.Harmonic(amplitude=0.6813, frequency=frequency))
+        assert vc.simulate(system, periods=2, tolerance=1e-13).status is vc.Status.FINISHED
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-12])
 def test_four_bodies_that_are_their_own_mirror_image_sway(tolerance):
     """Of friction that falls with speed it would be an unstable motion."""
