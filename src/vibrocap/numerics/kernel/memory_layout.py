@@ -85,7 +85,7 @@ FLOAT_ENTRIES = (
     "MEASURED",  # [measured] what is gathered over the window
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
     "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
-    "SERIES",  # [(rows + 4 + switches + watched) * (order + 1)] coefficients of the present step
+    "SERIES",  # [(rows + 4 + switches + imposed + shifts + watched) * (order + 1)] coefficients of the present step
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
 PIECE_HEAD = 5  # a piece on the trace: period, time, length, side, method, then the coefficients of its series
@@ -148,9 +148,7 @@ class Layout:
     switches: int = 0  # guards of the branches of law and machine, and bounds
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
     imposed: int = 0  # velocities of further contacts that are no states
-    shifts: int = (
-        0  # of these and that of the first contact, where a contact may be stiff: what each is ahead of a state
-    )
+    shifts: int = 0  # of these and of the first contact, where one may be stiff: how far each is ahead of a state
 
     @property
     def measured(self) -> int:
