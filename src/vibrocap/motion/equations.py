@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
+from vibrocap.motion.recorded_contacts import resting, shifts, states_at_contacts, states_of_laws, turning
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate, reachable
+from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.machines.machine import IMPACT, Machine
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.scene import Shape
-from vibrocap.physics.states import actuator_states
 from vibrocap.physics.system import LOCATED, Flow, System
 
 FAR = 1e300  # a bound that is none
@@ -63,7 +63,7 @@ class Equations:
     kinked: bool
     maybe_stiff: bool  # whether a contact has a law with a force for every velocity
     several: bool  # contacts
-    turning: dict[int, tuple[int, Expression]]  # see `_turning`, by the number of the guard
+    turning: dict[int, tuple[int, Expression]]  # see `recorded_contacts.py`, by the number of the guard
     sides_at_rest: tuple[int, ...]  # states that are 0 while a further contact sticks
     sticks: tuple[int, ...]  # of each contact: 1 where it can stick
     observables: dict[str, Expression]
@@ -227,11 +227,11 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         scales=tuple(expression(scale) for scale in scales),
         contact_velocity=expression(flow.contact_velocity),
         contact_state=system.state_names.index(system.machine.contact_state),
-        law_states=tuple(tuple(map(system.state_names.index, names)) for names in _of_laws(system)),
-        internal_states=tuple(map(system.state_names.index, _of_contacts(system))),
-        resting=tuple(map(system.state_names.index, _resting(system))),
+        law_states=tuple(tuple(map(system.state_names.index, names)) for names in states_of_laws(system)),
+        internal_states=tuple(map(system.state_names.index, states_at_contacts(system))),
+        resting=tuple(map(system.state_names.index, resting(system))),
         imposed_velocities=tuple(expression(each.velocity) for each in flow.further if each.imposed),
-        shifts=_shifts(system, placed, graph, mechanical),
+        shifts=shifts(system, placed, graph, mechanical),
         pinned=tuple(expression(each.velocity) for each in flow.further if each.sticks and each.imposed),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
         symmetry=system.symmetry,
@@ -253,7 +253,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         or (system.friction.kind == "smooth" and system.environment is not None),
         maybe_stiff=any(law.kind != "set-valued" for law in (system.friction, *system.further_laws)),
         several=bool(flow.further),
-        turning=_turning(system, flow, expression),
+        turning=turning(system, flow, expression),
         sides_at_rest=tuple(system.state_names.index(f"side_{each.number}") for each in flow.further if each.sticks),
         sticks=tuple(int(law.kind == "set-valued") for law in (system.friction, *system.further_laws)),
         observables=expressed,
@@ -266,63 +266,6 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         if flow.loads or reaction is None
         else _normal_momentum(system, placed, y, flow, expressed["reaction"], len(paths)),
     )
-
-
-def _of_contacts(system: System) -> list[str]:
-    """The states of the laws, and the velocities of further contacts, but for those that change at events only."""
-    own = (*_contact_states(system), *system.state_names[len(system.machine.states) :])
-    aside = (*system.switched, *actuator_states(system.actuator))
-    return [name for name in own if name not in aside]
-
-
-def _of_laws(system: System) -> list[list[str]]:
-    """The states of the law of each contact, but for those that change at events only."""
-    laws = enumerate(system.further_laws, start=2)
-    names = [system.friction.internal, *([f"{name}_{i}" for name in law.internal] for i, law in laws)]
-    return [[name for name in some if name not in system.switched] for some in names]
-
-
-def _contact_states(system: System) -> list[str]:
-    """The velocities of further contacts that are states."""
-    return [name for name in system.machine.contacts if name in system.machine.states]
-
-
-def _resting(system: System) -> list[str]:
-    """The velocities that are exactly zero while a further contact sticks."""
-    pairs = zip(system.machine.contacts, system.further_laws, strict=True)
-    states = _contact_states(system)
-    return [name for name, law in pairs if law.kind == "set-valued" and name in states]
-
-
-def _turning(system: System, flow: Flow, expression: Any) -> dict[int, tuple[int, Expression]]:
-    """Guards of further contacts that turn where their velocity vanishes, as they have a force for every velocity.
-
-    By number: (the state that moves one to one with this velocity, the velocity).
-    """
-    numbers = {expression(guard).index: i for i, guard in enumerate(flow.switches)}
-    found, machine = {}, system.machine
-    for each, name in zip(flow.further, machine.contacts, strict=True):
-        if each.turns and not each.sticks:
-            state = name if name in machine.states else machine.contact_state
-            number = numbers[expression(each.guards()[0]).index]
-            found[number] = system.state_names.index(state), expression(each.velocity)
-    return found
-
-
-def _shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
-    """At imposed distances, the velocity of each contact where the state that all share vanishes."""
-    machine = system.machine
-    if machine.coupled != "distances":
-        return ()
-    own = list(mechanical[: len(machine.states)])
-    own[machine.states.index(machine.contact_state)] = 0.0
-    time = graph.node("time")
-    velocities = placed.contact_velocity(time, tuple(own)), *placed.machine.further_velocities(time, tuple(own))
-    found = tuple(map(graph.expression, velocities))
-    if any(graph.nodes[i][0] == "state" for i in reachable(graph, [shift.index for shift in found])):
-        what = f"should be functions of time, but for the state {machine.contact_state} that is added to each"
-        raise ValueError(f"the {machine.name}: at imposed distances contact_velocity and further_velocities {what}")
-    return found
 
 
 def _balances(balance: Balance, flow: Flow, parameters: int) -> bool:

@@ -255,6 +255,8 @@ def branches_source(equations: Any) -> str:
     if equations.guard_tangents:
         function("guard_tangents(floats, t, point, side, lane, out)", [equations.guard_tangents])
     if not equations.guards:
+        if equations.maybe_stiff:  # implicit steps know them
+            function("switches(floats, t, point, side, lane, out)", [])
         return "\n".join(found)
     writer = ScalarWriter(equations.graph)
     energy = writer.name(equations.observables["energy"])
