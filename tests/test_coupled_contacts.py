@@ -395,6 +395,24 @@ def test_worms_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("drive", [vc.Harmonic(), vc.Biharmonic(amplitude=0.0, second_amplitude=1.0, second_phase=0.3)])
+def test_the_multiplier_of_an_orbit_whose_contacts_turn_at_one_instant(drive):
+    """Through such a turn no tangent goes; with the harmonic drive it even falls on the section."""
+    system = vc.System(vc.TwoBodyWorm(), vc.Coulomb(), drive)
+    found = vc.orbit(system)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.response_period == 1
+    ends = []
+    for push in (1e-3, -1e-3):
+        start = found.state | {"centre_velocity": found.state["centre_velocity"] + push}
+        del start["side_2"]  # as the velocity says
+        ends.append(vc.simulate(system, periods=1, initial=start, tolerance=1e-12)["centre_velocity"][-1])
+    slope = (ends[0] - ends[1]) / 2e-3
+    assert 0.4 < slope < 0.6
+    assert found.multipliers[0] == pytest.approx(slope, abs=1e-6)  # differences over 1e-3 and over 1e-5
+
+
+@pytest.mark.slow
 def test_an_orbit_whose_section_finds_a_further_contact_at_rest():
     """The one coordinate of a worm is then given by its drive: nothing is free, and no multiplier is left over."""
     system = worm(vc.Harmonic(amplitude=0.5, frequency=0.15), COULOMB)  # the second body rests for ever

@@ -93,6 +93,10 @@ class _Closure:
         found = mapped(self.map_, state, self.parameters, self.response_period, self.half)
         image = found.state[0]
         mismatch = np.where(self.kept, (image - state) / self.scales, 0.0)
+        if self.map_.equations.pinned:  # a contact that turns at the section has either side there
+            sides = np.array(self.map_.equations.sides_at_rest)
+            turns = np.all(self.map_.at_rest(np.stack((state, image)), self.parameters[None]), axis=0)
+            mismatch[sides[turns & (state[sides] * image[sides] < 0.0)]] = 0.0
         residual = float(np.max(np.abs(mismatch)))
         finished = bool(found.finished[0]) and bool(np.isfinite(residual))
         assert found.jacobian is not None
@@ -122,7 +126,10 @@ def _newton_step(closure: _Closure, best: _Try) -> _Try | None:
         stuck = best.state.copy()
         stuck[contact] = 0.0
         return closure.attempt(stuck)  # the contact sticks at the section: its velocity is no unknown any more
-    unknown = np.flatnonzero(closure.kept & map_.free(best.state[None], map_.parameters()[None])[0])
+    free = map_.free(best.state[None], map_.parameters()[None])[0] | np.any(best.jacobian != 0.0, axis=0)
+    unknown = np.flatnonzero(closure.kept & free)
+    if not unknown.size:
+        return None  # the drive alone says where all contacts are
     size = scales[unknown]
     slope = best.jacobian[np.ix_(unknown, unknown)] * size / size[:, None] - np.eye(len(unknown))
     step = np.linalg.lstsq(slope, -best.mismatch[unknown], rcond=1e-13)[0]

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from vibrocap.physics.system import System
 MOST_EVENTS = 100_000  # in one period
 MOST_STEPS = 2_000_000
 AT_REST = 1e-11  # speed of a contact at an imposed distance, which is at rest to rounding
+PUSHES = 1e-5, 1e-6  # over the natural size, of the differences that check a derivative through turns at one instant
+AGREE = 1e-3  # of derivatives that are the same, relative
 ORDER = 12  # of the series: one kernel serves all tolerances
 
 
@@ -35,7 +38,8 @@ class StroboscopicMap:
 
     Derivatives are exact: the tangents of a motion are carried through its events by saltation, on the lanes of one
     kernel (`kernel/events/tangents.py`). What a sticking contact has forgotten is a direction in which the map is
-    constant.
+    constant. Saltation goes through one turn at a time: where contacts at imposed distances turn together, as those of
+    a symmetric worm do, central differences take its place, exact to some 1e-7.
     """
 
     def __init__(self, system: System, tolerance: float = 1e-12, threads: int | None = None, plain: bool = False):
@@ -104,11 +108,8 @@ class StroboscopicMap:
             free[:, self.equations.contact_state] = velocity != 0.0
         for contact in self.equations.resting:
             free[:, contact] = states[:, contact] != 0.0
-        if self.equations.pinned:  # a further contact at rest leaves the one coordinate of all no freedom
-            values = self.equations.filled(parameters).T
-            velocities = evaluate(list(self.equations.pinned), 0.0, states.T, 1.0, values)
-            for velocity in velocities:
-                free[np.abs(np.broadcast_to(velocity, len(states))) < AT_REST, self.equations.contact_state] = False
+        # a further contact at rest leaves the one coordinate of all no freedom
+        free[np.any(self.at_rest(states, parameters), axis=1), self.equations.contact_state] = False
         for i, name in enumerate(self.system.state_names):
             if name in self.system.switched:
                 free[:, i] = False
@@ -117,6 +118,13 @@ class StroboscopicMap:
             for name in names:
                 free[closed, self.system.state_names.index(name)] = False
         return free
+
+    def at_rest(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """Which further contacts at imposed distances stand, or turn, at states [runs, states]: [runs, contacts]."""
+        values = self.equations.filled(parameters).T
+        velocities = evaluate(list(self.equations.pinned), 0.0, states.T, 1.0, values)
+        found = [np.abs(np.broadcast_to(velocity, len(states))) < AT_REST for velocity in velocities]
+        return np.array(found, dtype=bool).reshape(len(found), len(states)).T
 
     def run(
         self,
@@ -168,7 +176,36 @@ class StroboscopicMap:
         ends = ended.state.reshape(runs, each, -1)
         finished = np.all(ended.finished.reshape(runs, each), axis=1)
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
+        if jacobian is not None and self.system.machine.coupled == "distances":
+            self._through_joint_turns(jacobian, states, parameters, budget, mark_distance)
         return Images(ends[:, 0, :n], jacobian, finished)
+
+    def _through_joint_turns(
+        self, jacobian: np.ndarray, states: np.ndarray, parameters: np.ndarray, budget: Budget, distance: Any
+    ) -> None:
+        """Take differences for the column of the coordinate that all contacts share, where they say another derivative.
+
+        Two pushes have to agree, so that a turn between them is not taken for a turn at one instant.
+        """
+        runs, shared = len(states), self.equations.contact_state
+        size = np.array([self.scales(row)[shared] for row in np.broadcast_to(parameters, (runs, parameters.shape[1]))])
+        starts, steps = [], np.outer(PUSHES, size)
+        for step in (*steps, *-steps):
+            pushed = states.copy()
+            pushed[:, shared] += step
+            starts.append(pushed)
+        rows = np.tile(np.broadcast_to(parameters, (runs, parameters.shape[1])), (4, 1))
+        times = None if distance is None else np.tile(distance, 4)
+        ends = self.run(budget, np.concatenate(starts), rows, order=ORDER, mark_distance=times)
+        ahead, behind = ends.state.reshape(2, 2, runs, -1)
+        far, near = (ahead - behind) / (2.0 * steps[:, :, None])
+        reliable = np.all(ends.finished.reshape(4, runs), axis=0)
+        smooth = np.append(self.smooth_states, self.cyclic)
+        scale = np.maximum(1.0, np.abs(far[:, smooth]).max(axis=1))
+        same = np.abs(far - near)[:, smooth].max(axis=1) <= AGREE * scale
+        other = np.abs(far - jacobian[:, :, shared])[:, smooth].max(axis=1) > AGREE * scale
+        for run in np.flatnonzero(reliable & same & other):
+            jacobian[run, smooth, shared] = far[run, smooth]
 
     def mirrored_half(self, states: np.ndarray, parameters: np.ndarray, tangents: bool = True) -> Images:
         """The mirrored state half a drive period later: S P_(T/2), of which symmetric motions are fixed points."""
