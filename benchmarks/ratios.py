@@ -97,10 +97,10 @@ def main() -> None:
         one, other = (vc.simulate(each, periods=PERIODS, initial=START, tolerance=TOLERANCE) for each in pair.systems)
         steps = len(one.piece_start) / len(other.piece_start)
         for how, prepared in (("alone", alone), ("side by side", side_by_side)):
-            found, one, other = ratio(*map(prepared, pair.systems))
+            found, dear, plain = ratio(*map(prepared, pair.systems))
             limit = "-" if pair.limit is None else f"{pair.limit:.2f}"
             missed = "  above its limit" if pair.limit is not None and found > pair.limit else ""
-            times = f"{one * 1e3:9.2f}{other * 1e3:10.2f}{found:8.2f}{limit:>8s}{steps:8.2f}"
+            times = f"{dear * 1e3:9.2f}{plain * 1e3:10.2f}{found:8.2f}{limit:>8s}{steps:8.2f}"
             print(f"  {pair.title:36s}{how:14s}{times}{missed}")
 
 
