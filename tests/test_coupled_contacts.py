@@ -138,8 +138,9 @@ def assert_it_sways(motion, body):
     ahead = [body * (z.value(float(t)) - z.value(0.0)) for t in times]
     assert motion.status is vc.Status.FINISHED
     assert motion.at(times, "position") == pytest.approx(ahead, abs=motion.tolerance)
-    turns = {event.time: {other.kind for other in motion.events if other.time == event.time} for event in motion.events}
-    assert {"reversal", f"reversal_{machine.bodies}"} in turns.values()
+    first = motion.events[0].time  # an instant is known to the tolerance
+    turns = {event.kind for event in motion.events if abs(event.time - first) < motion.tolerance}
+    assert {"reversal", f"reversal_{machine.bodies}"} <= turns
     assert motion.certificate.ok
 
 
