@@ -239,7 +239,9 @@ def test_a_folder_that_is_replaced_in_midrun_is_noticed(tmp_path, monkeypatch):
     out = tmp_path / "out"
 
     def replace():
-        shutil.copytree(out, tmp_path / "copy")
+        # What is being written meanwhile has names that go away.
+        shutil.copytree(out, tmp_path / "copy", ignore=shutil.ignore_patterns("unfinished"))
+        (tmp_path / "copy" / "unfinished").mkdir()
         out.rename(tmp_path / "away")
         (tmp_path / "copy").rename(out)
 
