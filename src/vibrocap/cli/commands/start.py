@@ -68,11 +68,16 @@ def new(
     if complaints:
         raise Refusal(*complaints)
     text = new_case(chosen, "case.toml" if out is None else str(out))
+    return _given(text, out, f"Written: {out}\nNext: vibrocap simulate {out}")
+
+
+def _given(text: str, out: Path | None, said: str) -> int:
+    """Write a case into a file and say so, or print it where there is none."""
     if out is None:
         print(text, end="")
-        return OK
-    write_text(out, text)
-    Page().say(f"Written: {out}\nNext: vibrocap simulate {out}")
+    else:
+        write_text(out, text)
+        Page().say(said)
     return OK
 
 
@@ -218,12 +223,7 @@ def convert(case: Path, /, *, to: str | None = None, scales: list[str] | None = 
         raise Refusal(*refused)
     plain = dataclasses.replace(setup.system, units=None)  # the scales are kept beside; results stay without units
     text = case_text(dataclasses.replace(setup, system=plain, scales=known), wanted)
-    if out is None:
-        print(text, end="")
-        return OK
-    write_text(out, text)
-    Page().say(f"Case: {out}")
-    return OK
+    return _given(text, out, f"Case: {out}")
 
 
 def _scales(record: type, given: dict[str, str]) -> Scales:
