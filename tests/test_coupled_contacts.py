@@ -11,7 +11,7 @@ import vibrocap as vc
 from coupled_motions import LinkageMotion, WormMotion
 from thinned import exhaustive_but
 from vibrocap.physics.catalogue import machines
-from vibrocap.physics.coupled_contact import CoupledContact, determinant, eliminated
+from vibrocap.physics.contacts.coupled_contact import CoupledContact, determinant, eliminated
 
 COULOMB, UNEVEN = vc.Coulomb(0.1, 0.1), vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=2.0)
 LINKAGE_DRIVE = vc.Biharmonic(amplitude=0.5, frequency=1.3, second_amplitude=0.15, second_phase=0.5)

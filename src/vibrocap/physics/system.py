@@ -5,14 +5,14 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.contacts import MachineOnContacts
+from vibrocap.physics.contacts.coupled_contacts import CoupledContacts
+from vibrocap.physics.contacts.imposed_distances import ImposedDistances
+from vibrocap.physics.contacts.machine_on_contacts import MachineOnContacts
 from vibrocap.physics.conversion import parts_without_units
-from vibrocap.physics.coupled_contacts import CoupledContacts
 from vibrocap.physics.drives.drive import Drive
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
-from vibrocap.physics.imposed_distances import ImposedDistances
 from vibrocap.physics.machines.machine import Imposed, Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.part import PartInSI
@@ -87,7 +87,7 @@ class System:
 
     actuator: a lag and limits between the drive and the machine, which then feels `actuator_output`; None: the drive.
     environment: a slope, drag and a force from outside; None: level ground and nothing else.
-    friction_2, friction_3, ...: of a machine with several contacts (`contacts.py`), the laws of the others; where one
+    friction_2, friction_3, ...: of a machine with several contacts (`contacts/`), the laws of the others; where one
     is left out its contact has the law of the first.
     units: what one unit of each quantity is in SI, None where that is left open. Computed is without units always; a
     system that knows its scales has results in SI as well (`motion.si`, the columns of a sweep, files and pictures).

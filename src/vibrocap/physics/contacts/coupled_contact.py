@@ -8,7 +8,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.physics.contacts import LEAST, FurtherContact
+from vibrocap.physics.contacts.machine_on_contacts import LEAST, FurtherContact
 from vibrocap.physics.friction.law import Law
 
 

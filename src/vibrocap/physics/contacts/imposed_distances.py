@@ -22,9 +22,9 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.physics.contacts import LEAST, FurtherContact
-from vibrocap.physics.coupled_contact import CoupledContact, Mode
-from vibrocap.physics.coupled_contacts import CoupledContacts
+from vibrocap.physics.contacts.coupled_contact import CoupledContact, Mode
+from vibrocap.physics.contacts.coupled_contacts import CoupledContacts
+from vibrocap.physics.contacts.machine_on_contacts import LEAST, FurtherContact
 from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.friction.law import Law
 

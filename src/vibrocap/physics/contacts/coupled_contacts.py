@@ -24,8 +24,8 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.physics.contacts import MachineOnContacts
-from vibrocap.physics.coupled_contact import CoupledContact, Mode, determinant, eliminated
+from vibrocap.physics.contacts.coupled_contact import CoupledContact, Mode, determinant, eliminated
+from vibrocap.physics.contacts.machine_on_contacts import MachineOnContacts
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.states import turns
 
