@@ -41,7 +41,7 @@ def test_what_is_offered_is_linked():
     for law in (vc.Exponential(), vc.LuGre(), vc.MaxwellSlip()):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
         for lanes, loop in ((1, None), (8, None), (1, "card"), (1, "browser")):
-            ensemble_source(recorded, 10, lanes, loop=loop)
+            ensemble_source(recorded, 10, lanes, loop=loop)[1].check()
 
 
 @pytest.mark.parametrize("slot", SLOTS, ids=lambda slot: slot.name)
@@ -131,7 +131,23 @@ def test_a_fault_is_refused_and_its_file_is_named(module, right, wrong, message,
 def test_a_primitive_of_the_compiler_is_no_name_for_a_function(monkeypatch):
     edit(monkeypatch, "step.taylor_simd", "def lesser(", "def floor(x):\n    return x\n\n\ndef lesser(")
     with pytest.raises(LinkError, match=r"`floor` is defined in the compiler's primitives and in .*taylor_simd.py"):
-        ensemble_source(equations(SYSTEM), 10, 8)
+        ensemble_source(equations(SYSTEM), 10, 8)[1].check()
+
+
+def test_a_fault_is_refused_before_it_is_compiled(monkeypatch):
+    edit(monkeypatch, "events.contact", "JUMP = 1e-6", "LEAP = 1e-6")
+    motion.kernel.cache_clear()
+    with pytest.raises(LinkError, match="`JUMP` is defined in no part of this kernel"):
+        motion.kernel(equations(SYSTEM), 12)
+
+
+def test_a_kernel_is_a_file_without_its_head():
+    for recipe in (recipes.DRIVEN, recipes.ensemble_recipe("simd", maybe_stiff=True, branches=True)):
+        for module in recipe.modules:
+            path = link.KERNEL / f"{module.replace('.', '/')}.py"
+            heads = (ast.Import, ast.ImportFrom, ast.Expr)
+            body = [node for node in ast.parse(path.read_text("utf-8")).body if not isinstance(node, heads)]
+            assert ast.dump(ast.parse(link.kernel_source(module))) == ast.dump(ast.Module(body, []))
 
 
 def test_modules_import_what_runs():
@@ -149,7 +165,7 @@ def test_modules_import_what_runs():
     strays = set()
     for recipe in every:
         for module in recipe.modules:
-            path = link.importlib.import_module(f"vibrocap.numerics.kernel.{module}").__file__
+            path = link.KERNEL / f"{module.replace('.', '/')}.py"
             with open(path, encoding="utf-8") as file:
                 imports = [node for node in ast.parse(file.read()).body if isinstance(node, ast.ImportFrom)]
             for node in imports:

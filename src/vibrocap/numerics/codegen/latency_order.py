@@ -24,7 +24,29 @@ class LatencyOrder:
 
     def of(self, formula: str) -> int:
         """When the value of a formula is known."""
-        return self._known[formula] if formula in self._known else self._of(_tree(formula))
+        if formula in self._known:
+            return self._known[formula]
+        return self._of(_tree(formula)) if "(" in formula or "[" in formula else self._of_flat(formula)
+
+    def _of_flat(self, formula: str) -> int:
+        """The same of names and numbers between + - * /, without the detour of a tree: most formulas are such."""
+        known, words = self._known.get, formula.split(" ")
+        total = factors = -1  # when the sum so far is known, and the factors of its only term, if that is a product
+        latency, last, product = known(words[0].lstrip("-"), 0), 0, False  # of the term that is read
+        for place in range(1, len(words) + 1, 2):
+            operator, word = words[place : place + 2] if place < len(words) else ("", "")
+            if operator in ("*", "/"):
+                product = operator == "*"
+                last = max(latency, known(word.lstrip("-"), 0))
+                latency = last + (PRODUCT if product else QUOTIENT)
+                continue
+            if total < 0:
+                total, factors = latency, last if product else -1
+            else:  # a product is free in a sum, the left one of two
+                total = (max(factors, latency) if factors >= 0 else max(total, last if product else latency)) + SUM
+                factors = -1
+            latency, product = known(word.lstrip("-"), 0), False
+        return total
 
     def _of(self, node: ast.expr) -> int:
         if isinstance(node, ast.Name):

@@ -31,6 +31,7 @@ __all__ = [
     "compiled",
     "host",
     "ir",
+    "is_kept",
     "object_code",
     "webassembly_module",
 ]
@@ -89,9 +90,18 @@ def compiled(text: str, entry: str, short: bool = False, literal: bool = False) 
         return _compiled(text, entry, short, literal)
 
 
+def is_kept(text: str, entry: str, short: bool = False, literal: bool = False) -> bool:
+    """Whether the machine code of a kernel is on the disk, whole or not."""
+    return cache.place(_name(text, entry, short, literal)).exists()
+
+
+def _name(text: str, entry: str, short: bool, literal: bool) -> str:
+    return cache.key(host().name, own_source(), entry, str(short), *(["literal"] if literal else []), text)
+
+
 @functools.lru_cache(maxsize=128)
 def _compiled(text: str, entry: str, short: bool, literal: bool) -> Compiled:
-    name = cache.key(host().name, own_source(), entry, str(short), *(["literal"] if literal else []), text)
+    name = _name(text, entry, short, literal)
     code = cache.kept(name)
     if code is None:
         with cache.one_process_at_a_time(name):

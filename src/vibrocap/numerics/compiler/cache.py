@@ -107,9 +107,14 @@ def _digest(name: str, code: bytes) -> bytes:
     return hashlib.sha256(name.encode() + b"\0" + code).digest()
 
 
+def place(name: str) -> pathlib.Path:
+    """Where the object file of this name is kept."""
+    return folder() / (name + SUFFIX)
+
+
 def kept(name: str) -> bytes | None:
     """The object file of this name; None where there is none that is whole and our own."""
-    path = folder() / (name + SUFFIX)
+    path = place(name)
     try:
         handle = os.open(path, os.O_RDONLY | _NO_LINKS)
     except OSError:
@@ -133,7 +138,7 @@ def kept(name: str) -> bytes | None:
 
 def keep(name: str, code: bytes) -> None:
     """Keep an object file for the next process; where that fails, it makes its own."""
-    path = folder() / (name + SUFFIX)
+    path = place(name)
     temporary = path.with_name(f".{name}.{secrets.token_hex(8)}.tmp")
     with contextlib.suppress(OSError):
         try:

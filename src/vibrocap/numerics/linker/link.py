@@ -7,15 +7,14 @@ Machine code is kept under a hash of the whole text (`compiler/`), so that an ed
 The same text runs as plain Python, for reading and for tests.
 """
 
-import ast
 import builtins
 import dataclasses
 import functools
 import importlib
-import inspect
+import pathlib
+import re
 import symtable
 from collections.abc import Iterator, Mapping
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.numerics.linker.recipes import Recipe, Slot
@@ -111,11 +110,18 @@ GENERATED = "# From the equations"  # as `compiler/subset.py` reads it
 ENTRIES = ("advance", "advance_ensemble", "follow")  # the last one of a kernel is called from outside
 
 
+KERNEL = pathlib.Path(__file__).parents[1] / "kernel"
+HEAD = re.compile(  # of a module: its docstring and its imports, which tell a reader and the type checker where to look
+    r'\A"""(?:[^"]|"(?!""))*"""\n+(?:(?:import|from) [^\n(]*(?:\([^)]*\))?[^\n]*\n|\n)*'
+)
+
+
 @functools.cache
 def kernel_source(name: str) -> str:
-    """Source of a kernel module, "arithmetic.roots" for example, without its imports and its docstring."""
-    module = importlib.import_module(f"vibrocap.numerics.kernel.{name}")
-    return f"# From numerics/kernel/{name.replace('.', '/')}.py\n{_body(module)}"
+    """Source of a kernel module, "arithmetic.roots" for example, as it stands in its file below its imports."""
+    path = f"{name.replace('.', '/')}.py"
+    text = (KERNEL / path).read_text(encoding="utf-8")
+    return f"# From numerics/kernel/{path}\n{HEAD.sub('', text, count=1).rstrip()}"
 
 
 @functools.cache
@@ -127,42 +133,37 @@ def _lane_constants() -> str:
     return "\n".join(f"{name} = {value}" for name, value in numbers.items())
 
 
-def _body(module: ModuleType) -> str:
-    """Definitions of a module, as they stand in its file."""
-    text = inspect.getsource(module)
-    kept = [
-        node
-        for node in ast.parse(text).body
-        if not isinstance(node, (ast.Import, ast.ImportFrom))
-        and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
-    ]
-    lines = text.splitlines()
-    return "\n\n\n".join(_segment(lines, node) for node in kept)
+class Linked(str):
+    """Text of a kernel as plain Python, which knows its parts.
+
+    They are checked before it runs as plain Python or is compiled: not again where its machine code is kept, as that
+    was made of the same text. The check takes as long as all else that a kernel that is kept costs.
+    """
+
+    recipe: Recipe
+    parts: Mapping[str, str]
+
+    def check(self) -> None:
+        """Raise LinkError unless its parts make the kernel of its recipe, see `check`."""
+        check(self.recipe, self.parts, kernel_source("interface"))
 
 
-def _segment(lines: list[str], node: ast.stmt) -> str:
-    """The text of a statement of a module, without a comment behind it."""
-    *before, last = lines[node.lineno - 1 : node.end_lineno]
-    return "\n".join([*before, last.encode()[: node.end_col_offset].decode()])
-
-
-def linked_source(generated: str, recipe: Recipe) -> str:
-    """Text of a kernel as plain Python: generated code and the modules of a recipe, checked (see `check`)."""
+def linked_source(generated: str, recipe: Recipe) -> Linked:
+    """Text of a kernel as plain Python: generated code and the modules of a recipe."""
     kernel = {name: kernel_source(name) for name in recipe.modules}
-    parts = {
-        "codes.py and memory_layout.py": _lane_constants(),
-        "the generated code": generated,
-        **kernel,
-    }
-    check(recipe, parts, kernel_source("interface"))
     head = "import math\n\nimport numpy as np\n"
     if recipe.primitives:
         head += f"{PLAIN_VECTORS} import {', '.join(recipe.primitives)}\n"
-    return "\n\n".join([head, _lane_constants(), GENERATED, generated, *kernel.values()]) + "\n"
+    linked = Linked("\n\n".join([head, _lane_constants(), GENERATED, generated, *kernel.values()]) + "\n")
+    linked.recipe = recipe
+    linked.parts = {"codes.py and memory_layout.py": _lane_constants(), "the generated code": generated, **kernel}
+    return linked
 
 
 def plain_kernel(text: str) -> dict[str, Any]:
-    """The functions of a linked kernel as plain Python."""
+    """The functions of a kernel as plain Python; a linked one is checked before."""
+    if isinstance(text, Linked):
+        text.check()
     names: dict[str, Any] = {}
     exec(compile(text, "<kernel>", "exec"), names)
     return names
@@ -173,7 +174,9 @@ def compiled_kernel(linked: str, literal: bool = False) -> "Compiled":
 
     literal: computed as a browser does, see `compiler.literal_ir`
     """
-    from vibrocap.numerics.compiler import compiled  # only here, as it imports LLVM
+    from vibrocap.numerics.compiler import compiled, is_kept  # only here, as it imports LLVM
 
     entry = next(name for name in reversed(ENTRIES) if f"\ndef {name}(" in linked)
+    if isinstance(linked, Linked) and not is_kept(linked, entry, short=True, literal=literal):
+        linked.check()
     return compiled(linked, entry, short=True, literal=literal)

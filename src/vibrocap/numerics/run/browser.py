@@ -63,9 +63,11 @@ def browser_kernels(
     integrands: what the second one can gather, see `ensemble_source`
     """
     layout, text = ensemble_source(equations, ensemble_order(ensemble_tolerance), 1, integrands, "browser")
+    text.check()
     ensemble = BrowserKernel(layout, text, ENSEMBLE_ENTRIES)
     layout = dataclasses.replace(layout, order=series_order(tolerance))
     generated = [generated_source(equations, layout), instants_source(equations, observed, room)]
     recipe = shown_motion_recipe(equations.maybe_stiff, bool(equations.guards), equations.corners is not None)
     text = linked_source("\n\n".join(generated), recipe)
+    text.check()
     return BrowserKernel(layout, text, MOTION_ENTRIES), ensemble

@@ -54,6 +54,7 @@ ENTRY = "run_all"
 def cuda_text(equations: Any, order: int, integrands: Integrands | None = None) -> tuple[Layout, str]:
     """(layout, text) of the kernel of which a card's threads are made, for an ensemble of these equations."""
     layout, text = ensemble_source(equations, order, 1, integrands, loop="card")
+    text.check()
     return layout, f"{text}\nWHOLE_SIZE = {layout.whole_size}\n"
 
 

@@ -13,7 +13,7 @@ from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count
 from vibrocap.numerics.kernel.memory_layout import Layout, gathered_entries
-from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
+from vibrocap.numerics.linker.link import Linked, compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import ensemble_recipe
 from vibrocap.numerics.run.results import RunResults
 from vibrocap.numerics.run.threads import available_threads, share
@@ -59,7 +59,7 @@ def ensemble_kernel(
 
 def ensemble_source(
     equations: Any, order: int, lanes: int, integrands: Integrands | None = None, loop: str | None = None
-) -> tuple[Layout, str]:
+) -> tuple[Layout, Linked]:
     """(layout, text) of that kernel. One serves all standard measures: which are gathered is decided as it runs.
 
     lanes: 1 for one by one, else `registers.lane_count()`
