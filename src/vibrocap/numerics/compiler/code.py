@@ -20,6 +20,8 @@ from vibrocap.numerics.compiler.typed.nodes import Function, Typed
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.lowering import Module
 
+OF = {each: f"_of_{each.__name__}" for each in Typed.__subclasses__()}
+
 
 class Code:
     """One function of the typed tree in LLVM's language."""
@@ -73,7 +75,7 @@ class Code:
 
     def value(self, node: Typed) -> Value:
         """The code of a value of the typed tree."""
-        return getattr(self, f"_of_{type(node).__name__}")(node)
+        return getattr(self, OF[type(node)])(node)
 
     def as_kind(self, value: Value, kind: Kind) -> Value:
         """A value as one of another kind that can hold it."""

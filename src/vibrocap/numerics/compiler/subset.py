@@ -122,9 +122,18 @@ def names_assigned(function: ast.FunctionDef) -> tuple[set[str], set[str]]:
         kind = type(node)
         if kind is ast.Name:
             (read if type(node.ctx) is ast.Load else assigned).setdefault(node.id, []).append(path)  # pyright: ignore
-            return
-        if kind is ast.Constant:
-            return
+        elif kind is ast.BinOp:  # most of what there is, and all that is within
+            visit(node.left, path)  # pyright: ignore
+            visit(node.right, path)  # pyright: ignore
+        elif kind is ast.Assign:
+            for target in node.targets:  # pyright: ignore
+                visit(target, path)
+            visit(node.value, path)  # pyright: ignore
+        elif kind is not ast.Constant:
+            further(node, kind, path)
+
+    def further(node: ast.AST, kind: type, path: tuple[int, ...]) -> None:
+        nonlocal blocks
         if kind is ast.AugAssign and isinstance(node.target, ast.Name):  # pyright: ignore
             assigned.setdefault(node.target.id, []).append(path)  # pyright: ignore
         nested = kind in (ast.If, ast.For, ast.While, ast.FunctionDef)

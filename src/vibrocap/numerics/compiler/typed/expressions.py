@@ -81,9 +81,10 @@ class Expressions(Values):
 
     def binary(self, node: ast.AST, op: ast.operator, left: Typed, right: Typed) -> Typed:
         """left op right."""
-        folded = self._folded(op, left, right)
-        if folded is not None:
-            return folded
+        if left.constant is not None and right.constant is not None:
+            folded = self._folded(op, left, right)
+            if folded is not None:
+                return folded
         if left.kind.lanes or right.kind.lanes:
             return lanes.binary(self, node, op, left, right)
         if left.kind not in SCALARS or right.kind not in SCALARS:

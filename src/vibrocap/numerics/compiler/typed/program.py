@@ -66,6 +66,7 @@ class Program:
         self.kernel, self.width, self.library, self.without_lane = kernel, width, library, without_lane
         self._functions: dict[tuple, Function | None] = {}
         self._values: dict[str, Typed | None] = {}
+        self._assigned: dict[str, tuple[set[str], set[str]]] = {}
 
     def entry(self, name: str, kinds: tuple[Kind, ...]) -> Function:
         """A function that is called from outside."""
@@ -86,14 +87,19 @@ class Program:
             self._values[name] = value
         return self._values[name]
 
+    def assigned(self, name: str) -> tuple[set[str], set[str]]:
+        """The names that a function assigns, see `names_assigned`."""
+        if name not in self._assigned:
+            self._assigned[name] = names_assigned(self.kernel.functions[name])
+        return self._assigned[name]
+
     def known_arguments(self, name: str, arguments: list[Typed]) -> tuple[int | None, ...]:
         """The ints for which a function is typed: those that are 0 and that it gives no other value."""
         zeros = [isinstance(each, Number) and each.kind is INT and each.constant == 0 for each in arguments]
         if not self.without_lane or not any(zeros):
             return ()
-        node = self.kernel.functions[name]
-        assigned = names_assigned(node)[0]
-        pairs = zip(zeros, node.args.args, strict=True)
+        assigned, _ = self.assigned(name)
+        pairs = zip(zeros, self.kernel.functions[name].args.args, strict=True)
         return tuple(0 if zero and argument.arg not in assigned else None for zero, argument in pairs)
 
     def function(
@@ -121,24 +127,25 @@ class Program:
         return found
 
 
+DO = {each: f"_do_{each.__name__}" for each in ast.stmt.__subclasses__()}
+
+
 class Statements(Expressions):
     """The statements of one function; each `_do` says whether what follows can be reached, unless it always can."""
 
     def typed(self, name: str) -> Function:
-        """The function, typed anew until the kinds of its names stay the same."""
+        """The function, typed anew until no name that has been read becomes one of another kind."""
         arguments = [argument.arg for argument in self.node.args.args]
-        while True:
-            before = dict(self.variables), self.result
+        body = self._typed(arguments)
+        while self.widened:
             body = self._typed(arguments)
-            if before == (self.variables, self.result):
-                break
         assigned = tuple(argument for argument in arguments if argument in self._assigned)
         given = zip(arguments, self.kinds, self.constants, strict=True)
         pairs = tuple((argument, kind) for argument, kind, constant in given if constant is None)
         return Function(name, pairs, assigned, self.variables, self.result or NOTHING, body)
 
     def _typed(self, arguments: list[str]) -> list[Any]:
-        self.bound, self.loops = {}, []
+        self.bound, self.loops, self.widened = {}, [], False
         body: list[Any] = []
         for argument, kind, constant in zip(arguments, self.kinds, self.constants, strict=True):
             value = Argument(kind, argument)
@@ -160,7 +167,7 @@ class Statements(Expressions):
     def _block(self, statements: list[ast.stmt], into: list[Any]) -> bool:
         """Type statements; whether what follows them can be reached."""
         for statement in statements:
-            handler = getattr(self, f"_do_{type(statement).__name__}", None)
+            handler = getattr(self, DO.get(type(statement), ""), None)
             if handler is None:
                 raise self.refusal(
                     statement, f"no kernel has {named(statement)}; see compiler/subset.py for what it has"
@@ -229,6 +236,7 @@ class Statements(Expressions):
             if both is None:
                 before = self.variables[name].name
                 raise self.refusal(node, f"`{name}` is {before} elsewhere, {kind.name} here; use two names")
+            self.widened = self.widened or both is not self.variables[name]
             kind = both
         self.variables[name] = kind
         return [Assign(name, kind, self.fitting(node, value, kind))]

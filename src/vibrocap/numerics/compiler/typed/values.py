@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOAT, INT, Kind, joined, tuple_of
-from vibrocap.numerics.compiler.subset import names_assigned
 from vibrocap.numerics.compiler.typed.nodes import (
     Argument,
     Chosen,
@@ -33,6 +32,8 @@ from vibrocap.numerics.compiler.typed.nodes import (
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.typed.program import Program
 
+OF = {each: f"_of_{each.__name__}" for each in ast.expr.__subclasses__()}
+
 
 class Values:
     """One function for one combination of kinds of arguments, on its way into the typed tree."""
@@ -45,7 +46,8 @@ class Values:
         self.result: Kind | None = None
         self.bound: dict[str, Typed] = {}  # names that are a value, no variable
         self.loops: list[While | For] = []
-        self._assigned, self._once = names_assigned(node)
+        self.widened = False  # whether a name became one of another kind after it had been read, perhaps, as the former
+        self._assigned, self._once = program.assigned(node.name)
 
     def refusal(self, node: ast.AST, what: str) -> Exception:
         """What to raise at a place of this function."""
@@ -53,7 +55,7 @@ class Values:
 
     def value(self, node: ast.expr) -> Typed:
         """The value of an expression."""
-        handler = getattr(self, f"_of_{type(node).__name__}", None)
+        handler = getattr(self, OF.get(type(node), ""), None)
         if handler is None:
             raise self.refusal(node, f"no kernel has {named(node)}; see compiler/subset.py for what it has")
         return handler(node)
