@@ -15,12 +15,10 @@ from vibrocap.numerics.compiler.kinds import (
     numbers,
     tuple_of,
 )
-from vibrocap.numerics.compiler.typed.nodes import Function, Typed
+from vibrocap.numerics.compiler.typed.nodes import OF, Function, Typed
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.lowering import Module
-
-OF = {each: f"_of_{each.__name__}" for each in Typed.__subclasses__()}
 
 
 class Code:

@@ -7,7 +7,7 @@ from vibrocap.numerics.compiler.expressions import Expressions
 from vibrocap.numerics.compiler.kinds import BOOL, ELEMENTS, FLOATS, INT, INTS, NOTHING, Kind, Value, float_text
 from vibrocap.numerics.compiler.machine import SHORT
 from vibrocap.numerics.compiler.snippets import HELPERS
-from vibrocap.numerics.compiler.subset import parsed
+from vibrocap.numerics.compiler.subset import parsed, uncollected
 from vibrocap.numerics.compiler.typed import nodes
 from vibrocap.numerics.compiler.typed.program import NO_LIBRARY, Program
 
@@ -67,11 +67,12 @@ def lowered(
     arguments: kinds of the arguments of the entry
     library: functions of the kernel that stand for those of `math`, and for `pow`
     """
-    kernel = parsed(text)
-    wide = kernel.constants.get("LANES", width) if kernel.primitives else width
-    function = Program(kernel, wide, library).entry(entry, arguments)
-    module = Module(wide)
-    name = module.written(function)
+    with uncollected():
+        kernel = parsed(text)
+        wide = kernel.constants.get("LANES", width) if kernel.primitives else width
+        function = Program(kernel, wide, library).entry(entry, arguments)
+        module = Module(wide)
+        name = module.written(function)
     return (SHORT if short else "") + module.text + entry_text(name, function.result, arguments)
 
 

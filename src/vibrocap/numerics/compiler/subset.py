@@ -25,8 +25,11 @@ negative number are nan. Sums of products may be contracted to fused ones. `x **
 
 import ast
 import bisect
+import contextlib
 import dataclasses
+import gc
 import re
+from collections.abc import Iterator
 from typing import Any
 
 PLAIN_VECTORS = "vibrocap.numerics.kernel.arithmetic.plain_vectors"
@@ -68,6 +71,27 @@ class Kernel:
         text = self.lines[line - 1].strip() if line <= len(self.lines) else ""
         file = files[found] if found >= 0 else "kernel"
         return Refused(f"{file}{within} (line {line} of the kernel): `{text[:100]}`: {what}")
+
+
+@contextlib.contextmanager
+def uncollected() -> Iterator[None]:
+    """While this lasts, Python does not look for circles of objects that nothing else needs.
+
+    The trees of a kernel are hundreds of thousands of objects, of which none can go before its code is made: to look
+    through them again and again took a third of the time.
+    """
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
+
+
+def defines(text: str, name: str) -> bool:
+    """Whether a kernel's text defines a function."""
+    return f"\ndef {name}(" in f"\n{text}"
 
 
 def parsed(text: str) -> Kernel:

@@ -12,7 +12,7 @@ array is an address in it. Functions that are the same in several kernels stand 
 from collections.abc import Iterable, Mapping
 
 from vibrocap.numerics.compiler.kinds import Kind
-from vibrocap.numerics.compiler.subset import LIBRARY, parsed
+from vibrocap.numerics.compiler.subset import LIBRARY, defines, parsed, uncollected
 from vibrocap.numerics.compiler.typed.program import Program
 from vibrocap.numerics.compiler.webassembly.encoding import Assembly
 from vibrocap.numerics.compiler.webassembly.functions import Kernel
@@ -71,16 +71,16 @@ def float_floor_divided(x, y):
 def module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]]]]]) -> bytes:
     """The module of several kernels, see `webassembly_module` of the room."""
     assembly = Assembly()
-    for text, exports in kernels:
-        program = Program(parsed(with_own_functions(text) + OPERATORS), 0, LIBRARY, without_lane=True)
-        kernel = Kernel(assembly, program)
-        for exported, (name, kinds) in exports.items():
-            kernel.export(exported, program.entry(name, kinds))
-    return assembly.binary()
+    with uncollected():
+        for text, exports in kernels:
+            program = Program(parsed(with_own_functions(text) + OPERATORS), 0, LIBRARY, without_lane=True)
+            kernel = Kernel(assembly, program)
+            for exported, (name, kinds) in exports.items():
+                kernel.export(exported, program.entry(name, kinds))
+        return assembly.binary()
 
 
 def with_own_functions(text: str) -> str:
     """A kernel that has polynomials, with all functions of `math` made of them."""
-    known = parsed(text).functions
-    missing = [own for name, own in OWN.items() if name not in known and "sine_cosine" in known]
+    missing = [own for name, own in OWN.items() if not defines(text, name) and defines(text, "sine_cosine")]
     return "\n\n".join([text, "# From compiler/webassembly", *missing]) if missing else text

@@ -51,7 +51,7 @@ class Kernel:
     def __init__(self, assembly: Assembly, program: Program):
         self.assembly, self.program = assembly, program
         self._written: dict[nodes.Function, int] = {}
-        self._sizes: dict[nodes.Function, int] = {}
+        self._small: dict[nodes.Function, bool] = {}
 
     def written(self, function: nodes.Function) -> int:
         """The number of a function, which is written when first called."""
@@ -61,9 +61,9 @@ class Kernel:
 
     def is_written_in_place(self, function: nodes.Function) -> bool:
         """Whether a function stands where it is called: browsers do not do that."""
-        if function not in self._sizes:
-            self._sizes[function] = _count(function.body)
-        return self._sizes[function] <= SMALL
+        if function not in self._small:
+            self._small[function] = _count(function.body) <= SMALL
+        return self._small[function]
 
     def call_operator(self, code: Expressions, of_floats: str, kind: Kind, operator: str) -> None:
         """A call of what stands for // or %."""
@@ -323,16 +323,22 @@ def _returns(statements: list[Any]) -> int:
 
 
 def _count(part: Any) -> int:
-    """How many nodes a part of the tree has."""
+    """How many nodes a part of the tree has; of one with more than SMALL, only that there are more."""
     if isinstance(part, (list, tuple)):
-        return sum(map(_count, part))
-    if isinstance(part, nodes.Function) or not hasattr(part, "__dataclass_fields__") or isinstance(part, Kind):
+        parts, found = part, 0
+    elif isinstance(part, (nodes.Function, Kind)) or not hasattr(part, "__dataclass_fields__"):
         return 0
-    if isinstance(part, nodes.Bind):
-        return 1 + _count(part.let.value)
-    if isinstance(part, (nodes.Let, nodes.Table)):
+    elif isinstance(part, nodes.Bind):
+        parts, found = (part.let.value,), 1
+    elif isinstance(part, (nodes.Let, nodes.Table)):
         return 1
-    return 1 + sum(_count(getattr(part, name)) for name in type(part).__dataclass_fields__)
+    else:
+        parts, found = (getattr(part, name) for name in type(part).__dataclass_fields__), 1
+    for each in parts:
+        found += _count(each)
+        if found > SMALL:
+            break
+    return found
 
 
 def _has(statements: list[Any], kind: type) -> bool:
