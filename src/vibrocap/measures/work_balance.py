@@ -44,10 +44,10 @@ def balanced(recording: Equations, gathered: Gathered, parameters: np.ndarray, t
 @functools.lru_cache(maxsize=64)
 def loses_at_switches(recording: Equations) -> bool:
     """Whether a change of branch may change what the contact stores, as where one begins unloaded."""
-    stored, memory = recording.observables["contact_energy"], {}
+    stored = recording.observables["contact_energy"]
     outcomes = (*recording.after_switch, recording.after_reversal)
     return any(
-        value.index != recording.graph.node("state", i).index and derivative(stored, i, memory).value != 0.0
+        value.index != recording.graph.node("state", i).index and derivative(stored, i).value != 0.0
         for outcome in outcomes
         for i, value in enumerate(outcome)
     )

@@ -74,9 +74,8 @@ def _share_to_rest(recording: Equations, t, states, change, side, parameters) ->
 @functools.lru_cache(maxsize=64)
 def jacobian(recording: Equations) -> tuple[Expression, ...]:
     """Slopes of the rates with respect to the states, row by row."""
-    memory: dict = {}
     states = len(recording.rates)
-    return tuple(derivative(rate, j, memory) for rate in recording.rates for j in range(states))
+    return tuple(derivative(rate, j) for rate in recording.rates for j in range(states))
 
 
 def _filled(values: list, count: int) -> np.ndarray:

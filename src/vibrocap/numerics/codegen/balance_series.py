@@ -90,7 +90,7 @@ class BalanceWriter:
     def _slope(self, index: int) -> str:
         """The factor d of the acceleration in an open node."""
         graph, acceleration = self.writer.graph, self.balance.acceleration
-        slope = sensitivity(Expression(graph, index), acceleration.index, {})
+        slope = sensitivity(Expression(graph, index), acceleration.index)
         return self.writer.coefficient(slope.index, 0)
 
     def _sides(self, index: int) -> tuple[int | None, int]:

@@ -100,19 +100,18 @@ def step_source(equations: DrivenEquations, frozen: dict[int, str]) -> list[str]
 def _slopes(equations: DrivenEquations, writer: DrivenWriter) -> tuple[list[str], list[str], Entries]:
     """(values, names, entries of the Jacobian that do not vanish) of what `slopes` returns."""
     graph, moving, states = equations.graph, equations.moving, equations.states
-    memory: dict = {}
     jacobian: Entries = set()
     velocity_rate, load_rate = graph.node("state", states + 2), graph.node("state", states + 3)
     values = [writer.name(rate) for rate in equations.rates]
     names = [f"f{i}" for i in range(moving)]
     for i, rate in enumerate(equations.rates):
         for j in range(moving):
-            slope = derivative(rate, j, memory)
+            slope = derivative(rate, j)
             if slope.value != 0.0:
                 jacobian.add((i, j))
                 values.append(writer.name(slope))
                 names.append(f"j{i}_{j}")
-        by_velocity, by_load = (derivative(rate, states + i, memory) for i in range(2))
+        by_velocity, by_load = (derivative(rate, states + i) for i in range(2))
         values.append(writer.name(by_velocity * velocity_rate + by_load * load_rate))
         names.append(f"t{i}")
     return values, names, jacobian

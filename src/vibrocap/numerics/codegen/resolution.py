@@ -132,9 +132,9 @@ def visible_speed(arguments: Sequence[SharpArgument], states: int, parameters: n
 
 def mirrored(equations: Any) -> bool:
     """Whether sharp nodes and the sizes of their slopes are those of the mirrored motion, at points drawn at random."""
-    graph, memory, nodes = equations.graph, {}, system_sharpness(equations).nodes
+    graph, nodes = equations.graph, system_sharpness(equations).nodes
     watching = (*equations.rates, *equations.switches)
-    slopes = [sensitivity(each, node, memory) for node in nodes for each in watching]
+    slopes = [sensitivity(each, node) for node in nodes for each in watching]
     watched = [*(Expression(graph, node) for node in nodes), *slopes]
     if not watched:
         return True
@@ -154,14 +154,14 @@ def sparse(equations: Any) -> bool:
     A contact that leaves stick has v = c t^2; the series of a law in v^2 is then one in t^4, of whose terms three in
     four vanish.
     """
-    graph, memory = equations.graph, {}
+    graph = equations.graph
     draw = np.random.default_rng(0)
     states = draw.uniform(0.1, 0.9, len(equations.rates))
     states[equations.contact_state] = 0.0
     values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in system_sharpness(equations).nodes:
         op, *operands = graph.nodes[node]
-        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index, memory)
+        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index)
         with np.errstate(all="ignore"):
             if op == "log" or evaluate([slope], 0.3, states, 1.0, values)[0] == 0.0:
                 return True
@@ -230,7 +230,6 @@ def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
 
     step, start = Enclosures(graph, text, over_step), Enclosures(graph, text, at_start)
     ends = [Enclosures(graph, text, at(velocity)) for velocity in ("start_low", "start_high")]
-    memory: dict = {}
     inverses = [
         text.entry(f"INVERSE_SCALE + {i} * LANES") if simd else f"1.0 / floats[SCALE + {i} * LANES + lane]"
         for i in range(len(equations.rates))
@@ -249,7 +248,7 @@ def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
         return _largest(text, of_rates + of_guards)[0]
 
     for node in sharp.nodes:
-        slopes = [[sensitivity(each, node, memory) for each in some] for some in (equations.rates, equations.switches)]
+        slopes = [[sensitivity(each, node) for each in some] for some in (equations.rates, equations.switches)]
         felt = [slope.index for some in slopes for slope in some if slope.value != 0.0]
         if not felt:
             continue

@@ -269,12 +269,12 @@ def branches_source(equations: Any) -> str:
 
 def jacobian_source(equations: Any, integrals: Sequence[Expression]) -> str:
     """`jacobian` of one lane, exact."""
-    states, memory = len(equations.rates), {}
+    states = len(equations.rates)
     writer = ScalarWriter(equations.graph)
     body = []
     for i, rate in enumerate((*equations.rates, *integrals)):
         for j in range(states + 1):
-            slope = derivative(rate, j if j < states else -1, memory)
+            slope = derivative(rate, j if j < states else -1)
             body.append(f"floats[out + {i * (states + 1) + j}] = {writer.name(slope)}")
     head = "def jacobian(floats, t, point, side, lane, out):"
     return "\n".join([head, *_indented([*writer.lines, *body], 4), ""])

@@ -56,16 +56,15 @@ class Balance:
         """d + r e: see above."""
         result = self.slope(self.momentum, rates)
         if self.normal is not None:
-            share = sensitivity(self.friction, self.normal.moving.index, {})
+            share = sensitivity(self.friction, self.normal.moving.index)
             result = result + share * self.slope(self.normal.momentum, rates)
         return result
 
     def slope(self, momentum: Expression, rates: Sequence[Expression]) -> Expression:
         """Slope of the rate of a momentum with respect to the acceleration."""
         result = self.acceleration.graph.constant(0.0)
-        memory: dict = {}
         for i, rate in enumerate(rates):
-            result = result + derivative(momentum, i) * sensitivity(rate, self.acceleration.index, memory)
+            result = result + derivative(momentum, i) * sensitivity(rate, self.acceleration.index)
         return result
 
     def on(self, graph: Graph) -> "Balance":

@@ -36,6 +36,15 @@ class Graph:
         self.nodes: list[tuple] = []
         self._known: dict[tuple, int] = {}
         self._constant: dict[int, bool] = {}
+        self._slopes: dict[tuple[int, int], int] = {}  # what `sensitivity` has found, by expression and node
+
+    def __deepcopy__(self, memory: dict) -> "Graph":
+        """A graph that begins with the nodes of this one."""
+        copied = Graph()
+        copied.nodes, copied._known = list(self.nodes), dict(self._known)
+        copied._constant, copied._slopes = dict(self._constant), dict(self._slopes)
+        memory[id(self)] = copied
+        return copied
 
     def node(self, op: str, *operands) -> "Expression":
         """The expression of this node, recorded now if it is new."""
@@ -190,33 +199,31 @@ class Expression(Recordable):
         return self._function("atan")
 
 
-def derivative(expression: Expression, state: int, memory: dict | None = None) -> Expression:
+def derivative(expression: Expression, state: int) -> Expression:
     """Partial derivative with respect to a state (state = -1: with respect to time), as an expression."""
     graph = expression.graph
     variable = graph.node("time") if state == -1 else graph.node("state", state)
-    return sensitivity(expression, variable.index, {} if memory is None else memory)
+    return sensitivity(expression, variable.index)
 
 
-def sensitivity(expression: Expression, node: int, memory: dict) -> Expression:
-    """Partial derivative with respect to a node, as if that were a variable of its own.
-
-    memory: of what was found before on this graph, for any node
-    """
+def sensitivity(expression: Expression, node: int) -> Expression:
+    """Partial derivative with respect to a node, as if that were a variable of its own."""
     graph, key = expression.graph, (expression.index, node)
     if expression.index == node:
         return graph.constant(1.0)
     if expression.index < node:  # a node comes after its operands
         return graph.constant(0.0)
-    if key in memory:
-        return memory[key]
+    known = graph._slopes.get(key)
+    if known is not None:
+        return Expression(graph, known)
     op, *operands = graph.nodes[expression.index]
     if op in ("constant", "side", "parameter", "time", "state"):
         result = graph.constant(0.0)
     else:
         args = [Expression(graph, i) for i in operands]
-        slopes = [sensitivity(a, node, memory) for a in args]
+        slopes = [sensitivity(a, node) for a in args]
         result = _chain_rule(op, expression, args, slopes)
-    memory[key] = result
+    graph._slopes[key] = result.index
     return result
 
 

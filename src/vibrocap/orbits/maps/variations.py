@@ -1,11 +1,12 @@
 """The variational equations of a system: how a small change of the start grows along a motion."""
 
+import copy
 import dataclasses
 import functools
 from collections.abc import Sequence
 
 from vibrocap.motion.equations import Equations
-from vibrocap.numerics.expressions.graph import Expression, Graph, derivative
+from vibrocap.numerics.expressions.graph import Expression, derivative
 
 # Natural size of a tangent that starts with the natural size of a state: derivatives may err by so many tolerances.
 # Not without limit: what decays fast along a motion that is smooth already would be followed by steps too long for it.
@@ -19,12 +20,9 @@ def variational_equations(equations: Equations) -> Equations:
     The states of the tangent follow those of the motion. Exact derivatives of the recorded equations; the kernel
     carries the tangent through events by saltation (`kernel/events/tangents.py`).
     """
-    graph = Graph()
-    graph.nodes.extend(equations.graph.nodes)
-    graph._known.update(equations.graph._known)
+    graph = copy.deepcopy(equations.graph)
     n = len(equations.rates)
     tangent = tuple(graph.node("state", n + i) for i in range(n))
-    slopes: dict = {}
 
     def moved(expression: Expression) -> Expression:
         return Expression(graph, expression.index)
@@ -34,7 +32,7 @@ def variational_equations(equations: Equations) -> Equations:
         total = graph.constant(0.0)
         if expression is not None:
             for i in range(n):
-                total = total + derivative(moved(expression), i, slopes) * tangent[i]
+                total = total + derivative(moved(expression), i) * tangent[i]
         return total
 
     def both(states: Sequence[Expression]) -> tuple[Expression, ...]:
