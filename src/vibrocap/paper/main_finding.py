@@ -63,13 +63,7 @@ def main_finding(runs: Runs) -> MainFinding:
     asymmetries += [asymmetry(runs, f"Figs 5-8, {short}", figures_5_to_8(name)) for name, short in SHORT.items()]
     lm, em, met = zeros(runs, "lugre"), zeros(runs, "exponential"), meetings(runs)
     points = {"printed": PRINTED} | {
-        window: {
-            "O1": lm[window],
-            "O2": em[window],
-            "P1": met[window][0],
-            "P2": met[window][1],
-        }
-        for window in lm
+        window: {"O1": lm[window], "O2": em[window], "P1": met[window][0], "P2": met[window][1]} for window in lm
     }
     random = [abs(velocity) for name in SHORT for velocity in runs.random_starts(name)]
     return MainFinding(

@@ -150,14 +150,7 @@ class Scene:
         unit = scale(self.place, self.motion.system)
         self.numbers = {
             mark: self.axes.text(
-                0,
-                -0.1,
-                f"{mark * unit:.4g}",
-                ha="center",
-                va="top",
-                fontsize=8,
-                color=grey,
-                clip_on=True,
+                0, -0.1, f"{mark * unit:.4g}", ha="center", va="top", fontsize=8, color=grey, clip_on=True
             )
             for mark in self.marks[self.marks % 1 == 0]
         }

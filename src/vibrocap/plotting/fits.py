@@ -104,10 +104,7 @@ def residual_figure(fit: Fit) -> Figure:
             right.plot(x, normal * float(np.sum(count)) * (edges[1] - edges[0]), color="#000000", linewidth=0.9)
             right.set(xlabel=f"error ({prefix}{fit.units.force})", ylabel="samples")
         fig.align_ylabels()
-        heading(
-            fig,
-            f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}",
-        )
+        heading(fig, f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}")
         told = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
         text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}".replace("  ", " ")
         footnote(fig, textwrap.fill(text, 190))
@@ -366,9 +363,6 @@ def match_figure(match: Match) -> Figure:
         for ax in axes[1]:
             if ax.get_xscale() == "linear":
                 ax.xaxis.set_major_locator(MaxNLocator(6 if ax is axes[1, 0] else 4))
-        heading(
-            fig,
-            f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain",
-        )
+        heading(fig, f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain")
         footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")
     return fig

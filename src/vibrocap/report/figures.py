@@ -173,11 +173,7 @@ def _steady_panel(panel: SteadyPanel) -> StudyPanel:
     load = "N = 1, as printed" if panel.load == 1.0 else "dynamic load"
     least = types.SimpleNamespace(values=panel.least_load)
     return StudyPanel(
-        f"{TITLES[panel.friction]}, {load}",
-        panel.mean_velocity,
-        panel.status,
-        panel.settled,
-        {"least_reaction": least},
+        f"{TITLES[panel.friction]}, {load}", panel.mean_velocity, panel.status, panel.settled, {"least_reaction": least}
     )
 
 

@@ -94,12 +94,7 @@ def _sections(result: Result) -> Iterable[Section]:
     main = "" if result.finding is None else findings.main(result.finding, result.figures.get("symmetry"))
     yield Section("finding", "Main finding: why the capsule of Fig. 9 does not travel", main)
     yield Section("presets", "Parameters", _presets())
-    yield Section(
-        "figures",
-        "Figures",
-        _figures(printed),
-        tuple((key, f"Fig. {int(key[3:])}") for key in printed),
-    )
+    yield Section("figures", "Figures", _figures(printed), tuple((key, f"Fig. {int(key[3:])}") for key in printed))
     yield Section("claims", "Claims", _claims(result, tuple(printed)), tuple(_chapters(result)))
     yield Section("errata", "Errata", errata(result.verdicts, result.only))
     yield Section(

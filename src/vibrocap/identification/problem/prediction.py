@@ -208,14 +208,7 @@ def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
 
 
 def nuisances(
-    law: Law,
-    records: Sequence[Samples],
-    *,
-    offset: bool,
-    mass: bool,
-    start: str,
-    level: float,
-    delay: bool = False,
+    law: Law, records: Sequence[Samples], *, offset: bool, mass: bool, start: str, level: float, delay: bool = False
 ) -> tuple[Coordinate, ...]:
     """Coordinates of the nuisance parameters, which all start at zero.
 

@@ -16,13 +16,7 @@ from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
-from vibrocap.orbits.continuation.special_points import (
-    CORNERS,
-    SpecialKind,
-    SpecialPoint,
-    reversed_way,
-    special_point,
-)
+from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint, reversed_way, special_point
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven

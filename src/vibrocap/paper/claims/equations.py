@@ -195,9 +195,7 @@ def one_alpha(runs: Runs, tolerance: float) -> Finding:
 
 
 @claim(
-    "sec. 2.3.2, (7), (10)",
-    "The Stribeck term is exp(-(X'/v_s)^alpha) for either direction and any alpha.",
-    ROUNDING,
+    "sec. 2.3.2, (7), (10)", "The Stribeck term is exp(-(X'/v_s)^alpha) for either direction and any alpha.", ROUNDING
 )
 def stribeck_term(runs: Runs, tolerance: float) -> Finding:
     """g as printed at X' = 0.1 and -0.1, for alpha = 2 and alpha = 1."""

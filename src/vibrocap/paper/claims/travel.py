@@ -161,11 +161,7 @@ def _crossing(
         none = "In the steady state it is not nothing throughout."
     some = f"With a softer spring, rho = {SOFT:g}, there is one, at lambda = {soft.at[point]:.10f}."
     return Finding(
-        restricted(len(hits) == len(windows), bool(hits)),
-        found,
-        STEADY,
-        in_words(hits),
-        f"{nearest} {none} {some}",
+        restricted(len(hits) == len(windows), bool(hits)), found, STEADY, in_words(hits), f"{nearest} {none} {some}"
     )
 
 

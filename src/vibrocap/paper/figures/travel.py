@@ -19,13 +19,7 @@ def figure_9(runs: Runs) -> Figure:
     for name, short in SHORT.items():
         ratios, curves = runs.sweep(name).mass_ratio, averages(runs, name)
         windows += [
-            Curve(
-                f"{short}, {window}",
-                short,
-                ratios,
-                curves[window],
-                weight,
-            )
+            Curve(f"{short}, {window}", short, ratios, curves[window], weight)
             for window, weight in SHOWN_WINDOWS.items()
         ]
     steady = tuple(
@@ -78,10 +72,7 @@ def _mirrored(period: Period) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def figure_symmetry(runs: Runs) -> Figure:
     """The half-period symmetry: a motion that is its own mirror image, one that is not, and what each travels."""
     panels = []
-    cases = (
-        ("Figs 9-11, λ = 0.8", figures_9_to_11("lugre", SYMMETRIC_RATIO)),
-        ("Figs 5-8", figures_5_to_8("lugre")),
-    )
+    cases = (("Figs 9-11, λ = 0.8", figures_9_to_11("lugre", SYMMETRIC_RATIO)), ("Figs 5-8", figures_5_to_8("lugre")))
     for letter, (title, system) in zip("ab", cases, strict=True):
         phase, velocity, image = _mirrored(last_period(runs.motion(system, 200), samples=1024))
         panels.append(

@@ -140,10 +140,7 @@ class View:
 
 
 def study_view(
-    dataset: Any,
-    measure: str | None = None,
-    at: Mapping[str, str] | None = None,
-    dead_band: float | None = None,
+    dataset: Any, measure: str | None = None, at: Mapping[str, str] | None = None, dead_band: float | None = None
 ) -> View:
     """What a picture of a study shows.
 

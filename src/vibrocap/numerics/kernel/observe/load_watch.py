@@ -21,15 +21,7 @@ from vibrocap.numerics.kernel.generated import (
     reaction,
 )
 from vibrocap.numerics.kernel.interface import fitting_point
-from vibrocap.numerics.kernel.observe.accumulators import (
-    FITTED,
-    INSTANT,
-    POINTS,
-    SHARES,
-    VALUES,
-    fit,
-    largest_change,
-)
+from vibrocap.numerics.kernel.observe.accumulators import FITTED, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
 from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
 

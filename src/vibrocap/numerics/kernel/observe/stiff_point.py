@@ -34,17 +34,7 @@ from vibrocap.numerics.kernel.generated import (
     switches,
 )
 from vibrocap.numerics.kernel.observe.turning_points import polynomial_slope
-from vibrocap.numerics.kernel.step.implicit import (
-    GUARDS,
-    JACOBIAN,
-    MATRIX,
-    POINT,
-    RATE,
-    STAGE,
-    WIDTH,
-    factorise,
-    solve,
-)
+from vibrocap.numerics.kernel.step.implicit import GUARDS, JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
 NEWTON_STEPS = 2
 INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond
