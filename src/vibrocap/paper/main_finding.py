@@ -8,10 +8,9 @@ import numpy as np
 from vibrocap.paper.averages import STEADY_WINDOW, averages, meetings, zeros
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
 from vibrocap.paper.runs import Runs, last_period
-from vibrocap.paper.steady_points import RANGE_OF_SOFT, SteadyPoints, steady_points
+from vibrocap.paper.steady_points import PRINTED, RANGE_OF_SOFT, SteadyPoints, steady_points
 from vibrocap.physics.system import System
 
-PRINTED = {"O1": 4.0, "O2": 2.2, "P1": 1.18, "P2": 4.36}
 SHOWN_RATIOS = (0.1, 0.8, 2.0, 4.0, 8.1)
 
 
