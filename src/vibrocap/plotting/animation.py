@@ -158,7 +158,9 @@ class Scene:
         top, side = self.high - 0.03 * (self.high - self.low), 0.97 * self.half
         self.clock = self.axes.text(-side, top, "", va="top", fontsize=10)
         self.state = self.axes.text(side, top, "", va="top", ha="right", fontsize=11, weight="bold")
-        words = f"lengths in {_length_unit(self.motion.system)}; triangle: start of the film"
+        system = self.motion.system
+        unit = "the units of the parameters" if type(system.machine).gravity is None else "$l$"
+        words = f"lengths in {unit if system.units is None else 'm'}; triangle: start of the film"
         self.axes.text(side, self.low + 0.02, words, ha="right", fontsize=7.5, color="#555555")
 
     def show(self, number: int) -> None:
@@ -206,12 +208,6 @@ class Scene:
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
-
-
-def _length_unit(system: Any) -> str:
-    if system.units is not None:
-        return "m"
-    return "the units of the parameters" if type(system.machine).gravity is None else "$l$"
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact

@@ -65,7 +65,9 @@ def finished_fit(
     counted, parameters_in_all = int(sum(np.sum(each) for each in prediction.counts)), len(space.names)
     if counted < EACH * parameters_in_all:
         report = _too_few(report, counted, parameters_in_all)
-        found = {name: dataclasses.replace(each, **_nothing(each)) for name, each in found.items()}
+        for name, each in found.items():
+            low = -math.inf if each.low < 0 else 0.0
+            found[name] = dataclasses.replace(each, low=low, high=math.inf, low_open=True, high_open=True)
     law = prediction.law(best.u)
     known_load = options.get("load") is not None or any(
         np.any(np.asarray(each.load) != 1.0) for each in prediction.records
@@ -163,12 +165,6 @@ def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifi
     return dataclasses.replace(
         report, verdicts=verdicts, sentences=(sentence, *report.sentences), experiments=experiments
     )
-
-
-def _nothing(interval: Interval) -> dict[str, Any]:
-    """The fields of an interval that is open at both ends."""
-    low = -math.inf if interval.low < 0 else 0.0
-    return {"low": low, "high": math.inf, "low_open": True, "high_open": True}
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
