@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from vibrocap.laboratory.regularisation import regularisation_error, width_for
 from vibrocap.plotting import style as plots
+from vibrocap.plotting.colours import BLACK
 from vibrocap.plotting.laboratory import draw_errors, draw_steps
 
 START = {"angle": math.pi / 3}
@@ -50,7 +51,7 @@ def main() -> None:
             left.annotate(words, at, (4 if side == "left" else -4, 0), textcoords="offset points", ha=side, fontsize=8)
         draw_steps(right, reports)
         label = r"$\tanh(v/\epsilon)$, SciPy's DOP853"
-        right.loglog(EXPLICIT, steps, "s--", color=plots.BLACK, markersize=3.5, label=label)
+        right.loglog(EXPLICIT, steps, "s--", color=BLACK, markersize=3.5, label=label)
         right.set(ylim=(1.5e3, 1.5e5), xlim=(7e-8, 0.15))
         for ax in (left, right):
             plots.legend(ax, loc="upper left" if ax is left else "upper right")

@@ -17,11 +17,12 @@ from scipy.integrate import solve_ivp
 import vibrocap as vc
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK
 from vibrocap.plotting import style as plots
+from vibrocap.plotting.colours import BLUE, GREEN, VERMILION
 from vibrocap.plotting.trace import Trace
 
 PERIODS = 40
 FRAMES = (0.0, 0.14, 0.235, 0.43, 0.55, 0.75, 1.0)  # instants of the last period, in periods
-CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (plots.GREEN, "slips forward"), BACK: (plots.VERMILION, "slips back")}
+CONTACT = {STUCK: ("#7A7A7A", "sticks"), FORWARD: (GREEN, "slips forward"), BACK: (VERMILION, "slips back")}
 GREY = "#404040"
 MINUS = "\N{MINUS SIGN}"  # as on the axes
 
@@ -53,7 +54,7 @@ def draw_machine(axes, x: float, angle: float, side: int, moved: float) -> None:
     axes.add_patch(body)
     axes.plot([x - 0.36, x + 0.36], [-0.02, -0.02], color=colour, linewidth=5, solid_capstyle="butt", zorder=3)
     axes.plot([x, bob[0]], [0.34, bob[1]], color=GREY, linewidth=2.0, zorder=4)
-    axes.add_patch(Circle(bob, 0.12, facecolor=plots.BLUE, edgecolor=GREY, zorder=5))
+    axes.add_patch(Circle(bob, 0.12, facecolor=BLUE, edgecolor=GREY, zorder=5))
     axes.plot([x], [0.34], marker="o", markersize=4.5, color="white", markeredgecolor=GREY, zorder=6)
     axes.text(x, -0.17, words, ha="center", va="top", fontsize=8.5, color=colour, weight="bold")
     axes.text(x, -0.42, f"{moved:+.3f}".replace("-", MINUS), ha="center", va="top", fontsize=8, color=GREY)
@@ -98,8 +99,8 @@ def draw_travel(axes, motion: vc.Trajectory) -> None:
     times = np.linspace(0.0, motion.end, 64 * PERIODS + 1)
     periods = times / motion.period
     exact = motion.at(times, "position")
-    lines = [("exact", exact, plots.BLUE, 2.0, "-")]
-    for width, colour, dashes in ((1e-3, plots.GREEN, (0, (5, 1.5))), (1e-2, plots.VERMILION, (0, (2, 1.2)))):
+    lines = [("exact", exact, BLUE, 2.0, "-")]
+    for width, colour, dashes in ((1e-3, GREEN, (0, (5, 1.5))), (1e-2, VERMILION, (0, (2, 1.2)))):
         found = smoothed_travel(motion.system, width, times)
         error = 100.0 * (found[-1] / exact[-1] - 1.0)
         words = f"{error:+.0f} %".replace("-", MINUS)

@@ -1,14 +1,8 @@
 """Examples of every command, as they stand under its help; tests run them all, in this order, in one folder."""
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
-    "new": (
-        "vibrocap new --out case.toml",
-        "vibrocap new oscillator --law dahl --drive ramp",
-    ),
-    "examples": (
-        "vibrocap examples",
-        "vibrocap examples --to examples",
-    ),
+    "new": ("vibrocap new --out case.toml", "vibrocap new oscillator --law dahl --drive ramp"),
+    "examples": ("vibrocap examples", "vibrocap examples --to examples"),
     "simulate": (
         "vibrocap simulate case.toml --initial angle=0.5",
         "vibrocap simulate examples/travels-by-stick-slip.toml --plot run.png",
@@ -23,10 +17,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap limits examples/bristles-lugre.toml",
         "vibrocap limits examples/bristles-with-offset-points.toml --json",
     ),
-    "measures": (
-        "vibrocap measures",
-        "vibrocap measures examples/bristles-lugre.toml",
-    ),
+    "measures": ("vibrocap measures", "vibrocap measures examples/bristles-lugre.toml"),
     "sweep": (
         "vibrocap sweep case.toml --over drive.amplitude=1:3:20 --out line",
         "vibrocap sweep case.toml --over machine.mass_ratio=log:0.2:8:20"
@@ -53,10 +44,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "vibrocap friction show dahl --set bristle_stiffness=1e3",
     ),
     "friction test": ("vibrocap friction test coulomb --plot tests.png",),
-    "check": (
-        "vibrocap check lugre --quick",
-        "vibrocap check --parts mylaws.py",
-    ),
+    "check": ("vibrocap check lugre --quick", "vibrocap check --parts mylaws.py"),
     "fit": (
         "vibrocap fit damper.csv --law dahl --out fit --plot fit.png",
         "vibrocap fit damper.csv --compare coulomb,dahl --json",
@@ -65,14 +53,8 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "datasets": ("vibrocap datasets list",),
     "datasets list": ("vibrocap datasets list",),
     "datasets fetch": ("vibrocap datasets fetch rotary-damper --to data",),
-    "reproduce": (
-        "vibrocap reproduce --out out",
-        "vibrocap reproduce --only fig09",
-    ),
-    "completion": (
-        "vibrocap completion bash",
-        "vibrocap completion zsh --install",
-    ),
+    "reproduce": ("vibrocap reproduce --out out", "vibrocap reproduce --only fig09"),
+    "completion": ("vibrocap completion bash", "vibrocap completion zsh --install"),
 }
 
 

@@ -113,16 +113,18 @@ def _pulled(law: Law, rate: float, mass: float, load: float, sizes: ContactSizes
 def _break_away(motion: Trajectory, rate: float) -> tuple[tuple[float, ...], Pull]:
     """(force, applied, velocity, displacement, whether it peaked) of one pull, and its course."""
     time = _look_times(motion)
-    friction = _friction(motion, time)
+    # Where a contact lets go, friction is that of the contact at rest.
+    index = np.maximum(np.searchsorted(motion.piece_start, time, side="left") - 1, 0)
+    friction = motion.piece_observables(("friction",), index, time - motion.piece_start[index])[0]
     place, velocity = motion.states(time)[:2]
     pull = Pull(rate, time, rate * time, friction, place, velocity)
     slips = motion.event_times[motion.event_kinds == "slip_forward"]
     if motion.system.friction.kind == "set-valued" and len(slips):
-        index, peaked = int(np.searchsorted(time, slips[0])), True
+        at, peaked = int(np.searchsorted(time, slips[0])), True
     else:
-        index, peaked = _peak(friction)
-    there = (pull.applied[index], velocity[index], place[index]) if peaked else (math.nan,) * 3
-    return (friction[index], *there, float(peaked)), pull
+        at, peaked = _peak(friction)
+    there = (pull.applied[at], velocity[at], place[at]) if peaked else (math.nan,) * 3
+    return (friction[at], *there, float(peaked)), pull
 
 
 def _look_times(motion: Trajectory) -> np.ndarray:
@@ -131,12 +133,6 @@ def _look_times(motion: Trajectory) -> np.ndarray:
     points = (motion.piece_start[:, None] + motion.piece_length[:, None] * share).ravel()
     turns = [part.roots(part.friction_rate) for part in stretches(motion, 0.0, motion.end) if part.side]
     return np.unique(np.concatenate((points, *turns)))
-
-
-def _friction(motion: Trajectory, time: np.ndarray) -> np.ndarray:
-    """Friction force; where a contact lets go it is that of the contact at rest."""
-    index = np.maximum(np.searchsorted(motion.piece_start, time, side="left") - 1, 0)
-    return motion.piece_observables(("friction",), index, time - motion.piece_start[index])[0]
 
 
 def _peak(friction: np.ndarray) -> tuple[int, bool]:

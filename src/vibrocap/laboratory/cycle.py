@@ -51,11 +51,7 @@ class Cycle:
 
 
 def closed_cycle(
-    recorded: RecordedLaw,
-    levels: Numbers,
-    durations: Numbers,
-    start: Numbers,
-    scales: Numbers,
+    recorded: RecordedLaw, levels: Numbers, durations: Numbers, start: Numbers, scales: Numbers
 ) -> Cycle | None:
     """The cycle of a law under levels of velocity held for the given durations, from a guess of its internal states.
 

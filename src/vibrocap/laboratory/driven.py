@@ -184,13 +184,7 @@ class DrivenSet:
 
 
 def driven_force(
-    law: Law,
-    time: Any,
-    velocity: Any,
-    *,
-    load: Any = 1.0,
-    internal: Any = None,
-    tolerance: float = 1e-8,
+    law: Law, time: Any, velocity: Any, *, load: Any = 1.0, internal: Any = None, tolerance: float = 1e-8
 ) -> Driven:
     """Friction force of a law whose contact is moved at a given velocity, which is linear between the samples.
 

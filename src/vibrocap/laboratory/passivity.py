@@ -102,7 +102,7 @@ def passivity(law: Law, load: float = 1.0, *, fastest: float | None = None) -> P
     states, sides, sizes = _states(recorded, speeds)
     found = powers(recorded, states, sides, speeds)
     continuous = sizes[recorded.continuous]
-    proven = _proven(law)
+    proven = type(law).passive is not Law.passive and law.passive  # one that says nothing is not proven
     cycle = needed = None
     if not proven:
         worst = worst_chatter(found, continuous)
@@ -217,11 +217,6 @@ def _condition(law: Law) -> str:
     if type(law).passive is Law.passive or not words:
         return "It states no condition for being passive."
     return f"Its condition, '{words}', {'holds' if law.passive else 'does not hold'}."
-
-
-def _proven(law: Law) -> bool:
-    """Whether the law says that it is passive; one that says nothing is not proven."""
-    return type(law).passive is not Law.passive and law.passive
 
 
 def _searched(recorded: RecordedLaw, bottom: float, top: float) -> str:

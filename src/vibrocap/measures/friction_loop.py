@@ -88,6 +88,9 @@ class Excursion:
         """Speeds at which the branches change places, where they do so by more than a least difference."""
         from scipy.optimize import brentq
 
+        def known_difference(speed: float) -> float:
+            return float(np.nan_to_num(self.difference(np.array([speed]))[0]))
+
         low, high = self.speeds
         # Denser towards rest, where a branch may change steeply.
         grid = low + (high - low) * np.linspace(0.0, 1.0, SPEEDS + 2)[1:-1] ** 2
@@ -96,14 +99,11 @@ class Excursion:
         found = []
         for i, j in itertools.pairwise(known):
             if difference[i] * difference[j] < 0.0:
-                speed, _ = brentq(self._known_difference, grid[i], grid[j], xtol=1e-14, full_output=True)
+                speed, _ = brentq(known_difference, grid[i], grid[j], xtol=1e-14, full_output=True)
                 # Where a way begins or ends the mean over ways jumps or is missing, which is no crossing.
                 if abs(self.difference(np.array([speed]))[0]) <= 1e-6 * (abs(difference[i]) + abs(difference[j])):
                     found.append(float(speed))
         return tuple(found)
-
-    def _known_difference(self, speed: float) -> float:
-        return float(np.nan_to_num(self.difference(np.array([speed]))[0]))
 
 
 def branches(excursion: Excursion, area: float, low: float, high: float, least: float) -> Branches | None:

@@ -8,9 +8,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
-from vibrocap.numerics.api import (
-    codes,
-)
+from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.friction.law import Law
@@ -282,10 +280,7 @@ REACTION = (
         Standard(lambda runs: runs.results.lifted),
     ),
     Measure.largest(
-        "largest_reaction",
-        "largest normal reaction of the ground in the window",
-        lambda now: now.reaction,
-        si_unit="N",
+        "largest_reaction", "largest normal reaction of the ground in the window", lambda now: now.reaction, si_unit="N"
     ),
 )
 

@@ -330,10 +330,7 @@ def _normal_balance(graph: Graph, machine: Machine, mechanical: tuple, flow: Flo
         return None
     moving, at_rest = map(graph.expression, flow.loads)
     return NormalBalance(
-        momentum=graph.expression(momentum),
-        mean=graph.expression(machine.load()),
-        moving=moving,
-        at_rest=at_rest,
+        momentum=graph.expression(momentum), mean=graph.expression(machine.load()), moving=moving, at_rest=at_rest
     )
 
 

@@ -127,10 +127,7 @@ def period_marks(
 
 def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_steps: Any) -> None:
     """ArgumentError for run settings that make no sense."""
-    for name, value, low, high in (
-        ("periods", periods, SHORTEST, 1e9),
-        ("tolerance", tolerance, 1e-14, 1e-2),
-    ):
+    for name, value, low, high in (("periods", periods, SHORTEST, 1e9), ("tolerance", tolerance, 1e-14, 1e-2)):
         if not is_number(value) or not (low <= value <= high):
             wanted = "a positive number" if name == "periods" else f"a number from {low:g} to {high:g}"
             wanted += f", at least {low:g}" if name == "periods" and is_number(value) and 0 < value < low else ""

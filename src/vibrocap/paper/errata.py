@@ -133,27 +133,17 @@ ERRATA = (
 
 def errata_page() -> str:
     """docs/errata.md."""
-    lines = [
-        "# Errata of the paper",
-        "",
-        "P. Liu, H. Yu and S. Cang, *Modelling and analysis of dynamic frictional interactions of vibro-driven",
-        "capsule systems with viscoelastic property*. Where the paper and this software differ, this page says why.",
-        "Each erratum names the claims that show it with numbers: `vibrocap reproduce` computes them,",
-        "`tests/test_paper.py` keeps them.",
-        "",
-        "This page is written by `vibrocap.paper.errata.errata_page`.",
-    ]
-    for erratum in ERRATA:
-        lines += [
-            "",
-            f"## {erratum.number}. {erratum.title}",
-            "",
-            f"*{erratum.where}*",
-            "",
-            f"**Printed.** {erratum.printed}",
-            "",
-            f"**Right.** {erratum.right}",
-            "",
-            f"Claims: {', '.join(f'`{key}`' for key in erratum.claims)}.",
-        ]
-    return "\n".join(lines) + "\n"
+    head = """# Errata of the paper
+
+P. Liu, H. Yu and S. Cang, *Modelling and analysis of dynamic frictional interactions of vibro-driven
+capsule systems with viscoelastic property*. Where the paper and this software differ, this page says why.
+Each erratum names the claims that show it with numbers: `vibrocap reproduce` computes them,
+`tests/test_paper.py` keeps them.
+
+This page is written by `vibrocap.paper.errata.errata_page`.
+"""
+    return head + "".join(
+        f"\n## {erratum.number}. {erratum.title}\n\n*{erratum.where}*\n\n**Printed.** {erratum.printed}\n\n"
+        f"**Right.** {erratum.right}\n\nClaims: {', '.join(f'`{key}`' for key in erratum.claims)}.\n"
+        for erratum in ERRATA
+    )

@@ -4,13 +4,14 @@ No claim of the paper is judged by it: the paper's model has a constant load.
 """
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from vibrocap.measures.sticking import stick_fraction
-from vibrocap.motion.trajectory import Status
+from vibrocap.motion.trajectory import Status, Trajectory
 from vibrocap.paper.averages import period_length
 from vibrocap.paper.claims.claim import RUN_ERROR
 from vibrocap.paper.presets import DISPLACEMENT_MASS_RATIOS, SHORT, figures_5_to_8, figures_9_to_11, with_load
@@ -81,13 +82,15 @@ def _numbers(**pairs: Sequence[float]) -> dict[str, float]:
     }
 
 
-def _settled(runs: Runs, load: float | str) -> list[Period]:
-    return [runs.steady(name, load=load) for name in SHORT]
+def _settled(runs: Runs) -> tuple[list[Period], list[Period]]:
+    """The settled periods of LM and EM, under the printed load and under that of the motion."""
+    before, after = ([runs.steady(name, load=load) for name in SHORT] for load in (PRINTED, DYNAMIC))
+    return before, after
 
 
 def _figure_5(runs: Runs) -> LoadedFigure:
-    rows = {(row.friction, row.load): row for row in loaded_motions(runs)}
-    before, after = ([rows[short, load] for short in SHORT.values()] for load in (PRINTED, DYNAMIC))
+    rows = loaded_motions(runs)
+    before, after = ([row for row in rows if row.load == load] for load in (PRINTED, DYNAMIC))
     least, largest = min(row.least_load for row in after), max(row.largest_load for row in after)
     mean = float(with_load(figures_5_to_8(), DYNAMIC).machine.load())
     sentence = (
@@ -106,9 +109,9 @@ def _figure_5(runs: Runs) -> LoadedFigure:
 
 
 def _figure_6(runs: Runs) -> LoadedFigure:
-    before, after = (_settled(runs, load) for load in (PRINTED, DYNAMIC))
-    peaks = [[float(np.max(np.abs(period["friction"]))) for period in periods] for periods in (before, after)]
-    shares = [stick_fraction(periods[1].motion, periods=1) or 0.0 for periods in (before, after)]
+    both = _settled(runs)
+    peaks = [[float(np.max(np.abs(period["friction"]))) for period in periods] for periods in both]
+    shares = [stick_fraction(periods[1].motion, periods=1) or 0.0 for periods in both]
     sentence = (
         f"The largest friction force of the settled period is {_both(peaks[1])}, instead of {_both(peaks[0])}, and EM "
         f"is stuck for {shares[1]:.1%} of the time, instead of {shares[0]:.1%}."
@@ -117,10 +120,10 @@ def _figure_6(runs: Runs) -> LoadedFigure:
 
 
 def _figure_7(runs: Runs) -> LoadedFigure:
-    before, after = (_settled(runs, load) for load in (PRINTED, DYNAMIC))
-    swings = [[float(np.ptp(period["position"])) for period in periods] for periods in (before, after)]
-    gaps = [[abs(period.drift) for period in periods] for periods in (before, after)]
-    angles = [[float(np.max(np.abs(period["angle"]))) for period in periods] for periods in (before, after)]
+    both = _settled(runs)
+    swings = [[float(np.ptp(period["position"])) for period in periods] for periods in both]
+    gaps = [[abs(period.drift) for period in periods] for periods in both]
+    angles = [[float(np.max(np.abs(period["angle"]))) for period in periods] for periods in both]
     sentence = (
         f"The gap of the capsule's curve is {_both(gaps[1])}, instead of {_both(gaps[0])}; within a period X ranges "
         f"over {_both(swings[1])}, instead of {_both(swings[0])}. The pendulum hardly notices: its largest angle is "
@@ -130,7 +133,7 @@ def _figure_7(runs: Runs) -> LoadedFigure:
 
 
 def _figure_8(runs: Runs) -> LoadedFigure:
-    before, after = ([_forces(period) for period in _settled(runs, load)] for load in (PRINTED, DYNAMIC))
+    before, after = ([_forces(period) for period in periods] for periods in _settled(runs))
     lm, em = map(_range, after)
     as_printed = [_range(forces) for forces in before]
     sentence = (
@@ -160,7 +163,8 @@ def _figure_9(runs: Runs) -> LoadedFigure:
     period = period_length()
     steady = [max(abs(run.mean_velocity(period, LAST, True)) for run in _done(sweeps[s])) for s in sweeps]
     transient = [max(abs(run.mean_velocity(period, SHOWN_PERIODS)) for run in _done(sweeps[s])) for s in sweeps]
-    rests = min((run.mass_ratio for run in sweeps["EM"] if _stays(run, sweeps["EM"])), default=float("nan"))
+    resting = itertools.takewhile(lambda run: run.at_rest, reversed(sweeps["EM"]))  # never moves, nor at all above
+    rests = min((run.mass_ratio for run in resting), default=float("nan"))
     ends = "; ".join(_ends(short, runs_of) for short, runs_of in light.items())
     sentence = (
         f"Wherever a run goes to its end, its steady average velocity is nothing, as under the printed load: at most "
@@ -177,11 +181,6 @@ def _done(runs_of: Sequence[LoadedRun]) -> list[LoadedRun]:
     return [run for run in runs_of if run.status.ok]
 
 
-def _stays(run: LoadedRun, sweep: Sequence[LoadedRun]) -> bool:
-    """Whether the capsule never moves at this mass ratio and at all above."""
-    return all(other.at_rest for other in sweep if other.mass_ratio >= run.mass_ratio)
-
-
 def _ends(short: str, runs_of: Sequence[LoadedRun]) -> str:
     """How the runs of light capsules ended, in words."""
     parts = []
@@ -189,9 +188,8 @@ def _ends(short: str, runs_of: Sequence[LoadedRun]) -> str:
         ended = [run for run in runs_of if run.status is status]
         ratios, times = [run.mass_ratio for run in ended], [run.end / period_length() for run in ended]
         what = f"{_END_WORDS.get(status, 'they end')} (“{status.value}”)"
-        growing = _growing(ended)
         span = f"λ = {ratios[0]:.3g}" if len(ratios) == 1 else f"λ = {ratios[0]:.3g} to {ratios[-1]:.3g}"
-        parts.append(f"at {span} {what} after {min(times):.2f} to {max(times):.2f} periods{growing}")
+        parts.append(f"at {span} {what} after {min(times):.2f} to {max(times):.2f} periods{_growing(ended)}")
     return f"with {short} " + (" and ".join(parts) if parts else "every run does")
 
 
@@ -215,54 +213,31 @@ _END_WORDS = {
 
 
 def _figure_10(runs: Runs) -> LoadedFigure:
-    peaks = {load: [_peaks(runs, name, load) for name in SHORT] for load in (PRINTED, DYNAMIC)}
-    ratios = _listed(DISPLACEMENT_MASS_RATIOS)
-    parts = [
-        f"{_listed(after)} with {short} (as printed: {_listed(before)})"
-        for short, after, before in zip(SHORT.values(), peaks[DYNAMIC], peaks[PRINTED], strict=True)
-    ]
-    sentence = f"The largest velocity of the capsule at λ = {ratios} is {', and '.join(parts)}."
-    numbers = {
-        f"{short}: largest |X'|, lambda {ratio:g}": peak
-        for short, of_law in zip(SHORT.values(), peaks[DYNAMIC], strict=True)
-        for ratio, peak in zip(DISPLACEMENT_MASS_RATIOS, of_law, strict=True)
-    }
-    return LoadedFigure(sentence, numbers)
+    def peak(motion: Trajectory) -> float:
+        return float(np.max(np.abs(motion["velocity"])))
+
+    return _by_mass_ratio(runs, "The largest velocity of the capsule", "largest |X'|", peak)
 
 
 def _figure_11(runs: Runs) -> LoadedFigure:
-    """Where X is after the twenty periods shown."""
-    places = {
-        load: [
-            [float(runs.motion(_at(name, ratio, load)).sections[WANDERED, 2]) for ratio in DISPLACEMENT_MASS_RATIOS]
-            for name in SHORT
-        ]
-        for load in (PRINTED, DYNAMIC)
-    }
-    parts = [
-        f"{_listed(after)} with {short} (as printed: {_listed(before)})"
-        for short, after, before in zip(SHORT.values(), places[DYNAMIC], places[PRINTED], strict=True)
-    ]
-    sentence = f"After {WANDERED} periods X at λ = {_listed(DISPLACEMENT_MASS_RATIOS)} is {', and '.join(parts)}."
-    numbers = {
-        f"{short}: X after {WANDERED} periods, lambda {ratio:g}": place
-        for short, of_law in zip(SHORT.values(), places[DYNAMIC], strict=True)
-        for ratio, place in zip(DISPLACEMENT_MASS_RATIOS, of_law, strict=True)
-    }
-    return LoadedFigure(sentence, numbers)
+    def place(motion: Trajectory) -> float:
+        return float(motion.sections[WANDERED, 2])
+
+    return _by_mass_ratio(runs, f"After {WANDERED} periods X", f"X after {WANDERED} periods", place)
 
 
-def _at(name: str, ratio: float, load: float | str):
-    return with_load(figures_9_to_11(name, ratio), load)
-
-
-def _peaks(runs: Runs, name: str, load: float | str) -> list[float]:
-    """Largest |X'| of the runs shown, by mass ratio."""
-    found = []
-    for ratio in DISPLACEMENT_MASS_RATIOS:
-        motion = runs.motion(_at(name, ratio, load))
-        found.append(float(np.max(np.abs(motion["velocity"]))))
-    return found
+def _by_mass_ratio(runs: Runs, words: str, name: str, number: Callable[[Trajectory], float]) -> LoadedFigure:
+    """A number of the runs shown, at each of the mass ratios, under the load of the motion and as printed."""
+    parts, numbers = [], {}
+    for law, short in SHORT.items():
+        before, after = (
+            [number(runs.motion(with_load(figures_9_to_11(law, ratio), load))) for ratio in DISPLACEMENT_MASS_RATIOS]
+            for load in (PRINTED, DYNAMIC)
+        )
+        parts.append(f"{_listed(after)} with {short} (as printed: {_listed(before)})")
+        for ratio, value in zip(DISPLACEMENT_MASS_RATIOS, after, strict=True):
+            numbers[f"{short}: {name}, lambda {ratio:g}"] = value
+    return LoadedFigure(f"{words} at λ = {_listed(DISPLACEMENT_MASS_RATIOS)} is {', and '.join(parts)}.", numbers)
 
 
 def _listed(values: Sequence[float]) -> str:

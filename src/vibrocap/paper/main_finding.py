@@ -8,10 +8,9 @@ import numpy as np
 from vibrocap.paper.averages import STEADY_WINDOW, averages, meetings, zeros
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
 from vibrocap.paper.runs import Runs, last_period
-from vibrocap.paper.steady_points import RANGE_OF_SOFT, SteadyPoints, steady_points
+from vibrocap.paper.steady_points import PRINTED, RANGE_OF_SOFT, SteadyPoints, steady_points
 from vibrocap.physics.system import System
 
-PRINTED = {"O1": 4.0, "O2": 2.2, "P1": 1.18, "P2": 4.36}
 SHOWN_RATIOS = (0.1, 0.8, 2.0, 4.0, 8.1)
 
 
@@ -63,13 +62,7 @@ def main_finding(runs: Runs) -> MainFinding:
     asymmetries += [asymmetry(runs, f"Figs 5-8, {short}", figures_5_to_8(name)) for name, short in SHORT.items()]
     lm, em, met = zeros(runs, "lugre"), zeros(runs, "exponential"), meetings(runs)
     points = {"printed": PRINTED} | {
-        window: {
-            "O1": lm[window],
-            "O2": em[window],
-            "P1": met[window][0],
-            "P2": met[window][1],
-        }
-        for window in lm
+        window: {"O1": lm[window], "O2": em[window], "P1": met[window][0], "P2": met[window][1]} for window in lm
     }
     random = [abs(velocity) for name in SHORT for velocity in runs.random_starts(name)]
     return MainFinding(

@@ -9,7 +9,7 @@ from vibrocap.orbits.crossings.crossing_bracket import Crossing, CrossingKind
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
 
-NAMES = ("O1", "O2", "P1", "P2")
+PRINTED = {"O1": 4.0, "O2": 2.2, "P1": 1.18, "P2": 4.36}
 BOTH = "both"  # the difference of the two laws, as a key beside their names
 SOFT = 0.58  # a spring with which all four exist, in the printed order
 RANGE_OF_SOFT = (0.5, 0.55, 0.58, 0.62, 0.65)
@@ -46,7 +46,7 @@ def steady_points(runs: Runs, stiffness: float) -> SteadyPoints:
     zeros = [_first(found[name]) for name in SHORT]
     falls = _first(found[BOTH], forward)  # LM less EM rises
     rises = _first(found[BOTH], -forward, after=falls.at if falls else -math.inf)
-    points = dict(zip(NAMES, (*zeros, falls, rises), strict=True))
+    points = dict(zip(PRINTED, (*zeros, falls, rises), strict=True))
     return SteadyPoints(
         stiffness,
         {name: math.nan if place is None else place.at for name, place in points.items()},

@@ -102,16 +102,7 @@ ROLES = {
     "duration": TIME,
 }
 
-_UNITS = {
-    "1": NUMBER,
-    "rad": NUMBER,
-    "N": FORCE,
-    "m": LENGTH,
-    "s": TIME,
-    "kg": MASS,
-    "J": TORQUE,
-    "W": TORQUE / TIME,
-}
+_UNITS = {"1": NUMBER, "rad": NUMBER, "N": FORCE, "m": LENGTH, "s": TIME, "kg": MASS, "J": TORQUE, "W": TORQUE / TIME}
 
 
 @functools.cache

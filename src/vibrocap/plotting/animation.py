@@ -21,8 +21,9 @@ from matplotlib.patheffects import Normal, Stroke
 from vibrocap.files import replacing
 from vibrocap.motion.shapes import MovingShape, moving_shapes
 from vibrocap.motion.trajectory import BACK, FORWARD, STUCK, Trajectory
+from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from vibrocap.plotting.labels import scale
-from vibrocap.plotting.style import BLUE, GREEN, ORANGE, PURPLE, STYLE, VERMILION, blank_figure
+from vibrocap.plotting.style import STYLE, blank_figure
 
 PERIODS = 5  # the last ones are filmed
 FRAMES_PER_SECOND = 25
@@ -57,9 +58,8 @@ def animate_motion(
     if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
         raise ValueError("an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif")
     if not len(motion.piece_start):
-        raise ValueError(
-            f"there is nothing to film: the run ended where it began, with the status {motion.status.value!r}"
-        )
+        words = f"the run ended where it began, with the status {motion.status.value!r}"
+        raise ValueError(f"there is nothing to film: {words}")
     start = max(0.0, motion.end - periods * motion.period)
     shown = max((motion.end - start) / motion.period, 1e-9)
     frames = min(MOST_FRAMES, max(2, round(shown * SECONDS_PER_PERIOD * FRAMES_PER_SECOND)))
@@ -69,13 +69,9 @@ def animate_motion(
         times = np.append(times, np.full(round(HELD_SECONDS * FRAMES_PER_SECOND), motion.end))
     with matplotlib.rc_context(STYLE):
         scene = Scene(motion, times)
-        film = path.suffix.lower() == ".mp4"
-        writer = (FFMpegWriter if film else PillowWriter)(fps=FRAMES_PER_SECOND)
-        with (
-            replacing(path) as temporary,
-            _ended_well(),
-            writer.saving(scene.figure, str(temporary), 100 if film else 70),
-        ):
+        writer, dpi = (FFMpegWriter, 100) if path.suffix.lower() == ".mp4" else (PillowWriter, 70)
+        writer = writer(fps=FRAMES_PER_SECOND)
+        with replacing(path) as temporary, _ended_well(), writer.saving(scene.figure, str(temporary), dpi):
             for number in range(len(times)):
                 scene.show(number)
                 writer.grab_frame()
@@ -130,10 +126,8 @@ class Scene:
         for each in self.shapes:
             wide, tall = each.shape.size[0] / 2, each.shape.size[1] / 2
             half = max(half, float(np.abs(each.points[:, 0] - self.camera).max()) + wide)
-            low, high = (
-                min(low, float(each.points[:, 1].min()) - tall),
-                max(high, float(each.points[:, 1].max()) + tall),
-            )
+            low = min(low, float(each.points[:, 1].min()) - tall)
+            high = max(high, float(each.points[:, 1].max()) + tall)
         self.low = low - BELOW if self.load is None else min(low - BELOW, LOADED)
         self.half = max(half + BESIDE, (high + ABOVE - self.low) * WIDTH_OVER_HEIGHT / 2)
         self.high = self.low + 2 * self.half / WIDTH_OVER_HEIGHT
@@ -148,19 +142,9 @@ class Scene:
         lengths = np.where(self.marks % 1 == 0, 0.08, 0.04)
         self.ticks = [self.axes.plot([0, 0], [0, -size], color=grey, linewidth=1.0)[0] for size in lengths]
         unit = scale(self.place, self.motion.system)
-        self.numbers = {
-            mark: self.axes.text(
-                0,
-                -0.1,
-                f"{mark * unit:.4g}",
-                ha="center",
-                va="top",
-                fontsize=8,
-                color=grey,
-                clip_on=True,
-            )
-            for mark in self.marks[self.marks % 1 == 0]
-        }
+        look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "color": grey, "clip_on": True}
+        whole = self.marks[self.marks % 1 == 0]
+        self.numbers = {mark: self.axes.text(0, -0.1, f"{mark * unit:.4g}", **look) for mark in whole}
         self.flag = self.axes.plot([0], [-0.05], marker="^", markersize=9, color=ORANGE, linestyle="none")[0]
 
     def _arrow(self) -> None:
@@ -174,14 +158,10 @@ class Scene:
         top, side = self.high - 0.03 * (self.high - self.low), 0.97 * self.half
         self.clock = self.axes.text(-side, top, "", va="top", fontsize=10)
         self.state = self.axes.text(side, top, "", va="top", ha="right", fontsize=11, weight="bold")
-        self.axes.text(
-            side,
-            self.low + 0.02,
-            f"lengths in {_length_unit(self.motion.system)}; triangle: start of the film",
-            ha="right",
-            fontsize=7.5,
-            color="#555555",
-        )
+        system = self.motion.system
+        unit = "the units of the parameters" if type(system.machine).gravity is None else "$l$"
+        words = f"lengths in {unit if system.units is None else 'm'}; triangle: start of the film"
+        self.axes.text(side, self.low + 0.02, words, ha="right", fontsize=7.5, color="#555555")
 
     def show(self, number: int) -> None:
         """Draw a frame."""
@@ -228,12 +208,6 @@ class Scene:
         if not system.machine.follows_load:
             words = f"true {words}, taken as {float(system.placed.load()) * size:.4g}{unit}"
         self.load_words.set_text(words + ("\nthe ground would have to pull" if shown < 0.0 else ""))
-
-
-def _length_unit(system: Any) -> str:
-    if system.units is not None:
-        return "m"
-    return "the units of the parameters" if type(system.machine).gravity is None else "$l$"
 
 
 Mover = Callable[[np.ndarray, np.ndarray, str], Any]  # x and y of the points of a shape, colour of the contact

@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from vibrocap.arguments import ArgumentError, shown
 from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
+from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.labels import EQUALS, scale, with_unit
 from vibrocap.plotting.studies.cells import Cell, share
 from vibrocap.plotting.studies.maps import (
@@ -27,24 +28,11 @@ from vibrocap.plotting.studies.maps import (
     study_axes,
 )
 from vibrocap.plotting.studies.view import ViewAxis, axis_label, case_label, value_text
-from vibrocap.plotting.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    LABELS,
-    ORANGE,
-    SKY,
-    VERMILION,
-    VIOLET,
-    YELLOW,
-    given_axes,
-    legend_below,
-    style,
-)
+from vibrocap.plotting.style import LABELS, given_axes, legend_below, style
 from vibrocap.studies.orbit_datasets import basin_dataset
 
-DIRECTIONS = {FORWARD: ("forward", BLUE), BACK: ("back", ORANGE), NO_TRAVEL: ("no travel", GREY)}
+DIRECTIONS = {FORWARD: "forward", BACK: "back", NO_TRAVEL: "no travel"}
+WAYS = {FORWARD: BLUE, BACK: ORANGE, NO_TRAVEL: GREY}
 ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, VIOLET)  # none of the colours of the ways
 # Those that have no value of their own: (words, face, hatch, colour of the hatch), as in maps of studies.
 UNVALUED_STYLES = {
@@ -68,16 +56,11 @@ def basin_figure(basins: Basins) -> Figure:
     )
     with style(PRINT):
         fig, axes = study_axes(words, 2 if several else 1)
-        handles = _draw(axes[0], basins, basins.direction, {code: colour for code, (_, colour) in DIRECTIONS.items()})
+        drawn = _draw(axes[0], basins, basins.direction, WAYS)
         _frame(axes[0], basins, first=True)
-        legend = [
-            Patch(facecolor=colour, label=_direction_label(basins, code))
-            for code, colour, _ in handles
-            if code in DIRECTIONS
-        ]
+        legend = [Patch(facecolor=ink, label=_direction_label(basins, code)) for code, ink, _ in drawn if code in WAYS]
         if several:
-            colours = {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
-            _draw(axes[1], basins, basins.label, colours)
+            _draw(axes[1], basins, basins.label, _attractor_colours(basins))
             _frame(axes[1], basins, first=False)
             axes[0].set_title("direction of travel")
             axes[1].set_title("attractor")
@@ -101,13 +84,11 @@ def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = No
     basins = _shown(basins)
     ax = given_axes(ax, (4.6, 3.8))
     if what == "direction":
-        colours = {code: colour for code, (_, colour) in DIRECTIONS.items()}
+        codes, colours = basins.direction, WAYS
         words = {code: _direction_label(basins, code) for code in colours}
-        codes = basins.direction
     else:
-        colours = {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
+        codes, colours = basins.label, _attractor_colours(basins)
         words = {k: _attractor(each, basins) for k, each in enumerate(basins.attractors)}
-        codes = basins.label
     with style():
         shown_codes = _draw(ax, basins, codes, colours)
         _frame(ax, basins, first=True)
@@ -116,6 +97,10 @@ def draw_basins(basins: Basins, what: str = "direction", *, ax: Axes | None = No
         ax.set_title("direction of travel" if what == "direction" else "attractor")
         ax.grid(False)
     return ax
+
+
+def _attractor_colours(basins: Basins) -> dict[int, str]:
+    return {k: ATTRACTORS[k] if k < len(ATTRACTORS) else OTHERS for k in range(len(basins.attractors))}
 
 
 def _shown(basins: Basins) -> Basins:
@@ -183,7 +168,7 @@ def _setting(basins: Basins) -> str:
 def _direction_label(basins: Basins, code: int) -> str:
     """A direction with its share of all starts, and with the drift where all that travel so drift alike."""
     where = basins.direction == code
-    words = f"{DIRECTIONS[code][0]}: {share(int(np.sum(where)), where.size)}"
+    words = f"{DIRECTIONS[code]}: {share(int(np.sum(where)), where.size)}"
     drifts = basins.drift[where]
     if code != NO_TRAVEL and len(drifts) and np.ptp(drifts) <= 1e-9:
         words += _drift(drifts[0], basins)

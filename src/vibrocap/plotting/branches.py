@@ -18,20 +18,9 @@ from vibrocap.physics.conversion import Quantity, quantity_in_si
 from vibrocap.physics.conversion import quantity as quantity_of
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.units import suffix
+from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.labels import law_words, parts_in_si, parts_title, scale, symbol_text, with_unit
-from vibrocap.plotting.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    figure,
-    given_axes,
-    legend_below,
-    style,
-)
+from vibrocap.plotting.style import figure, given_axes, legend_below, style
 
 QUANTITIES = {
     "mean_velocity": "mean velocity of the steady motion",
@@ -40,6 +29,7 @@ QUANTITIES = {
 }
 UNITS = {"mean_velocity": "velocity", "drift": "position", "period": "time"}  # what has the same unit
 UNSTABLE = (0, (3.0, 2.2))
+LINES: dict[str, dict[str, Any]] = {"stable": {"linewidth": 1.8}, "unstable": {"linewidth": 1.0, "linestyle": UNSTABLE}}
 # (marker, size, filled) of each kind: told apart without colour; a fold is drawn around what may be near it
 MARKS: dict[SpecialKind, tuple[str, float, bool]] = {
     SpecialKind.PITCHFORK: ("D", 5.5, True),
@@ -210,11 +200,10 @@ def draw_branches(
         across, up = (along or _along(branch)).scale, scale(UNITS[quantity], branch.system)
         for sign in (1.0, -1.0) if branch.symmetric is False and quantity != "period" else (1.0,):
             for x, y, stable in stretches(branch, quantity):
-                style: dict[str, Any] = {"linewidth": 1.8} if stable else {"linewidth": 1.0, "linestyle": UNSTABLE}
-                ax.plot(
-                    across * x, sign * up * y, color=colour, zorder=3 if stable else 2, solid_capstyle="butt", **style
-                )
-                used.add("stable" if stable else "unstable")
+                word = "stable" if stable else "unstable"
+                style = LINES[word] | {"color": colour, "zorder": 3 if stable else 2, "solid_capstyle": "butt"}
+                ax.plot(across * x, sign * up * y, **style)
+                used.add(word)
             for special in branch.special_points:
                 value = sign * up * value_at(branch, special, quantity)
                 marks.append((special, across * special.parameter, value, colour))
@@ -241,38 +230,24 @@ def draw_branches(
 def _label_travel(ax: Axes, branch: Branch, across: float) -> None:
     """Write the parameter beside each place where symmetric motions lose their stability or gain it: travel begins or
     ends there."""
-    if not branch.symmetric:
-        return
-    for special in branch.special_points:
-        if special.stability == "kept":
-            continue
-        lost = (special.stability == "lost") == (branch.parameter[-1] > branch.parameter[0])
-        style: dict[str, Any] = {"ha": "right" if lost else "left", "va": "top", "fontsize": 8.5, "color": "#333333"}
-        ax.annotate(
-            f"{across * special.parameter:.4f}",
-            (across * special.parameter, 0.0),
-            xytext=(-4 if lost else 6, -6),
-            textcoords="offset points",
-            **style,
-        )
+    for special in branch.special_points if branch.symmetric else ():
+        if special.stability != "kept":
+            lost = (special.stability == "lost") == (branch.parameter[-1] > branch.parameter[0])
+            look: dict[str, Any] = {"ha": "right" if lost else "left", "va": "top", "fontsize": 8.5, "color": "#333333"}
+            place, beside = across * special.parameter, (-4 if lost else 6, -6)
+            ax.annotate(f"{place:.4f}", (place, 0.0), xytext=beside, textcoords="offset points", **look)
 
 
 def draw_swept(ax: Axes, swept: BifurcationDiagram, quantity: str, along: Quantity | None = None) -> set[str]:
     """Mark the settled motions of sweeps: half a disc for each way in which the parameter went."""
     for d, way in enumerate(swept.directions):
         settled = swept.response_period[d] > 0
-        periods = np.array(
-            [swept.system.with_parameters({swept.over: float(value)}).drive.period for value in swept.values]
-        )
+        systems = (swept.system.with_parameters({swept.over: float(value)}) for value in swept.values)
+        periods = np.array([system.drive.period for system in systems])
         shown = swept.drift[d] * (1.0 / periods if quantity == "mean_velocity" else swept.response_period[d])
         x = np.broadcast_to(swept.values, settled.shape) * (along or _along(swept)).scale
-        ax.plot(
-            x[settled],
-            shown[settled] * scale(UNITS[quantity], swept.system),
-            **SWEPT[way],
-            linestyle="none",
-            zorder=3.5,
-        )
+        y = shown * scale(UNITS[quantity], swept.system)
+        ax.plot(x[settled], y[settled], **SWEPT[way], linestyle="none", zorder=3.5)
     return set(swept.directions)
 
 
@@ -351,20 +326,12 @@ def _handles(given: Sequence[Branch | BranchDiagram], used: set[str]) -> list[Li
     }.items():
         if colour in used:
             handles.append(Line2D([], [], color=colour, linewidth=1.8, label=text))
-    grey = "#444444"
-    if "stable" in used:
-        handles.append(Line2D([], [], color=grey, linewidth=1.8, label="stable"))
-    if "unstable" in used:
-        handles.append(Line2D([], [], color=grey, linewidth=1.0, linestyle=UNSTABLE, label="unstable"))
+    handles += [Line2D([], [], color="#444444", label=word, **LINES[word]) for word in LINES if word in used]
     for kind, (marker, size, filled) in MARKS.items():
         if kind.value in used:
-            look: dict[str, Any] = (
-                {"markeredgecolor": "white"} if filled else {"markeredgewidth": 1.1, "markerfacecolor": "white"}
-            )
-            text = WORDS.get(kind, kind.value)
-            handles.append(
-                Line2D([], [], linestyle="none", marker=marker, color=BLACK, markersize=size, label=text, **look)
-            )
+            look: dict[str, Any] = {"marker": marker, "color": BLACK, "markersize": size}
+            look |= {"markeredgecolor": "white"} if filled else {"markeredgewidth": 1.1, "markerfacecolor": "white"}
+            handles.append(Line2D([], [], linestyle="none", label=WORDS.get(kind, kind.value), **look))
     if LOSS_WORDS in used:
         marker, size = LOSS
         look = {"markerfacecolor": "white", "color": BLACK, "markersize": size}

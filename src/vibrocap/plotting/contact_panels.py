@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from vibrocap.motion.trajectory import Trajectory
+from vibrocap.plotting.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from vibrocap.plotting.labels import with_unit
-from vibrocap.plotting.style import BLUE, GREEN, LABELS, ORANGE, PURPLE, SKY, VERMILION, legend_above
+from vibrocap.plotting.style import LABELS, legend_above
 from vibrocap.plotting.trace import Trace
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)

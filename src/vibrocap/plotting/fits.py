@@ -13,21 +13,9 @@ from vibrocap.identification.experiments.comparison import Comparison
 from vibrocap.identification.experiments.match import Match
 from vibrocap.identification.inference.identifiability import Verdict
 from vibrocap.identification.result.fit_result import Fit, FittedParameter, MeasuredUnits, RecordResult, number
+from vibrocap.plotting.colours import BLUE, GREEN, GREY, VERMILION
 from vibrocap.plotting.labels import law_words, percent
-from vibrocap.plotting.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    VERMILION,
-    blank_figure,
-    decimated,
-    footnote,
-    given_axes,
-    heading,
-    legend,
-    style,
-    unit_of,
-)
+from vibrocap.plotting.style import blank_figure, decimated, footnote, given_axes, heading, legend, style, unit_of
 
 MOST_RECORDS = 6  # of one sheet
 HISTORY, LOOPS = 25, 8  # periods of the motion that are shown over time, and as loops
@@ -65,11 +53,8 @@ def fit_figure(fit: Fit) -> Figure:
         top.legend(handles=list(handles.values()), loc="outside upper right", ncols=3, frameon=False, fontsize=8.5)
         _forest(bottom.subplots(), searched)
         held = "" if math.isnan(fit.held_out_relative_rmse) else f", held out {percent(fit.held_out_relative_rmse)}"
-        heading(
-            fig,
-            f"{law_words(fit.law_name)}: error {percent(fit.relative_rmse)} of the {fit.units.force_name}'s standard "
-            f"deviation{held}",
-        )
+        error = f"error {percent(fit.relative_rmse)} of the {fit.units.force_name}'s standard deviation{held}"
+        heading(fig, f"{law_words(fit.law_name)}: {error}")
         footnote(fig, _small_print(fit, shown))
     return fig
 
@@ -82,32 +67,26 @@ def residual_figure(fit: Fit) -> Figure:
         rows = fig.subplots(len(shown), 3, squeeze=False, width_ratios=(2, 1, 1))
         for (left, middle, right), record in zip(rows, shown, strict=True):
             error = record.predicted - record.measured
-            scale, prefix = unit_of(error)
+            scale, error_label = _labelled(error, "error", fit.units.force)
             error = error / scale
             colour = _style(record)["color"]
-            speed_scale, speed_prefix = unit_of(record.velocity)
+            speed_scale, speed_label = _labelled(record.velocity, fit.units.velocity_name, fit.units.velocity)
             at = _even_choice(len(error), MOST_POINTS)
             time, envelope = decimated(record.time, error, MOST_POINTS)
             left.plot(time, envelope, color=colour, linewidth=0.6)
             left.axhline(0.0, color="#444444", linewidth=0.6)
-            left.set(xlabel="time (s)", ylabel=f"error ({prefix}{fit.units.force})", title=_title(record))
+            left.set(xlabel="time (s)", ylabel=error_label, title=_title(record))
             middle.plot(record.velocity[at] / speed_scale, error[at], ".", color=colour, markersize=1.2, alpha=0.5)
             middle.axhline(0.0, color="#444444", linewidth=0.6)
-            middle.set(
-                xlabel=f"{fit.units.velocity_name} ({speed_prefix}{fit.units.velocity})",
-                ylabel=f"error ({prefix}{fit.units.force})",
-            )
+            middle.set(xlabel=speed_label, ylabel=error_label)
             width = float(np.std(error)) or 1.0
             count, edges, _ = right.hist(error, bins=BINS, color=colour, alpha=0.45, linewidth=0, label="errors")
             x = np.linspace(edges[0], edges[-1], 200)
             normal = np.exp(-0.5 * ((x - np.mean(error)) / width) ** 2) / (width * math.sqrt(2 * math.pi))
             right.plot(x, normal * float(np.sum(count)) * (edges[1] - edges[0]), color="#000000", linewidth=0.9)
-            right.set(xlabel=f"error ({prefix}{fit.units.force})", ylabel="samples")
+            right.set(xlabel=error_label, ylabel="samples")
         fig.align_ylabels()
-        heading(
-            fig,
-            f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}",
-        )
+        heading(fig, f"{law_words(fit.law_name)}: fitted less measured {fit.units.force_name}")
         told = " ".join(fit.residuals.sentences()) if fit.residuals is not None else ""
         text = f"Lines on the right: normal distribution. {_left_out(fit, shown)} {told}".replace("  ", " ")
         footnote(fig, textwrap.fill(text, 190))
@@ -126,9 +105,8 @@ def comparison_figure(comparison: Comparison) -> Figure:
         ax.plot(held, places, "D", color=VERMILION, markersize=4, label="held out")
         ax.plot(fitted, places, "o", color=BLUE, markersize=8, markerfacecolor="none", label="fitted to all records")
         ax.set_yticks(places, [f"{each.law} ({each.parameters})" for each in laws])
-        ax.set(
-            xlabel="error over the standard deviation of the force (%)", xlim=(0.0, None), ylim=(-0.6, len(laws) - 0.4)
-        )
+        ax.set(xlabel="error over the standard deviation of the force (%)", xlim=(0.0, None))
+        ax.set_ylim(-0.6, len(laws) - 0.4)
         fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False, fontsize=8.5)
         footnote(fig, f"Held out: {comparison.method}. In brackets: number of searched parameters.")
     return fig
@@ -158,33 +136,25 @@ def _history(axes: np.ndarray, record: RecordResult, units: MeasuredUnits) -> No
 
 def _over_time(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     """Force over time, in the periods that are shown."""
-    scale, prefix = unit_of(record.measured)
+    scale, force_label = _labelled(record.measured, units.force_name, units.force)
     wide = _stretch(record, HISTORY)
     at = np.arange(len(record.time))[wide]
     at = at[_even_choice(len(at), MOST_POINTS)]
     for force, look in ((record.measured, MEASURED), (record.predicted, _style(record))):
         ax.plot(record.time[at], force[at] / scale, **look)
-    ax.set(
-        xlabel="time (s)",
-        ylabel=f"{units.force_name} ({prefix}{units.force})",
-        title=_title(record) + _part(record, wide),
-    )
+    ax.set(xlabel="time (s)", ylabel=force_label, title=_title(record) + _part(record, wide))
 
 
 def _curve(ax: Axes, record: RecordResult, units: MeasuredUnits) -> None:
     """Force over velocity, sample by sample."""
-    scale, prefix = unit_of(record.measured)
-    speed_scale, speed_prefix = unit_of(record.velocity)
+    scale, force = _labelled(record.measured, units.force_name, units.force)
+    speed_scale, speed = _labelled(record.velocity, units.velocity_name, units.velocity)
     order = np.argsort(record.velocity)
     at = order[_even_choice(len(order), MOST_POINTS)]
     v = record.velocity[at] / speed_scale
     ax.plot(v, record.measured[at] / scale, ".", markersize=2, color=MEASURED["color"], label=MEASURED["label"])
     for side in (v < 0, v > 0):
         ax.plot(v[side], record.predicted[at][side] / scale, **_style(record))
-    speed, force = (
-        f"{units.velocity_name} ({speed_prefix}{units.velocity})",
-        f"{units.force_name} ({prefix}{units.force})",
-    )
     ax.set(xlabel=speed, ylabel=force, title=_title(record))
 
 
@@ -249,9 +219,8 @@ def _forest(ax: Axes, parameters: list[FittedParameter]) -> None:
     ax.set_xticks(ticks, [f"{tick:+g}".replace("-", "\N{MINUS SIGN}") if tick else "0" for tick in ticks])
     ax.minorticks_off()
     ax.set_yticks(range(len(parameters))[::-1], [p.name.replace("_", " ") for p in parameters])
-    ax.set(
-        xlim=(-widest, widest), ylim=(-0.6, len(parameters) - 0.4), xlabel="95 % interval about the fitted value (%)"
-    )
+    ax.set(xlim=(-widest, widest), ylim=(-0.6, len(parameters) - 0.4))
+    ax.set_xlabel("95 % interval about the fitted value (%)")
     ax.set_title("Parameters: green and filled where the data determine them")
 
 
@@ -287,9 +256,7 @@ def _left_out(fit: Fit, shown: list[RecordResult]) -> str:
 
 
 def _small_print(fit: Fit, shown: list[RecordResult]) -> str:
-    text = (
-        "Percentages: root mean square error over the standard deviation of the measured " + f"{fit.units.force_name}. "
-    )
+    text = f"Percentages: root mean square error over the standard deviation of the measured {fit.units.force_name}. "
     if not fit.options.get("method", "").startswith("steady"):
         text += f"{fit.units.displacement_name.capitalize()}: about the middle of what is shown. "
     if fit.limits:
@@ -366,9 +333,6 @@ def match_figure(match: Match) -> Figure:
         for ax in axes[1]:
             if ax.get_xscale() == "linear":
                 ax.xaxis.set_major_locator(MaxNLocator(6 if ax is axes[1, 0] else 4))
-        heading(
-            fig,
-            f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain",
-        )
+        heading(fig, f"{match.law.name} for {match.to.name}: {percent(match.relative_rmse)} remain")
         footnote(fig, f"Matched over {match.over}. Percentage: root mean square difference over that of the target.")
     return fig

@@ -12,23 +12,9 @@ from vibrocap.laboratory.presliding import PreslidingLoop, presliding_loop
 from vibrocap.laboratory.regularisation import Regularisation, WidthNeeded
 from vibrocap.laboratory.test_sheet import REACHES, TestSheet
 from vibrocap.physics.friction.law import Law
+from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION
 from vibrocap.plotting.labels import parts_title
-from vibrocap.plotting.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    SKY,
-    STICK_SHADE,
-    VERMILION,
-    blank_figure,
-    figure,
-    footnote,
-    given_axes,
-    legend,
-    setting,
-    style,
-)
+from vibrocap.plotting.style import STICK_SHADE, blank_figure, figure, footnote, given_axes, legend, setting, style
 
 COLOURS = (SKY, BLUE, GREEN, ORANGE, VERMILION, BLACK)
 CYCLES_SHOWN = 3.2  # of stick-slip

@@ -9,17 +9,14 @@ from matplotlib.figure import Figure
 from vibrocap.arguments import ArgumentError
 from vibrocap.motion.trajectory import STUCK, Trajectory
 from vibrocap.physics.machines.machine import Imposed
+from vibrocap.plotting.colours import BLACK, BLUE, SKY, VERMILION
 from vibrocap.plotting.contact_panels import contacts_of, draw_all, draw_all_loops, draw_modes, numbered
 from vibrocap.plotting.labels import IN_SI, parts_in_si, parts_title, scale, with_unit
 from vibrocap.plotting.style import (
     ANY_UNITS,
-    BLACK,
-    BLUE,
     DIMENSIONLESS,
     LABELS,
-    SKY,
     STICK_SHADE,
-    VERMILION,
     blank_figure,
     footnote,
     given_axes,
@@ -113,10 +110,9 @@ def hides_lift_off(motion: Trajectory) -> bool:
 
 def _mark_stop(ax: Axes, motion: Trajectory, unit: float) -> bool:
     """Mark where a run stopped that did not go to its end, at a time divided by `unit`; whether it did."""
-    if motion.run_status.ok:
-        return False
-    ax.axvline(motion.end / unit, label=motion.run_status.value, **STOPPED)
-    return True
+    if not motion.run_status.ok:
+        ax.axvline(motion.end / unit, label=motion.run_status.value, **STOPPED)
+    return not motion.run_status.ok
 
 
 # --- single panels ----------------------------------------------------------------------------------------------------
@@ -268,34 +264,38 @@ def _runs(x: np.ndarray, y: np.ndarray, chosen: np.ndarray, pieces: np.ndarray) 
 
 def _time_histories(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then angle, velocity and friction over the last periods."""
-    period, end = motion.period, motion.end
-    start = max(motion.start_time, end - DETAIL_PERIODS * period)
-    draw_history(motion, "position", ax=axes[0])
-    what = "Place" if motion.system.machine.cyclic is None else "Travel"
-    axes[0].set(title=f"{what} over the whole run")
-    if start > motion.start_time:
-        axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
-        legend_above(axes[0])
+    _whole_run(axes[0], motion, "Place" if motion.system.machine.cyclic is None else "Travel")
     moving = _body_velocity(motion)
     names = (_inner_plane(motion)[0], moving, "friction")
     for ax, name, title in zip(axes[1:], names, (_inner_name(motion), _body_name(motion), "Contact"), strict=True):
         draw_history(motion, name, periods=DETAIL_PERIODS, ax=ax)
         ax.set(title=title)
-        if name != "friction":
-            ax.tick_params(labelbottom=False)
-            ax.set_xlabel("")
         if name != moving and (legend := ax.get_legend()):
             legend.remove()
+    _share_time(axes[1:])
+
+
+def _whole_run(ax: Axes, motion: Trajectory, what: str) -> float:
+    """The position over the whole run; returns from when on the other histories show it in detail."""
+    period, end = motion.period, motion.end
+    start = max(motion.start_time, end - DETAIL_PERIODS * period)
+    draw_history(motion, "position", ax=ax).set_title(f"{what} over the whole run")
+    if start > motion.start_time:
+        ax.axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
+        legend_above(ax)
+    return start
+
+
+def _share_time(axes: Any) -> None:
+    """The axis of time below the last of some histories serves them all."""
+    for ax in axes[:-1]:
+        ax.tick_params(labelbottom=False)
+        ax.set_xlabel("")
 
 
 def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     """The position over the whole run, then all gaps, velocities, friction forces and modes over the last periods."""
-    period, end, contacts = motion.period, motion.end, contacts_of(motion)
-    start = max(motion.start_time, end - DETAIL_PERIODS * period)
-    draw_history(motion, "position", ax=axes[0]).set_title("Travel of body 1 over the whole run")
-    if start > motion.start_time:
-        axes[0].axvspan(start / period, end / period, color=SKY, alpha=0.25, linewidth=0, label="shown below")
-        legend_above(axes[0])
+    start, contacts = _whole_run(axes[0], motion, "Travel of body 1"), contacts_of(motion)
     gaps = [name for name in motion.state_names if name.rpartition("_")[0] in ("", "displacement") and "dis" in name]
     machine = motion.system.machine
     imposed = machine.coupled == "distances"  # its velocities are no states, and its gaps are shares of the drive
@@ -307,9 +307,7 @@ def _histories_of_all(axes: Any, motion: Trajectory) -> None:
     draw_modes(motion, start, axes[4])
     for ax, title in zip(axes[1:], ("Gaps", "Bodies", "Contacts", "Modes"), strict=True):
         ax.set(title=title)
-        if ax is not axes[-1]:
-            ax.tick_params(labelbottom=False)
-            ax.set_xlabel("")
+    _share_time(axes[1:])
 
 
 def _inner_plane(motion: Trajectory) -> tuple[str, str]:

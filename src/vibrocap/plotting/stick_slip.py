@@ -9,21 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrocap.plotting.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    STICK_SHADE,
-    STYLE,
-    VERMILION,
-    blank_figure,
-    decimated,
-    footnote,
-    heading,
-    legend,
-    unit_of,
-)
+from vibrocap.plotting.colours import BLACK, BLUE, GREEN, ORANGE, VERMILION
+from vibrocap.plotting.style import STICK_SHADE, STYLE, blank_figure, decimated, footnote, heading, legend, unit_of
 from vibrocap.records.regime_diagram import RegimeDiagram
 from vibrocap.records.slips.regimes import INERTIAL, SLOW, STEADY, STICK_SLIP
 from vibrocap.records.stick_slip import StickSlip

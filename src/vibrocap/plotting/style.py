@@ -19,11 +19,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from matplotlib.transforms import ScaledTranslation
 
 from vibrocap.files import replacing
+from vibrocap.plotting.colours import BLUE
 
-# Okabe and Ito's colours, which colour-blind readers can tell apart.
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
-VIOLET, GREY = "#5B3A8C", "#8C8C8C"
 FEW_DECADES = 1e3  # largest over least value of an axis, up to which ticks are plain numbers
 
 # The paper's arrangement: LuGre red and solid, exponential blue and dashed.

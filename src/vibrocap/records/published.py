@@ -6,7 +6,6 @@ puts it. What a set is, its licence and its authors: `vibrocap.records.fetching`
 
 import os
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -72,11 +71,15 @@ def rotary_damper(folder: str | Path | None = None) -> list[Record]:
     packed = place / "rotary_damper.npz"
     if packed.exists():
         found = {record.name: record for record in read_records(packed)}
-        return [_of(found[name], DAMPER) for name in sorted(found, key=lambda name: (name.startswith("eq"), name))]
+        order = sorted(found, key=lambda name: (name.startswith("eq"), name))
+        return [found[name].replaced(source=DAMPER) for name in order]
     records = []
-    for path in _sorted(place.glob("F/test*.npy"), r"test(\d+)$"):
+    paths = place.glob("F/test*.npy")
+    for number, path in sorted(
+        (int(match[1]), path) for path in paths if (match := re.search(r"test(\d+)$", path.stem))
+    ):
         columns = {quantity: np.load(place / part / path.name) for quantity, part in _DAMPER_PARTS.items()}
-        records.append(_damper_record(f"harmonic_{int(path.stem.removeprefix('test')):02d}", columns))
+        records.append(_damper_record(f"harmonic_{number:02d}", columns))
     for path in sorted(place.glob("validation/*.npy")):
         first, last = DAMPER_WINDOWS[re.sub("(DBE|MCE)$", "", path.stem)]
         table = np.load(path)[first:last]
@@ -126,6 +129,7 @@ def _paper_record(stiffness: int, micrometres_per_s: int, pull: np.ndarray) -> R
     speed = micrometres_per_s / 1e6
     time = np.arange(len(pull)) / PAPER_RATE
     force = weight * np.asarray(pull, dtype=np.float64)
+    conditions = {"stiffness_N_per_m": stiffness, "pulling_speed_m_per_s": speed}
     return Record(
         name=f"k{stiffness}_v{micrometres_per_s}",
         time=time,
@@ -133,12 +137,7 @@ def _paper_record(stiffness: int, micrometres_per_s: int, pull: np.ndarray) -> R
         displacement=speed * time - (force - force[0]) / stiffness,
         normal_force=weight,
         source=PAPER,
-        conditions={
-            "stiffness_N_per_m": stiffness,
-            "pulling_speed_m_per_s": speed,
-            "mass_kg": PAPER_MASS,
-            "gravity_m_per_s2": PAPER_GRAVITY,
-        },
+        conditions=conditions | {"mass_kg": PAPER_MASS, "gravity_m_per_s2": PAPER_GRAVITY},
         notes=("displacement: from the pull of the spring, V t - (F - F(0))/k",),
     )
 
@@ -158,7 +157,8 @@ def basalt_velocity_step(folder: str | Path | None = None) -> list[Record]:
     stress = np.loadtxt(files[0], skiprows=1)[:, 3]
     assert record.displacement is not None
     begun = {name: each - each[0] for name, each in (("time", record.time), ("displacement", record.displacement))}
-    return [_of(record, BASALT, **begun, name="basalt_3_to_10", conditions={"normal_stress_Pa": 1e6 * stress.mean()})]
+    conditions = {"normal_stress_Pa": 1e6 * stress.mean()}
+    return [record.replaced(source=BASALT, **begun, name="basalt_3_to_10", conditions=conditions)]
 
 
 def emps(path: str | Path | None = None, *, cutoff: float = 100.0, mass: float | None = None) -> list[Record]:
@@ -197,16 +197,6 @@ def _variable(variables: dict[str, Any], name: str, path: Path) -> np.ndarray:
     if name not in variables:
         raise RecordError([f"{name}: no such variable; there is {', '.join(map(repr, variables))}"], str(path))
     return np.ravel(np.asarray(variables[name], dtype=np.float64))
-
-
-def _of(record: Record, source: str, **changes: Any) -> Record:
-    return record.replaced(source=source, **changes)
-
-
-def _sorted(paths: Iterable[Path], pattern: str) -> list[Path]:
-    """Paths whose names match, by the number in them."""
-    found = [(int(match[1]), path) for path in paths if (match := re.search(pattern, path.stem))]
-    return [path for _, path in sorted(found)]
 
 
 def _or_none_there(records: list[Record], place: Path, wanted: str) -> list[Record]:

@@ -10,14 +10,8 @@ import numpy as np
 from vibrocap.arguments import check_whole, shown
 from vibrocap.records.checks import RecordError, RecordWarning, complaints, doubts
 
-COLUMNS = (
-    "time",
-    "force",
-    "velocity",
-    "displacement",
-    "acceleration",
-    "normal_force",
-)  # fields with a value per sample
+# fields with a value per sample
+COLUMNS = ("time", "force", "velocity", "displacement", "acceleration", "normal_force")
 EVEN_WITHIN = 0.01  # share of the sampling interval by which a sample of an even record may be off its place
 
 

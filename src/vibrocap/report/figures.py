@@ -13,6 +13,7 @@ from vibrocap.paper.figures.figure import Curve, Ending, Figure, Mark, Panel
 from vibrocap.paper.steady_travel import PERIODS, STILL, SteadyPanel, SteadyTravel
 from vibrocap.plotting import style as plots
 from vibrocap.plotting.branches import branch_figure
+from vibrocap.plotting.colours import BLACK, GREEN
 from vibrocap.plotting.studies.maps import plot_view
 from vibrocap.plotting.studies.view import Panel as StudyPanel
 from vibrocap.plotting.studies.view import View, ViewAxis
@@ -36,10 +37,10 @@ LABELS = {
 _ROLES: dict[str, dict[str, Any]] = {
     "LM": plots.LM_STYLE,
     "EM": plots.EM_STYLE,
-    "steady": {"color": plots.BLACK, "linestyle": "-", "linewidth": 1.3},
+    "steady": {"color": BLACK, "linestyle": "-", "linewidth": 1.3},
     "limit": {"color": "#888888", "linestyle": ":", "linewidth": 1.0},
-    "sliding": {"color": plots.GREEN, "linestyle": "-", "linewidth": 1.6},
-    "twin": {"color": plots.GREEN, "linestyle": (0, (3, 1.5, 1, 1.5)), "linewidth": 1.8},
+    "sliding": {"color": GREEN, "linestyle": "-", "linewidth": 1.6},
+    "twin": {"color": GREEN, "linestyle": (0, (3, 1.5, 1, 1.5)), "linewidth": 1.8},
 }
 
 
@@ -74,7 +75,7 @@ def _panel(ax: Any, panel: Panel) -> None:
     if panel.y_limits:
         ax.set_ylim(panel.y_limits)
     if panel.zero:
-        ax.axhline(0.0, color=plots.BLACK, linewidth=0.8, zorder=1)
+        ax.axhline(0.0, color=BLACK, linewidth=0.8, zorder=1)
     for i, mark in enumerate(panel.marks):
         _mark(ax, mark, i)
     for i, ending in enumerate(panel.endings):
@@ -173,11 +174,7 @@ def _steady_panel(panel: SteadyPanel) -> StudyPanel:
     load = "N = 1, as printed" if panel.load == 1.0 else "dynamic load"
     least = types.SimpleNamespace(values=panel.least_load)
     return StudyPanel(
-        f"{TITLES[panel.friction]}, {load}",
-        panel.mean_velocity,
-        panel.status,
-        panel.settled,
-        {"least_reaction": least},
+        f"{TITLES[panel.friction]}, {load}", panel.mean_velocity, panel.status, panel.settled, {"least_reaction": least}
     )
 
 

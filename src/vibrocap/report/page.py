@@ -94,13 +94,9 @@ def _sections(result: Result) -> Iterable[Section]:
     main = "" if result.finding is None else findings.main(result.finding, result.figures.get("symmetry"))
     yield Section("finding", "Main finding: why the capsule of Fig. 9 does not travel", main)
     yield Section("presets", "Parameters", _presets())
-    yield Section(
-        "figures",
-        "Figures",
-        _figures(printed),
-        tuple((key, f"Fig. {int(key[3:])}") for key in printed),
-    )
-    yield Section("claims", "Claims", _claims(result, tuple(printed)), tuple(_chapters(result)))
+    yield Section("figures", "Figures", _figures(printed), tuple((key, f"Fig. {int(key[3:])}") for key in printed))
+    chapters = tuple((chapter_key(title), title[0].upper() + title[1:]) for title in result.verdicts)
+    yield Section("claims", "Claims", _claims(result, tuple(printed)), chapters)
     yield Section("errata", "Errata", errata(result.verdicts, result.only))
     yield Section(
         "load",
@@ -120,10 +116,6 @@ def _figures(printed: dict[str, tuple[Figure, Path]]) -> str:
     )
     words = f"{law('LM')} (LuGre) red and solid, {law('EM')} (exponential) blue and dashed"
     return f'<p class="before">{words}, in the arrangement of the paper.</p>{shown}'
-
-
-def _chapters(result: Result) -> Iterable[tuple[str, str]]:
-    return ((chapter_key(title), title[0].upper() + title[1:]) for title in result.verdicts)
 
 
 def _claims(result: Result, figures: tuple[str, ...]) -> str:

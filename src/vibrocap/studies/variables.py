@@ -62,8 +62,13 @@ class Variable:
 
 def variables(study: Study) -> tuple[Variable, ...]:
     """All that is computed and stored run by run."""
+    statuses = {
+        "long_name": "how the run ended",
+        "flag_values": list(range(NOT_RUN, len(Status))),
+        "flag_meanings": " ".join(words.replace(" ", "_") for words in ("not run", *(each.value for each in Status))),
+    }
     always = (
-        Variable("status", np.dtype(np.int8), NOT_RUN, _status_attributes()),
+        Variable("status", np.dtype(np.int8), NOT_RUN, statuses),
         Variable("settled", np.dtype(bool), False, {"long_name": "whether the motion settled within its periods"}),
         _count("response_period", np.int16, 0, "drive periods after which the steady motion repeats; 0: not settled"),
         _count("window_start", np.int32, -1, "start of the window of the measures, in drive periods from the start"),
@@ -157,21 +162,11 @@ def _along_runs(plan: Runs, system: System) -> tuple[Variable, ...]:
     """The values of a plan whose runs lie along one dimension: as many as there are results, so stored like these."""
     if plan.gridded:
         return ()
-    return tuple(
-        Variable(path, TEXT, "", coordinate_attributes(path, system), measured=False)
-        if plan.is_text(path)
-        else Variable(path, np.dtype(np.float64), np.nan, coordinate_attributes(path, system), measured=False)
-        for path in plan.paths
-    )
-
-
-def _status_attributes() -> dict[str, Any]:
-    names = ["not run", *(status.value for status in Status)]
-    return {
-        "long_name": "how the run ended",
-        "flag_values": list(range(NOT_RUN, len(Status))),
-        "flag_meanings": " ".join(name.replace(" ", "_") for name in names),
-    }
+    found = []
+    for path in plan.paths:
+        dtype, nothing = (TEXT, "") if plan.is_text(path) else (np.dtype(np.float64), np.nan)
+        found.append(Variable(path, dtype, nothing, coordinate_attributes(path, system), measured=False))
+    return tuple(found)
 
 
 def _count(name: str, dtype: Any, fill: int, meaning: str) -> Variable:

@@ -1,6 +1,7 @@
 """Experiment design: which motions would tell the most about a law's parameters."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -66,13 +67,10 @@ def candidate_motions(
         if not 0 < low < high:
             raise ValueError(f"{name}: should be (lowest, highest) with 0 < lowest < highest, got {(low, high)!r}")
     largest = speed or 2 * math.pi * amplitude[1] * frequency[1]
-    found = [
-        sinusoid(a, f, samples=samples)
-        for a in np.geomspace(*amplitude, 4).tolist()
-        for f in np.geomspace(*frequency, 3).tolist()
-    ]
-    for top in np.geomspace(0.01 * largest, largest, 3).tolist():
-        found.append(ramp(top, 8 * amplitude[1] / top, samples))
+    grid = itertools.product(np.geomspace(*amplitude, 4).tolist(), np.geomspace(*frequency, 3).tolist())
+    found = [sinusoid(a, f, samples=samples) for a, f in grid]
+    tops = np.geomspace(0.01 * largest, largest, 3).tolist()
+    found += [ramp(top, 8 * amplitude[1] / top, samples) for top in tops]
     tones = np.geomspace(*frequency, 4).tolist()
     found += [multisine(a, tones, samples) for a in amplitude]
     return tuple(each for each in found if np.abs(each.velocity).max() <= largest * (1 + 1e-9))
@@ -92,9 +90,8 @@ def experiment_design(
 
         information M = sum over samples of (dR/dlog p)^T (dR/dlog p) / noise^2,  covariance of log p at least M^-1
 
-    D maximises log det M (the volume of what remains possible), A minimises the trace of M^-1 (the mean variance).
-    What is
-    known before is that each logarithm has a standard deviation of 10, and with a `Fit` also what its records told.
+    D maximises log det M (the volume of what remains possible), A minimises the trace of M^-1 (the mean variance). What
+    is known before is that each logarithm has a standard deviation of 10, and with a `Fit` also what its records told.
 
     law: a law with the parameters as far as they are known, or a fit; the design is as good as these (it is local)
     noise: standard deviation of the force's error, in its unit; a fit knows its own
@@ -119,11 +116,8 @@ def experiment_design(
         raise ValueError("candidates: there is none")
     names = _names(base, parameters, fitted)
     known = np.eye(len(names)) / VAGUE**2 + (_known(fitted, names) if fitted is not None else 0.0)
-    told = []
-    for motion in candidates:
-        information = _information(base, names, motion, noise, load)
-        if information is not None:
-            told.append((motion, information))
+    informations = [(motion, _information(base, names, motion, noise, load)) for motion in candidates]
+    told = [(motion, information) for motion, information in informations if information is not None]
     if not told:
         raise ValueError(f"candidates: {base.name} can be driven through none of them")
     rated = sorted((_rated(m, names, known, i, criterion) for m, i in told), key=lambda each: -each.gain)
@@ -133,29 +127,18 @@ def experiment_design(
         chosen.append(best[0])
         so_far = so_far + best[1]
     before, after = _deviations(names, known), _deviations(names, so_far)
-    return ExperimentDesign(
-        names, criterion, tuple(chosen), tuple(rated), before, after, _sentences(base, names, chosen, before, after)
-    )
+    sentences = _sentences(base, names, chosen, before, after)
+    return ExperimentDesign(names, criterion, tuple(chosen), tuple(rated), before, after, sentences)
 
 
 def _names(law: Law, parameters: Iterable[str] | None, fitted: Fit | None) -> tuple[str, ...]:
-    numbers = [
-        info.name
-        for info in parameter_table(law)
-        if isinstance(getattr(law, info.name), float) and getattr(law, info.name) > 0
-    ]
+    values = {info.name: getattr(law, info.name) for info in parameter_table(law)}
+    numbers = {name: value for name, value in values.items() if isinstance(value, float) and value > 0}
+    if parameters is None and fitted is not None:
+        return tuple(name for name in fitted.free if name in numbers)
     if parameters is None:
-        wanted = (
-            fitted.free
-            if fitted is not None
-            else [
-                name
-                for name in numbers
-                if role(law, name).fitted
-                and not (name in law.shape_parameters and getattr(law, name) == int(getattr(law, name)))
-            ]
-        )
-        return tuple(name for name in wanted if name in numbers)
+        whole = [name for name in law.shape_parameters if name in numbers and numbers[name] == int(numbers[name])]
+        return tuple(name for name in numbers if role(law, name).fitted and name not in whole)
     chosen = tuple(parameters)
     for name in chosen:
         if name not in numbers:
@@ -184,7 +167,7 @@ def _known(fit: Fit, names: Sequence[str]) -> np.ndarray:
     prediction: Prediction = problem.prediction
     space, best = prediction.space, problem.best
     to_parameters = np.linalg.inv(space.slopes(best.u))
-    values = dict(zip(space.names, space.values(best.u).tolist(), strict=True))
+    values = space.named(best.u)
     slopes = best.slopes @ to_parameters
     others = [j for j, name in enumerate(space.names) if is_nuisance(name)]
     mine = slopes[:, [space.names.index(name) for name in names]] * [values[name] for name in names]
@@ -216,17 +199,11 @@ def _sentences(
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> tuple[str, ...]:
-    found = []
-    for each in chosen:
-        if each.determines:
-            found.append(f"{each.motion.name} determines {', '.join(each.determines)}.")
+    found = [f"{each.motion.name} determines {', '.join(each.determines)}." for each in chosen if each.determines]
     still = [name for name in names if after[name] >= LOOSE]
     if still:
-        found.append(
-            f"None of these motions determines {', '.join(still)}: "
-            + "; ".join(f"{role(law, name).experiment.rstrip(',')} would" for name in still)
-            + "."
-        )
+        others = "; ".join(f"{role(law, name).experiment.rstrip(',')} would" for name in still)
+        found.append(f"None of these motions determines {', '.join(still)}: {others}.")
     elif all(deviation < LOOSE for deviation in before.values()):
         found.append("Every parameter is determined already; the chosen motions sharpen them.")
     return tuple(found)

@@ -128,14 +128,11 @@ def telling_motion(law: Law, load: float = 1.0) -> Motion:
     if stiffness and levels:
         distance = load * levels[0] / sum(stiffness)
         slow = 0.2 * speeds[-1] / distance / (2 * math.pi)  # Hz: strokes of a few distances stay slow
-        for stroke in (1.0, 3.0, 10.0):
-            parts.append(sinusoid(0.5 * (stroke * distance + 2 * gap), slow / stroke, 2, 240))
+        parts += [sinusoid(0.5 * (n * distance + 2 * gap), slow / n, 2, 240) for n in (1.0, 3.0, 10.0)]
         parts.append(sinusoid(0.3 * distance + gap, 10 * slow, 4, 240))
-        parts.append(
-            multisine(60 * distance + 2 * gap, [far / (600 * distance + 20 * gap) * f for f in (1.0, 2.3)], 480)
-        )
-    for speed in speeds:
-        parts.append(ramp(4 * speed, 40.0 * _settling(law, speed, load), 480))
+        tones = [far / (600 * distance + 20 * gap) * f for f in (1.0, 2.3)]
+        parts.append(multisine(60 * distance + 2 * gap, tones, 480))
+    parts += [ramp(4 * speed, 40.0 * _settling(law, speed, load), 480) for speed in speeds]
     parts.append(ramp(far, 40.0 * _settling(law, far, load), 240))
     return joined(parts, "telling motion")
 

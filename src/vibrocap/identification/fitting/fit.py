@@ -84,10 +84,10 @@ def fit(
     chosen = parametrisation(law, scales, free, fixed, bounds)
     own_units, thinned = units(fitted, weights), tuple(drafts(fitted, DRAFT))
 
+    asked: dict[str, Any] = {"offset": offset, "mass": mass, "delay": delay, "start": start}
+
     def predicted(choice: Parametrisation, of: tuple[Samples, ...]) -> Prediction:
-        extra = nuisances(
-            choice.template, fitted, offset=offset, mass=mass, start=start, level=scales.level, delay=delay
-        )
+        extra = nuisances(choice.template, fitted, level=scales.level, **asked)
         return Prediction(choice.template, choice.space.with_more(extra), of, own_units, threads)
 
     def simpler(loss: Loss) -> list[np.ndarray]:
@@ -95,17 +95,9 @@ def fit(
         return SimplerFits(draft, scales, bounds or {}, settings.starts, loss, settings.seed).ends(chosen)
 
     prediction, draft = predicted(chosen, tuple(fitted)), predicted(chosen, thinned)
-    options = {
-        "method": "driven by the measured motion",
-        "weights": weights,
-        "offset": offset,
-        "mass": mass,
-        "delay": delay,
-        "start": start,
-        "load": load,
-        "fixed": dict(fixed or {}),
-        "bounds": {name: tuple(pair) for name, pair in (bounds or {}).items()},
-    }
+    options = {"method": "driven by the measured motion", "weights": weights, **asked, "load": load}
+    own_bounds = {name: tuple(pair) for name, pair in (bounds or {}).items()}
+    options |= {"fixed": dict(fixed or {}), "bounds": own_bounds}
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
         return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)
 

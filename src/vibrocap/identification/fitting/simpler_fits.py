@@ -43,7 +43,7 @@ class SimplerFits:
             best = None if simpler is None else self.best(simpler)
             if best is not None:
                 found.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
-        middle = dict(zip(space.names, space.values(_padded(chosen.start, space)).tolist(), strict=True))
+        middle = space.named(_padded(chosen.start, space))
         return [
             space.of({**middle, **{k: v for k, v in each.items() if k in middle}}) for each in found if each is not None
         ]
@@ -53,9 +53,7 @@ class SimplerFits:
         prediction = self.draft(chosen)
         first, also = [_padded(chosen.start, prediction.space)], self.ends(chosen)
         end, _ = drafts(prediction, first, also, starts=self.starts, loss=self.loss, seed=self.seed)[0]
-        if end.status == SearchStatus.FAILED:
-            return None
-        return dict(zip(prediction.space.names, prediction.space.values(end.u).tolist(), strict=True))
+        return None if end.status == SearchStatus.FAILED else prediction.space.named(end.u)
 
     def _choice(self, template: Any, free: Iterable[str], bounds: Any = None) -> Parametrisation:
         """The choice of a law's free parameters; the others are held at the template's values."""

@@ -106,7 +106,7 @@ def elements_in_order(space: Space, u: np.ndarray) -> np.ndarray | None:
     Elements of a Maxwell-slip law may change places without changing the force: stiffness_i with share_i, of which the
     last share is what the others leave. Without an order a fit would name them by chance.
     """
-    values = dict(zip(space.names, space.values(u).tolist(), strict=True))
+    values = space.named(u)
     stiffness = sorted(name for name in values if name.startswith("stiffness_"))
     shares = sorted(name for name in values if name.startswith("share_"))
     if len(stiffness) < 2 or len(shares) != len(stiffness) - 1:

@@ -76,8 +76,7 @@ def _pulled(law: Any, load: float, stiffness: np.ndarray, steps: Sequence[Step],
     first = np.full(len(stiffness), math.log(steps[0].speed)).view(Column)
     state = np.stack([first, -first + np.log(np.broadcast_to(law.reference_velocity, first.shape))])  # ln V, phi
     found = np.empty((len(stiffness), len(time)))
-    known = np.asarray(law.steady_force(np.exp(first), load))[:, None]
-    found[:] = known
+    found[:] = np.asarray(law.steady_force(np.exp(first), load))[:, None]
     for i, step in enumerate(steps[1:], 1):
         end = steps[i + 1].time if i + 1 < len(steps) else float(time[-1])
         grid, states = _transient(law, load, stiffness, step.speed, state, end - step.time)
@@ -202,7 +201,7 @@ def spring_fit(
     chosen = parametrisation(law, scales, free, held, bounds)
     distance = relaxation_distance(samples, steps)
     guess = {"direct_effect": effect, "evolution_effect": effect, "critical_distance": distance}
-    start = dict(zip(chosen.space.names, chosen.space.values(chosen.start).tolist(), strict=True))
+    start = chosen.space.named(chosen.start)
     chosen = dataclasses.replace(chosen, start=chosen.space.of(start | {k: v for k, v in guess.items() if k in start}))
     extra, starts_at = [], []
     if machine_stiffness is None:
@@ -213,28 +212,12 @@ def spring_fit(
         size = rise / float(np.ptp(path_of(steps, samples.time[-1])[1]))
         extra.append(Coordinate("drift", "linear", -10 * size, 10 * size, scale=size, spread=0.0))
         starts_at.append(0.0)
-    chosen = dataclasses.replace(
-        chosen,
-        space=chosen.space.with_more(tuple(extra)),
-        start=np.concatenate([chosen.start, starts_at]),
-        own_start=None,
-    )
-    prediction = SpringPrediction(
-        chosen.template,
-        chosen.space,
-        (samples,),
-        (samples.deviation,),
-        program=steps,
-        machine_stiffness=machine_stiffness,
-    )
-    options = {
-        "method": "pulled through a spring",
-        "program": [(step.time, step.speed) for step in steps],
-        "machine_stiffness": machine_stiffness,
-        "drift": drift,
-        "load": load,
-        "fixed": held,
-    }
+    space, all_starts = chosen.space.with_more(tuple(extra)), np.concatenate([chosen.start, starts_at])
+    chosen = dataclasses.replace(chosen, space=space, start=all_starts, own_start=None)
+    units, spring = (samples.deviation,), {"program": steps, "machine_stiffness": machine_stiffness}
+    prediction = SpringPrediction(chosen.template, space, (samples,), units, **spring)
+    options = {"method": "pulled through a spring", "program": [(step.time, step.speed) for step in steps]}
+    options |= {"machine_stiffness": machine_stiffness, "drift": drift, "load": load, "fixed": held}
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
         return solution(prediction, prediction, chosen, settings, (), options, begin, report)
 

@@ -85,15 +85,8 @@ def steady_fit(
         draft = functools.partial(predicted, of=thinned)
         return SimplerFits(draft, scales, bounds or {}, starts, loss, seed).ends(chosen)
 
-    options = {
-        "method": "steady curve",
-        "weights": weights,
-        "offset": offset,
-        "least_speed": least_speed,
-        "load": load,
-        "fixed": dict(fixed or {}),
-        "not_shown": hidden,
-    }
+    options = {"method": "steady curve", "weights": weights, "offset": offset, "least_speed": least_speed}
+    options |= {"load": load, "fixed": dict(fixed or {}), "not_shown": hidden}
     draft = predicted(chosen, thinned)
     with reporting(progress, f"Fitting {chosen.template.name}") as report:
         return solution(prediction, draft, chosen, settings, unseen, options, begin, report, simpler)

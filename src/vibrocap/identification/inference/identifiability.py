@@ -104,9 +104,12 @@ def identifiability(
         name: _verdict(effects[name], value, intervals.get(name)) for name, value in zip(names, values, strict=True)
     }
     sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
-    loose = [each for each in directions if not each.determined and _is_combination(each)]
-    for each in loose:
-        firm = _determined_partner(each, directions)
+    combined = [each for each in directions if len(_members(each)) > 1]
+    for each in combined:
+        if each.determined:
+            continue
+        # the best determined combination of the same parameters
+        firm = next((other for other in combined if other.determined and _members(other) <= _members(each)), None)
         sentences.append(
             f"The combination {each} is not determined (its logarithm has a standard deviation of "
             f"{_number(each.deviation)})" + (f"; what is determined is {firm}." if firm else ".")
@@ -149,7 +152,9 @@ def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | No
         return ""
     experiment = f"{telling} would determine it."
     if interval.limit and verdict in (Verdict.UNDETERMINED, Verdict.BOUNDED_ABOVE, Verdict.BOUNDED_BELOW):
-        return f"{name} is {verdict}{_by(interval)}: {interval.limit}, beyond which the data pull; {experiment}"
+        end = _number(interval.low if interval.high_open else interval.high)
+        by = "" if interval.low_open == interval.high_open else f", by {end}"
+        return f"{name} is {verdict}{by}: {interval.limit}, beyond which the data pull; {experiment}"
     if verdict == Verdict.UNDETERMINED:
         return f"{name} is not determined: the data agree with any value of the search's range; {experiment}"
     if verdict == Verdict.BOUNDED_BELOW:
@@ -159,24 +164,9 @@ def _sentence(name: str, telling: str, verdict: Verdict, interval: Interval | No
     return f"{name} is loosely determined, {_number(interval.low)} to {_number(interval.high)}; {experiment}"
 
 
-def _by(interval: Interval) -> str:
-    if interval.low_open == interval.high_open:
-        return ""
-    return f", by {_number(interval.low if interval.high_open else interval.high)}"
-
-
-def _is_combination(direction: Direction) -> bool:
-    return sum(abs(e) >= MEMBER for e in direction.exponents.values()) > 1
-
-
-def _determined_partner(loose: Direction, directions: Sequence[Direction]) -> Direction | None:
-    """The best determined combination of the same parameters."""
-    members = {name for name, e in loose.exponents.items() if abs(e) >= MEMBER}
-    for each in directions:
-        own = {name for name, e in each.exponents.items() if abs(e) >= MEMBER}
-        if each.determined and len(own) > 1 and own <= members:
-            return each
-    return None
+def _members(direction: Direction) -> set[str]:
+    """The parameters that a combination is of."""
+    return {name for name, exponent in direction.exponents.items() if abs(exponent) >= MEMBER}
 
 
 def _number(value: float) -> str:

@@ -89,15 +89,11 @@ def opened(
         j = space.names.index(limit.parameter)
         outward = forms[limit.parameter].at_limit(best.u[j])
         for name in limit.holds:
-            i = space.names.index(name)
-            up = limit.side == "high" if name == limit.parameter else _follows(to_parameters, i, j) * outward > 0
+            # the direction in which a parameter goes with the coordinate, where it depends on it; else up
+            follows = float(np.sign(to_parameters[space.names.index(name), j])) or 1.0
+            up = limit.side == "high" if name == limit.parameter else follows * outward > 0
             result[name] = _open(result[name], up, limit.text, forms[name])
     return result
-
-
-def _follows(to_parameters: np.ndarray, i: int, j: int) -> float:
-    """Direction in which a parameter goes with a coordinate, where it depends on it; else up."""
-    return float(np.sign(to_parameters[i, j])) or 1.0
 
 
 def _open(interval: Interval, up: bool, text: str, coordinate: Coordinate) -> Interval:

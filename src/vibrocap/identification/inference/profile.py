@@ -95,7 +95,7 @@ class _Profile:
     def __init__(self, prediction: Prediction, best: Minimum, spread: Uncertainty, loss: Loss, name: str):
         space = prediction.space.with_leader(name)
         own = prediction.space
-        values = dict(zip(own.names, own.values(best.u).tolist(), strict=True))
+        values = own.named(best.u)
         self.prediction, self.loss, self.spread = dataclasses.replace(prediction, space=space), loss, spread
         self.least = best.cost
         self.u = space.of(values)
@@ -175,8 +175,7 @@ class _Profile:
         self.slopes = found.slopes
         deviance = 2.0 * (found.cost - self.least) / self.spread.unit
         if deviance < -0.02 * self.threshold**2:
-            space = self.prediction.space
-            raise BetterFound(dict(zip(space.names, space.values(found.u).tolist(), strict=True)))
+            raise BetterFound(self.prediction.space.named(found.u))
         rise = math.sqrt(max(deviance, 0.0))
         limit = self._pressed_limit(found.errors, found.slopes, found.u)
         if limit and rise > self.blocked[0]:

@@ -104,10 +104,7 @@ def residual_report(
     counts = prediction.counts
     cuts = np.cumsum([len(each) for each in records])[:-1]
     whole = np.split(best.errors, cuts)
-    units = [
-        np.broadcast_to(np.where(np.isfinite(u), u, 0.0), len(r))
-        for u, r in zip(prediction.units, records, strict=True)
-    ]
+    units = [np.where(np.isfinite(u), u, 0.0) for u in prediction.units]
     errors = [each[count] for each, count in zip(whole, counts, strict=True)]
     together = np.concatenate(errors)
     square = float(np.mean(together**2))
@@ -337,10 +334,9 @@ def _moved_by_noise(prediction: Prediction, best: Minimum, spread: Uncertainty) 
     to_parameters, values = prediction.space.slopes(best.u), prediction.space.values(best.u)
     rng, moves = np.random.default_rng(0), []
     for _ in range(SURROGATES):
-        records = [
-            dataclasses.replace(r, velocity=r.velocity + _redrawn(n, rng))
-            for r, n in zip(prediction.records, rough, strict=True)
-        ]
+        noises = [_redrawn(noise, rng) for noise in rough]
+        pairs = zip(prediction.records, noises, strict=True)
+        records = [dataclasses.replace(record, velocity=record.velocity + noise) for record, noise in pairs]
         noisy = prediction.of(records, prediction.units)
         errors = noisy.errors(best.u)
         change = errors - base

@@ -60,12 +60,10 @@ def uncertainty(errors: Sequence[np.ndarray], slopes: np.ndarray, to_parameters:
     cuts = np.cumsum([len(each) for each in errors])[:-1]
     parts = np.split(influence, cuts)
     leverage = np.split(slopes @ (base @ to_parameters.T), cuts)
-    inflation = np.array(
-        [
-            max(_inflation([part[:, j] for part in parts]), _inflation(errors, [part[:, j] for part in leverage]))
-            for j in range(p)
-        ]
-    ) * _unevenness(influence, np.concatenate(leverage), unit)
+    inflation = _unevenness(influence, np.concatenate(leverage), unit)
+    for j in range(p):
+        own, stationary = ([part[:, j] for part in each] for each in (parts, leverage))
+        inflation[j] *= max(_inflation(own), _inflation(errors, stationary))
     spare = np.maximum(n / inflation - p, FEWEST)
     root = np.sqrt(inflation)
     covariance = unit / bend * (to_parameters @ base @ to_parameters.T) * np.outer(root, root)

@@ -129,6 +129,10 @@ class Space:
             found[..., searched] *= np.minimum(1.0, room / total)
         return found
 
+    def named(self, u: np.ndarray) -> dict[str, float]:
+        """Parameters by name at coordinates [p]."""
+        return dict(zip(self.names, self.values(u).tolist(), strict=True))
+
     def of(self, values: dict[str, float]) -> np.ndarray:
         """Coordinates of parameters, moved into the bounds."""
         found = []

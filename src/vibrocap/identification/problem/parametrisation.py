@@ -34,7 +34,7 @@ class Parametrisation:
 
     def law(self, u: np.ndarray) -> Law:
         """The law at coordinates."""
-        return with_values(self.template, dict(zip(self.space.names, self.space.values(u).tolist(), strict=True)))
+        return with_values(self.template, self.space.named(u))
 
 
 def with_values(law: Any, values: Mapping[str, float]) -> Any:
@@ -97,15 +97,18 @@ def parametrisation(
     for name in sorted(chosen, key=lambda name: name in leaders):  # each partner before what depends on it
         partner, led = leaders.get(name), partners.get(name)
         coordinate = _coordinate(name, kinds[name], limits[name], guessed[name], scales, bounds.get(name))
-        if name not in bounds:
-            if partner:
-                coordinate = dataclasses.replace(
-                    coordinate, form="above", partner=partner, low=0.0, high=math.inf, whose=RATIOS
-                )
-                constants[partner] = start[partner]
-            elif led and led not in chosen:
-                coordinate = dataclasses.replace(coordinate, form="below", partner=led, whose=RATIOS)
-                constants[led] = start[led]
+        if name in bounds:
+            changes: dict[str, Any] = {"whose": ("given", "given")}
+        elif partner:
+            changes = {"form": "above", "partner": partner, "low": 0.0, "high": math.inf, "whose": RATIOS}
+            constants[partner] = start[partner]
+        elif led and led not in chosen:
+            changes = {"form": "below", "partner": led, "whose": RATIOS}
+            constants[led] = start[led]
+        else:
+            ends = zip((coordinate.low, coordinate.high), limits[name], strict=False)
+            changes = {"whose": tuple("law" if end == limit else "search" for end, limit in ends)}
+        coordinate = dataclasses.replace(coordinate, **changes)
         if coarse:
             coordinate = dataclasses.replace(coordinate, step=COARSE_STEP, jumps=kinds[name].name == "gap")
         coordinates.append(coordinate)
@@ -121,7 +124,7 @@ def parametrisation(
                 )
     own_start = space.of({**start, **{name: own[name] for name in chosen}}) if given else None
     u = space.of({**start, **guessed})
-    values = dict(zip(space.names, space.values(u).tolist(), strict=True))
+    values = space.named(u)
     held = {name: start[name] for name in names if name not in values and isinstance(getattr(template, name), float)}
     try:
         template = with_values(template, {**held, **{k: _not_whole(template, k, v) for k, v in values.items()}})
@@ -159,14 +162,8 @@ def _free_names(template: Any, names: list[str], free: Any, fixed: Mapping, boun
             raise ValueError(f"bounds: {name} should have its lower bound first, got {low!r} and {high!r}")
     if free is None:
         shapes = [name for name in template.shape_parameters if getattr(template, name) == int(getattr(template, name))]
-        chosen = [
-            name
-            for name in names
-            if name not in fixed
-            and name not in shapes
-            and isinstance(getattr(template, name), float)
-            and role(template, name).fitted
-        ]
+        chosen = [name for name in names if name not in fixed and name not in shapes]
+        chosen = [name for name in chosen if isinstance(getattr(template, name), float) and role(template, name).fitted]
     else:
         chosen = [name for name in names if name in set(free)]
         both = [name for name in chosen if name in fixed]
@@ -198,38 +195,21 @@ def _coordinate(
     scales: DataScales,
     own: tuple[float, float] | None,
 ) -> Coordinate:
-    """The form and the bounds of one parameter."""
-    found = _ranged(name, kind, limits, guess, scales, own)
-    if own:
-        return dataclasses.replace(found, whose=("given", "given"))
-    ends = [("law" if end == limit else "search") for end, limit in zip((found.low, found.high), limits, strict=False)]
-    return dataclasses.replace(found, whose=(ends[0], ends[1]))
-
-
-def _ranged(
-    name: str,
-    kind: Role,
-    limits: tuple[float, float, bool],
-    guess: float,
-    scales: DataScales,
-    own: tuple[float, float] | None,
-) -> Coordinate:
+    """The form and the bounds of one parameter; own: bounds that were given."""
     natural = _natural(kind, guess, scales)
     low, high, inclusive = limits
-    signed = low < 0
+    if low < 0 and kind.name == "softening":
+        return Coordinate(name, "linear", *(own or (kind.low, kind.high)), scale=0.5)
+    if low < 0:
+        reach = max(abs(guess) * 10, natural)
+        ends = own or (max(low, -reach), min(high, reach))
+        return Coordinate(name, "linear", *ends, scale=max(abs(guess), 0.1 * natural))
     upper = kind.high * natural
     if kind.name == "stiffness":
         upper = max(STIFFEST * scales.level / scales.step, 10 * guess)
-    upper = (
-        min(upper, high) if math.isfinite(upper) else (high if math.isfinite(high) else 1e4 * max(abs(guess), natural))
-    )
-    if signed and kind.name == "softening":
-        return Coordinate(name, "linear", *(own or (kind.low, kind.high)), scale=0.5)
-    if signed:
-        reach = max(abs(guess) * 10, natural)
-        return Coordinate(
-            name, "linear", *(own or (max(low, -reach), min(high, reach))), scale=max(abs(guess), 0.1 * natural)
-        )
+    if not math.isfinite(min(upper, high)):
+        upper = 1e4 * max(abs(guess), natural)
+    upper = min(upper, high)
     spread = kind.decades * math.log(10)
     if inclusive and low == 0 and kind.dimension != COEFFICIENT:
         foot = natural * (kind.low or 1e-4)

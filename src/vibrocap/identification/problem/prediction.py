@@ -52,7 +52,7 @@ class Prediction:
 
     def law(self, u: np.ndarray) -> Law:
         """The law at coordinates, checked."""
-        values = dict(zip(self.space.names, self.space.values(u).tolist(), strict=True))
+        values = self.space.named(u)
         return dataclasses.replace(self.template, **{name: values[name] for name in self.law_names})  # type: ignore[type-var]
 
     def forces(self, table: np.ndarray, which: int) -> np.ndarray:
@@ -101,13 +101,9 @@ class Prediction:
 
     def error_table(self, table: np.ndarray) -> np.ndarray:
         """Errors [m, n] at coordinates [m, p]."""
-        return np.concatenate(
-            [
-                (self.forces(table, i) - record.force) / unit
-                for i, (record, unit) in enumerate(zip(self.records, self.units, strict=True))
-            ],
-            axis=1,
-        )
+        samples = enumerate(zip(self.records, self.units, strict=True))
+        errors = [(self.forces(table, i) - record.force) / unit for i, (record, unit) in samples]
+        return np.concatenate(errors, axis=1)
 
     def slopes(self, u: np.ndarray, errors: np.ndarray | None = None, held: Sequence[int] = ()) -> np.ndarray:
         """Errors' derivatives [n, p] by coordinates, by differences into the box; zero for the `held` ones.
@@ -143,10 +139,8 @@ class Prediction:
     @property
     def counts(self) -> list[np.ndarray]:
         """Which samples of each record count: an infinite unit leaves one out."""
-        return [
-            np.broadcast_to(np.isfinite(unit), len(record))
-            for record, unit in zip(self.records, self.units, strict=True)
-        ]
+        pairs = zip(self.records, self.units, strict=True)
+        return [np.broadcast_to(np.isfinite(unit), len(record)) for record, unit in pairs]
 
     def _start(self, values: np.ndarray, law_values: np.ndarray, record: Samples) -> np.ndarray | None:
         """Internal states [m, k] at the first sample of a record."""
@@ -208,14 +202,7 @@ def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
 
 
 def nuisances(
-    law: Law,
-    records: Sequence[Samples],
-    *,
-    offset: bool,
-    mass: bool,
-    start: str,
-    level: float,
-    delay: bool = False,
+    law: Law, records: Sequence[Samples], *, offset: bool, mass: bool, start: str, level: float, delay: bool = False
 ) -> tuple[Coordinate, ...]:
     """Coordinates of the nuisance parameters, which all start at zero.
 

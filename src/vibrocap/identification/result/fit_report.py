@@ -17,13 +17,13 @@ from vibrocap.identification.problem.parameter_roles import unit_of
 from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_result import (
+    SLIDING,
     TURNING,
     Fit,
     FittedParameter,
     MeasuredUnits,
     Problem,
     RecordResult,
-    measured_units,
     relative_rmse,
 )
 from vibrocap.identification.search.loss import Minimum, SearchStatus
@@ -45,7 +45,7 @@ def finished_fit(
     """The `Fit` at a minimum, with the intervals of a problem."""
     prediction, spread = problem.prediction, problem.uncertainty
     space = prediction.space
-    values = dict(zip(space.names, space.values(best.u).tolist(), strict=True))
+    values = space.named(best.u)
     standard = dict(zip(space.names, np.sqrt(np.diag(spread.covariance)).tolist(), strict=True))
     thresholds = dict(zip(space.names, spread.threshold.tolist(), strict=True))
     # quantiles for the standard errors, which carry the inflation already
@@ -65,12 +65,13 @@ def finished_fit(
     counted, parameters_in_all = int(sum(np.sum(each) for each in prediction.counts)), len(space.names)
     if counted < EACH * parameters_in_all:
         report = _too_few(report, counted, parameters_in_all)
-        found = {name: dataclasses.replace(each, **_nothing(each)) for name, each in found.items()}
+        for name, each in found.items():
+            low = -math.inf if each.low < 0 else 0.0
+            found[name] = dataclasses.replace(each, low=low, high=math.inf, low_open=True, high_open=True)
     law = prediction.law(best.u)
-    known_load = options.get("load") is not None or any(
-        np.any(np.asarray(each.load) != 1.0) for each in prediction.records
-    )
-    units = measured_units(any(each.rotary for each in prediction.records))
+    loads = [np.asarray(each.load) for each in prediction.records]
+    known_load = options.get("load") is not None or any(np.any(load != 1.0) for load in loads)
+    units = TURNING if any(each.rotary for each in prediction.records) else SLIDING
     guessed = {name: unit for each in prediction.records for name, unit in each.guessed_units.items()}
     parameters = []
     for info in parameter_table(law):
@@ -82,16 +83,10 @@ def finished_fit(
             unit = "m"  # a torque over the normal force
         texts = (info.name, info.symbol, info.meaning, unit)
         if info.name in found:
-            one = found[info.name]
-            ends = (
-                one.low,
-                one.high,
-                math.inf if report.verdicts[info.name] == Verdict.NO_EFFECT else standard[info.name],
-                report.verdicts[info.name],
-                one.curve,
-                thresholds[info.name],
-            )
-            parameters.append(FittedParameter(*texts, value, *ends))
+            one, verdict = found[info.name], report.verdicts[info.name]
+            error = math.inf if verdict == Verdict.NO_EFFECT else standard[info.name]
+            curve = (one.curve, thresholds[info.name])
+            parameters.append(FittedParameter(*texts, value, one.low, one.high, error, verdict, *curve))
         else:
             parameters.append(FittedParameter(*texts, float(value), float(value), float(value), 0.0, Verdict.HELD))
     results = _results(prediction, best, held_out, law)
@@ -130,7 +125,7 @@ def failed_fit(
     law_name: str, starts: tuple[Start, ...], samples: int, options: Mapping[str, Any], seconds: float
 ) -> Fit:
     """The `Fit` of which no start could be driven through the records."""
-    nan = math.nan
+    numbers = ("relative_rmse", "rmse", "held_out_relative_rmse", "effective_samples", "cost", "unit")
     return Fit(
         law=None,
         law_name=law_name,
@@ -138,13 +133,8 @@ def failed_fit(
         parameters=(),
         nuisances=(),
         records=(),
-        relative_rmse=nan,
-        rmse=nan,
-        held_out_relative_rmse=nan,
+        **dict.fromkeys(numbers, math.nan),
         samples=samples,
-        effective_samples=nan,
-        cost=nan,
-        unit=nan,
         identifiability=None,
         starts=starts,
         seconds=seconds,
@@ -163,12 +153,6 @@ def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifi
     return dataclasses.replace(
         report, verdicts=verdicts, sentences=(sentence, *report.sentences), experiments=experiments
     )
-
-
-def _nothing(interval: Interval) -> dict[str, Any]:
-    """The fields of an interval that is open at both ends."""
-    low = -math.inf if interval.low < 0 else 0.0
-    return {"low": low, "high": math.inf, "low_open": True, "high_open": True}
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
@@ -194,16 +178,9 @@ def _identifiability(problem: Problem, values: Mapping[str, float], found: Mappi
     weighted = np.sqrt(problem.loss.slope(best.errors))[:, None] * best.slopes
     slopes = weighted @ to_parameters[:, columns] * amounts
     others = [j for j in range(len(space.names)) if j not in columns]
-    return identifiability(
-        prediction.template,
-        names,
-        [values[name] for name in names],
-        slopes,
-        weighted[:, others],
-        problem.uncertainty.unit,
-        float(np.median(problem.uncertainty.inflation)),
-        {name: found[name] for name in names},
-    )
+    of_law, intervals = [values[name] for name in names], {name: found[name] for name in names}
+    spread = (problem.uncertainty.unit, float(np.median(problem.uncertainty.inflation)))
+    return identifiability(prediction.template, names, of_law, slopes, weighted[:, others], *spread, intervals)
 
 
 def _amount(coordinate: Any, value: float) -> float:

@@ -47,11 +47,6 @@ SLIDING = MeasuredUnits("force", "N", "displacement", "m", "velocity", "m/s", "N
 TURNING = MeasuredUnits("torque", "N m", "angle", "rad", "angular velocity", "rad/s", "Nm")
 
 
-def measured_units(rotary: bool) -> MeasuredUnits:
-    """Those of a contact that turns, or of one that slides."""
-    return TURNING if rotary else SLIDING
-
-
 NOTHING = 1e-9  # of an interval's larger end: a number that is rounding
 
 
@@ -161,7 +156,7 @@ class Fit(Result):
     @property
     def units(self) -> MeasuredUnits:
         """What the records' columns are called and measured in: force in N, or torque in N m."""
-        return measured_units(bool(self.options.get("rotary")))
+        return TURNING if self.options.get("rotary") else SLIDING
 
     @property
     def ok(self) -> bool:
@@ -303,19 +298,12 @@ def as_data(fit: Fit) -> dict[str, Any]:
                 {"exponents": dict(each.exponents), "deviation": _number(each.deviation)} for each in report.directions
             ],
         },
-        "residuals": None if fit.residuals is None else _residuals(fit.residuals),
+        "residuals": None if fit.residuals is None else _plain(dataclasses.asdict(fit.residuals)),
         "limits": [dataclasses.asdict(limit) for limit in fit.limits],
         "starts": [_number(each.cost) for each in fit.starts],
         "options": {name: _plain(value) for name, value in fit.options.items()},
         "seconds": round(fit.seconds, 3),
         "provenance": _provenance(),
-    }
-
-
-def _residuals(report: ResidualReport) -> dict[str, Any]:
-    return {
-        name: _number(value) if isinstance(value, float) else value
-        for name, value in dataclasses.asdict(report).items()
     }
 
 
@@ -331,12 +319,8 @@ def _provenance() -> dict[str, str]:
 
     import scipy
 
-    return {
-        "vibrocap": version("vibrocap"),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "python": platform.python_version(),
-    }
+    versions = {"vibrocap": version("vibrocap"), "numpy": np.__version__, "scipy": scipy.__version__}
+    return versions | {"python": platform.python_version()}
 
 
 def _number(value: float) -> float | None:

@@ -32,12 +32,7 @@ HALVINGS = 40  # of the interval in which the damping of a step is sought
 
 
 def descent(
-    prediction: Prediction,
-    start: np.ndarray,
-    loss: Loss | None = None,
-    *,
-    evaluations: int = 60,
-    stop: float = STOP,
+    prediction: Prediction, start: np.ndarray, loss: Loss | None = None, *, evaluations: int = 60, stop: float = STOP
 ) -> Minimum:
     """The minimum from a start anywhere: slopes are made anew after every step.
 

@@ -17,7 +17,7 @@ OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 
 
 def generated_source(equations: Any, layout: Layout, loop: str = "single") -> str:
-    """Source of everything that `generated.py` promises, for these equations and this loop (see `linker/recipes.py`).
+    """Source of all that `kernel/generated` promises, for these equations and this loop (see `linker/recipes.py`).
 
     The integrals are carried along where the layout has rows for them.
     """

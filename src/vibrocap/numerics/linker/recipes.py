@@ -26,9 +26,7 @@ BRANCHES = Slot(
     ("events.one_branch", "events.law_branches"),
 )
 CORNERS = Slot(
-    "corners of the drive",
-    ("begin_drive", "at_corner", "begin_drive_period"),
-    ("events.no_corners", "events.corners"),
+    "corners of the drive", ("begin_drive", "at_corner", "begin_drive_period"), ("events.no_corners", "events.corners")
 )
 TANGENT = Slot(
     "tangent",

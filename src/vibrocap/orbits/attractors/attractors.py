@@ -204,7 +204,9 @@ def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None
     if not map_.system.mirrored:
         return [None] * len(motions)
     points = {k: orbit_points(map_, each.orbit) for k, each in enumerate(motions) if each.orbit is not None}
-    clouds = {k: _cloud(map_, motion) for k, motion in enumerate(motions) if motion.orbit is None}
+    starts = {k: list(motion.state.values()) for k, motion in enumerate(motions) if motion.orbit is None}
+    # many iterates of each aperiodic motion [periods, states]
+    clouds = {k: iterates(map_, np.array([y]), map_.parameters()[None], CLOUD)[:, 0] for k, y in starts.items()}
     found: list[int | None] = []
     for k, motion in enumerate(motions):
         if motion.symmetric:
@@ -217,9 +219,3 @@ def _twins(map_: StroboscopicMap, motions: list[MotionClass]) -> list[int | None
             image = mirrored_cloud(map_, clouds[k])
             found.append(next((j for j in clouds if j != k and same_set(image, map_.section(clouds[j]))), None))
     return found
-
-
-def _cloud(map_: StroboscopicMap, motion: MotionClass) -> np.ndarray:
-    """Many iterates of an aperiodic motion [periods, states]."""
-    state = np.array([list(motion.state.values())])
-    return iterates(map_, state, map_.parameters()[None], CLOUD)[:, 0]

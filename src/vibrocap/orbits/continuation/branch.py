@@ -16,13 +16,7 @@ from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
-from vibrocap.orbits.continuation.special_points import (
-    CORNERS,
-    SpecialKind,
-    SpecialPoint,
-    reversed_way,
-    special_point,
-)
+from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint, reversed_way, special_point
 from vibrocap.orbits.maps.closing_map import ClosingMap
 from vibrocap.orbits.maps.cycle_map import CycleMap
 from vibrocap.orbits.maps.stroboscopic_map import is_driven
@@ -318,7 +312,8 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
             way = followed(finer, turned, 1.0, points, step, from_parent=True)
         assert isinstance(finer, ClosingMap)
         result = joined(finer, None, way)
-        return dataclasses.replace(result, ends=(_bifurcation_end(special), result.ends[1]))
+        begin = BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
+        return dataclasses.replace(result, ends=(begin, result.ends[1]))
     if special.kind in CORNERS and special.passed in (SpecialKind.PITCHFORK, SpecialKind.FLIP):
         for finer, first in branches_at_corner(map_, found):
             assert isinstance(finer, ClosingMap)
@@ -326,11 +321,6 @@ def leaving(parent: Branch, special: SpecialPoint, *, points: int = 1000, step: 
             return joined(finer, *ways)
         return None
     raise ValueError(f"special should be a pitchfork or a flip, from which a branch leaves, got a {special.kind.value}")
-
-
-def _bifurcation_end(special: SpecialPoint) -> BranchEnd:
-    """How a branch begins that leaves at a special point."""
-    return BranchEnd.PITCHFORK if SpecialKind.PITCHFORK in (special.kind, special.passed) else BranchEnd.FLIP
 
 
 def check_options(towards: str, points: int, step: float) -> None:

@@ -126,18 +126,14 @@ def followed(
         if end in (BranchEnd.NEWTON_FAILED, BranchEnd.ORBIT_CEASES) and isinstance(closure, ClosingMap):
             grazed = grazing_at_end(closure, points)
             if grazed is not None:
-                special.append((len(points) - 1, _grazing(here, *grazed)))
+                (place, error), word, unstable = grazed, here.closing.word, here.unstable()
+                text, unchanged = "with a square root: the branch ends here", ((unstable, unstable), (word, word))
+                ending = Found(SpecialKind.GRAZING, 1.0, here, error, *unchanged, text=text, place=place)
+                special.append((len(points) - 1, ending))
                 end = BranchEnd.GRAZING
         if end is not None or found is None:
             return Followed(points, special, end or BranchEnd.NEWTON_FAILED)
         here = found
-
-
-def _grazing(last: BranchPoint, place: float, error: float) -> Found:
-    """The record of the grazing at which a branch ends, after its last point."""
-    word, unstable = last.closing.word, last.unstable()
-    text = "with a square root: the branch ends here"
-    return Found(SpecialKind.GRAZING, 1.0, last, error, (unstable, unstable), (word, word), text=text, place=place)
 
 
 def _share_passed(start: BranchPoint, here: BranchPoint) -> float:

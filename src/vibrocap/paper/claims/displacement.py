@@ -159,12 +159,7 @@ def em_declines_more(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim(
-    "sec. 3.2, Fig. 11",
-    "The capsule keeps travelling at lambda 0.8, 2.0 and 4.0.",
-    RUN_ERROR,
-    "fig11",
-)
+@claim("sec. 3.2, Fig. 11", "The capsule keeps travelling at lambda 0.8, 2.0 and 4.0.", RUN_ERROR, "fig11")
 def travel_goes_on(runs: Runs, tolerance: float) -> Finding:
     """Largest change of X over the last of 150 periods, and over their second half, over all mass ratios."""
     found = {}

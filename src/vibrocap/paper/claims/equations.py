@@ -72,11 +72,8 @@ def lagrangian(runs: Runs, tolerance: float) -> Finding:
         capsule = -m * length * co * accelerations[0] + (big + m) * accelerations[1]
         capsule += m * length * s * rates[0] ** 2 + friction
         worst = max(worst, float(np.max(np.abs(given - np.array([pendulum, capsule])))))
-    return Finding(
-        decided(worst <= tolerance),
-        {"largest residual": worst},
-        "The Lagrangian gives (2) and (3) term by term; the tests prove it symbolically as well.",
-    )
+    why = "The Lagrangian gives (2) and (3) term by term; the tests prove it symbolically as well."
+    return Finding(decided(worst <= tolerance), {"largest residual": worst}, why)
 
 
 @claim("sec. 2.2, (4), (5)", "Scaling by omega_n, l and m turns (2), (3) into the dimensionless (4), (5).", ROUNDING)
@@ -94,11 +91,10 @@ def scaling(runs: Runs, tolerance: float) -> Finding:
         si = np.linalg.solve(mass, load) / [rate**2, length * rate**2]
         ours = machine.accelerations(0.0, (angle, turn / rate, 0.0, 0.0), drive / unit, force / (m * g))
         worst = max(worst, float(np.max(np.abs(si - ours))))
-    return Finding(
-        decided(worst <= tolerance),
-        {"largest residual": worst},
-        "With lambda, rho, nu, h, omega and N as defined, both sets say the same; the printed length g/omega_n^2 is l.",
+    why = (
+        "With lambda, rho, nu, h, omega and N as defined, both sets say the same; the printed length g/omega_n^2 is l."
     )
+    return Finding(decided(worst <= tolerance), {"largest residual": worst}, why)
 
 
 @claim("sec. 2.3.2, (9)", "The accelerations (9) solve (4) and (5).", ROUNDING)
@@ -111,11 +107,8 @@ def decoupling(runs: Runs, tolerance: float) -> Finding:
         fourth = pendulum - co * capsule - s + m.stiffness * y[0] + m.damping * y[1] - flow.drive
         fifth = -co * pendulum + (m.mass_ratio + 1) * capsule + s * y[1] ** 2 + flow.friction
         worst = max(worst, abs(fourth), abs(fifth))
-    return Finding(
-        decided(worst <= tolerance),
-        {"largest residual": worst},
-        "(9) follows exactly from (4), (5); all printed signs are right, if N f is read as the force R.",
-    )
+    why = "(9) follows exactly from (4), (5); all printed signs are right, if N f is read as the force R."
+    return Finding(decided(worst <= tolerance), {"largest residual": worst}, why)
 
 
 @claim("sec. 2.3.2, (7)", "The bristles move by (7), the same as xi' = X' - |X'| xi/g(X').", ROUNDING)
@@ -195,9 +188,7 @@ def one_alpha(runs: Runs, tolerance: float) -> Finding:
 
 
 @claim(
-    "sec. 2.3.2, (7), (10)",
-    "The Stribeck term is exp(-(X'/v_s)^alpha) for either direction and any alpha.",
-    ROUNDING,
+    "sec. 2.3.2, (7), (10)", "The Stribeck term is exp(-(X'/v_s)^alpha) for either direction and any alpha.", ROUNDING
 )
 def stribeck_term(runs: Runs, tolerance: float) -> Finding:
     """g as printed at X' = 0.1 and -0.1, for alpha = 2 and alpha = 1."""

@@ -115,11 +115,7 @@ def offset_points_exist(runs: Runs, tolerance: float) -> Finding:
     )
 
 
-@claim(
-    "sec. 2.3.3",
-    "Friction rises with velocity on (0, X'_l) and (X'_h, X'_max) and falls between.",
-    ROUNDING,
-)
+@claim("sec. 2.3.3", "Friction rises with velocity on (0, X'_l) and (X'_h, X'_max) and falls between.", ROUNDING)
 def monotone_between_offsets(runs: Runs, tolerance: float) -> Finding:
     """Signs of the slope (12) below, between and above the offset points at delta2 = 0.4; its sign at delta2 = 0."""
     law, points = LuGre(viscous_damping=VISCOUS), _offset(viscous_damping=VISCOUS)

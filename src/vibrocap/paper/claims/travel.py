@@ -6,7 +6,7 @@ from vibrocap.paper.averages import STEADY_WINDOW, averages, in_words, meetings,
 from vibrocap.paper.claims.claim import DRAWN, RUN_ERROR, Finding, Tolerance, claim, decided, printed, restricted
 from vibrocap.paper.presets import SHORT
 from vibrocap.paper.runs import Runs
-from vibrocap.paper.steady_points import BOTH, SOFT, printed_range_in_numbers, steady_points
+from vibrocap.paper.steady_points import BOTH, PRINTED, SOFT, printed_range_in_numbers, steady_points
 
 TWINS = 9  # mass ratios at which the mirror twin is run as well
 STEADY = (
@@ -55,13 +55,12 @@ def steady_progress(runs: Runs, tolerance: float) -> Finding:
 @claim("sec. 3.2", "The direction of travel is set by lambda.", RUN_ERROR, "fig09")
 def direction_set_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
     """X after 150 periods plus X of the mirror twin (started mirrored, half a period later): largest sum."""
-    found, largest = {}, {}
+    found = {}
     for name, short in SHORT.items():
         here = runs.sweep(name, points=TWINS).sections[:, -1]
         there = runs.sweep(name, points=TWINS, twin=True).sections[:, -1]
         found[f"{short}: largest |X + X of the twin|"] = float(np.max(np.abs(here + there)))
-        largest[name] = float(np.max(np.abs(here)))
-        found[f"{short}: largest |X|"] = largest[name]
+        found[f"{short}: largest |X|"] = float(np.max(np.abs(here)))
     twins = max(value for key, value in found.items() if "+" in key) <= tolerance
     return Finding(
         decided(not twins),
@@ -76,24 +75,16 @@ def _monotone(runs: Runs, friction: str, tolerance: float) -> Finding:
     rises = {
         w: float(np.max(c - np.minimum.accumulate(c)) / np.ptp(c)) for w, c in curves.items() if w != STEADY_WINDOW
     }
-    falling = {window: rise <= tolerance for window, rise in rises.items()}
-    good = [window for window, right in falling.items() if right]
+    good = [window for window, rise in rises.items() if rise <= tolerance]
     steady = float(np.max(np.abs(curves[STEADY_WINDOW])))
+    early = runs.sweep(friction).mass_ratio <= 2.5
+    falls_early = all(float(np.max(np.diff(curves[window][early]))) <= 0.0 for window in rises)
     return Finding(
-        restricted(steady > RUN_ERROR.value and all(falling.values()), bool(good)),
+        restricted(steady > RUN_ERROR.value and len(good) == len(rises), bool(good)),
         {f"rise / range, {window}": rise for window, rise in rises.items()} | {"largest |steady velocity|": steady},
         "Averages of a transient fall from light capsules to lambda of about 2.5 to 3, then rise towards zero again.",
         in_words(good),
-        f"{ZERO} From 0.01 to 2.5 every transient average does fall." if _falls_early(runs, friction) else ZERO,
-    )
-
-
-def _falls_early(runs: Runs, friction: str) -> bool:
-    early = runs.sweep(friction).mass_ratio <= 2.5
-    return all(
-        float(np.max(np.diff(curve[early]))) <= 0.0
-        for window, curve in averages(runs, friction).items()
-        if window != STEADY_WINDOW
+        f"{ZERO} From 0.01 to 2.5 every transient average does fall." if falls_early else ZERO,
     )
 
 
@@ -143,14 +134,12 @@ def _places(found: dict[str, float]) -> str:
     return f"at lambda from {min(values):.2f} to {max(values):.2f}" if values else "nowhere"
 
 
-def _crossing(
-    runs: Runs, windows: dict[str, float], point: str, target: float, tolerance: float, nearest: str
-) -> Finding:
+def _crossing(runs: Runs, windows: dict[str, float], point: str, tolerance: float, nearest: str) -> Finding:
     """The verdict on one of the four points: its place by averaging window, in the steady state, and at a soft spring.
 
     windows: the place by window (NaN: none)
     """
-    hits = [window for window, value in windows.items() if abs(value - target) <= tolerance]
+    hits = [window for window, value in windows.items() if abs(value - PRINTED[point]) <= tolerance]
     steady = printed_range_in_numbers(runs, KEYS[point])
     soft = steady_points(runs, SOFT)
     found = windows | steady | {f"rho = {SOFT:g}, steady: {point}": soft.at[point], "its error": soft.error[point]}
@@ -161,11 +150,7 @@ def _crossing(
         none = "In the steady state it is not nothing throughout."
     some = f"With a softer spring, rho = {SOFT:g}, there is one, at lambda = {soft.at[point]:.10f}."
     return Finding(
-        restricted(len(hits) == len(windows), bool(hits)),
-        found,
-        STEADY,
-        in_words(hits),
-        f"{nearest} {none} {some}",
+        restricted(len(hits) == len(windows), bool(hits)), found, STEADY, in_words(hits), f"{nearest} {none} {some}"
     )
 
 
@@ -176,7 +161,7 @@ def control_point_o1(runs: Runs, tolerance: float) -> Finding:
     """First zero of LM's average velocity over lambda, for each averaging window (none: not a number). In the steady
     state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
     found = zeros(runs, "lugre")
-    return _crossing(runs, found, "O1", 4.0, tolerance, f"Transient averages of LM vanish {_places(found)}.")
+    return _crossing(runs, found, "O1", tolerance, f"Transient averages of LM vanish {_places(found)}.")
 
 
 @claim(
@@ -186,7 +171,7 @@ def control_point_o2(runs: Runs, tolerance: float) -> Finding:
     """First zero of EM's average velocity over lambda, for each averaging window (none: not a number). In the steady
     state: sign changes of the drift, bracketed by settled motions at 82 mass ratios; the same for a soft spring."""
     found = zeros(runs, "exponential")
-    return _crossing(runs, found, "O2", 2.2, tolerance, f"Transient averages of EM vanish {_places(found)}.")
+    return _crossing(runs, found, "O2", tolerance, f"Transient averages of EM vanish {_places(found)}.")
 
 
 @claim(
@@ -197,7 +182,7 @@ def boundary_point_p1(runs: Runs, tolerance: float) -> Finding:
     changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
     found = {window: first for window, (first, _) in meetings(runs).items()}
     nearest = "In no window does EM fall below LM: LM is above from the start."
-    return _crossing(runs, found, "P1", 1.18, tolerance, nearest)
+    return _crossing(runs, found, "P1", tolerance, nearest)
 
 
 @claim(
@@ -211,7 +196,7 @@ def boundary_point_p2(runs: Runs, tolerance: float) -> Finding:
     sign changes of the difference of both drifts, bracketed as for O1; the same for a soft spring."""
     found = {window: second for window, (_, second) in meetings(runs).items()}
     nearest = f"Transient averages of EM rise above those of LM {_places(found)}."
-    return _crossing(runs, found, "P2", 4.36, tolerance, nearest)
+    return _crossing(runs, found, "P2", tolerance, nearest)
 
 
 def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
@@ -219,15 +204,14 @@ def _order(runs: Runs, low: float, high: float, em_higher: bool) -> Finding:
     lm, em = averages(runs, "lugre"), averages(runs, "exponential")
     ratios = runs.sweep("lugre").mass_ratio
     inside = (ratios > low) & (ratios < high)
-    found, right = {}, {}
+    found, transient = {}, []
     for window in lm:
         gap = (em[window] - lm[window])[inside]
         gap = np.where(np.abs(gap) > 1e-9, gap, 0.0)
         found[f"share where EM is higher, {window}"] = float(np.mean(gap > 0))
-        right[window] = bool(np.all(gap > 0)) if em_higher else bool(np.all(gap < 0))
-    transient = [window for window, yes in right.items() if yes]
+        transient += [window] if np.all(gap > 0 if em_higher else gap < 0) else []
     return Finding(
-        restricted(all(right.values()), bool(transient)),
+        restricted(len(transient) == len(lm), bool(transient)),
         found,
         STEADY,
         in_words(transient),
@@ -257,16 +241,15 @@ def em_overtakes_after_p2(runs: Runs, tolerance: float) -> Finding:
 
 
 def _signs(runs: Runs, friction: str, border: float) -> Finding:
-    ratios, found, right = runs.sweep(friction).mass_ratio, {}, {}
+    ratios, found, exact = runs.sweep(friction).mass_ratio, {}, []
     for window, curve in averages(runs, friction).items():
         curve = np.where(np.abs(curve) > 1e-9, curve, 0.0)
         expected = np.where(ratios < border, 1.0, -1.0)
         found[f"share with the printed sign, {window}"] = float(np.mean(np.sign(curve) == expected))
-        right[window] = found[f"share with the printed sign, {window}"] == 1.0
-    exact = [window for window, yes in right.items() if yes]
+        exact += [window] if np.all(np.sign(curve) == expected) else []
     first_zero = zeros(runs, friction)[window_name(5)]
     return Finding(
-        restricted(all(right.values()), bool(exact)),
+        restricted(len(exact) == len(found), bool(exact)),
         found,
         STEADY,
         in_words(exact),

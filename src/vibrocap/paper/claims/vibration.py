@@ -26,12 +26,7 @@ def larger(ours: float, theirs: float) -> float:
     return ours / theirs - 1.0
 
 
-@claim(
-    "sec. 3.1, Fig. 5",
-    "LM and EM show similar patterns in theta, theta', X and X'.",
-    ALIKE,
-    "fig05",
-)
+@claim("sec. 3.1, Fig. 5", "LM and EM show similar patterns in theta, theta', X and X'.", ALIKE, "fig05")
 def similar_patterns(runs: Runs, tolerance: float) -> Finding:
     """Correlation of LM with EM over the settled period, X less its drift."""
     lm, em = both(runs)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrocap.measures.friction_loop import LoopPoint, LoopSide, friction_curve
+from vibrocap.measures.friction_loop import friction_curve
 from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
 from vibrocap.paper.figures.motion import around_events
 from vibrocap.paper.imposed import AMPLITUDE, MEAN, imposed_cycle
@@ -22,42 +22,21 @@ def figure_3(runs: Runs) -> Figure:
         friction = LuGre(bristle_damping=damping)
         speeds = np.linspace(0.0, 0.35, 176)
         steady = np.array([friction.steady_force(float(v), 1.0) for v in speeds])
-        through_zero = [values[::4] for values in imposed_cycle(friction, 0.0, 0.3)]
+        swing, swung = (values[::4] for values in imposed_cycle(friction, 0.0, 0.3))
         velocity, force = (values[::4] for values in imposed_cycle(friction, MEAN, AMPLITUDE))
         excess = force - np.array([friction.steady_force(float(v), 1.0) for v in velocity])
-        name = rf"$\delta_1 = {damping:g}$" + (" (as printed)" if damping == DAMPINGS[0] else "")
-        loops.append(
-            Panel(
-                name,
-                "velocity",
-                "friction",
-                (
-                    Curve(
-                        "reversible: steady friction (11)",
-                        "steady",
-                        np.concatenate((-speeds[::-1], speeds)),
-                        np.concatenate((-steady[::-1], steady)),
-                    ),
-                    Curve(
-                        "non-reversible: LM, $X' = 0.3\\,\\sin\\tau$",
-                        "EM",
-                        through_zero[0],
-                        through_zero[1],
-                        arrows=(0.02, 0.045, 0.45, 0.505, 0.545, 0.95),
-                    ),
-                    Curve(SLIDING, "sliding", velocity, force),
-                ),
-            )
+        name = _named(damping)
+        both_ways, odd = (np.concatenate((-values[::-1], values)) for values in (speeds, steady))
+        reversal = (0.02, 0.045, 0.45, 0.505, 0.545, 0.95)
+        curves = (
+            Curve("reversible: steady friction (11)", "steady", both_ways, odd),
+            Curve("non-reversible: LM, $X' = 0.3\\,\\sin\\tau$", "EM", swing, swung, arrows=reversal),
+            Curve(SLIDING, "sliding", velocity, force),
         )
-        excesses.append(
-            Panel(
-                f"{name}: pure sliding, off the steady curve",
-                "velocity",
-                "excess",
-                (Curve(SLIDING, "sliding", velocity, excess, arrows=(0.1, 0.3, 0.6, 0.8)),),
-                y_limits=(-0.024, 0.024),
-            )
-        )
+        loops.append(Panel(name, "velocity", "friction", curves))
+        curve = Curve(SLIDING, "sliding", velocity, excess, arrows=(0.1, 0.3, 0.6, 0.8))
+        title = f"{name}: pure sliding, off the steady curve"
+        excesses.append(Panel(title, "velocity", "excess", (curve,), y_limits=(-0.024, 0.024)))
     return Figure(
         "fig03",
         "Reversible and non-reversible friction",
@@ -77,11 +56,8 @@ def figure_6(runs: Runs) -> Figure:
         ("(c) friction force, EM", "exponential", "friction"),
     ):
         motion = runs.first_set(name)
-        time = np.unique(
-            np.concatenate(
-                (np.linspace(0.0, SHOWN * motion.period, 3000), around_events(motion, SHOWN * motion.period))
-            )
-        )
+        end = SHOWN * motion.period
+        time = np.unique(np.concatenate((np.linspace(0.0, end, 3000), around_events(motion, end))))
         curve = Curve(SHORT[name], SHORT[name], time, motion.at(time, quantity))
         panels.append(Panel(title, "time", quantity, (curve,)))
     return Figure(
@@ -97,37 +73,26 @@ def figure_6(runs: Runs) -> Figure:
 def figure_8(runs: Runs) -> Figure:
     """Friction against velocity near zero: as printed, and with delta1 = 1."""
     panels = []
-    for damping in DAMPINGS:
+    for letter, damping in zip("ab", DAMPINGS, strict=True):
         period = runs.steady("lugre", bristle_damping=damping)
         loop = period.loop
         lm, em = friction_curve(period.motion), friction_curve(runs.steady("exponential").motion)
         # one curve: no hysteresis. Side by side, so that no line crosses the jump but the one upright at rest
         order = [i for i in np.lexsort((em.friction, em.velocity, em.side)) if em.side[i] != 0]
-        marks = [
-            Mark(label, point.velocity, point.friction)
-            for label, point in (("$M_1$", _escape(loop.forward)), ("", _escape(loop.back)))
-            if point is not None
-        ]
-        panels.append(
-            Panel(
-                ("(a) " if damping == DAMPINGS[0] else "(b) ")
-                + rf"$\delta_1 = {damping:g}$"
-                + (" (as printed)" if damping == DAMPINGS[0] else ""),
-                "velocity",
-                "friction",
-                (
-                    *(
-                        Curve(r"$\pm N\eta_s$", "limit", np.array([-0.3, 0.3]), np.full(2, sign * 0.45))
-                        for sign in (1, -1)
-                    ),
-                    Curve("EM", "EM", em.velocity[order], em.friction[order]),
-                    Curve("LM", "LM", lm.velocity, lm.friction, arrows=_arrows(lm.velocity, lm.friction)),
-                ),
-                tuple(marks),
-                x_limits=(-0.22, 0.26),
-                y_limits=(-0.54, 0.56),
-            )
+        marks = tuple(
+            Mark(label, side.escape.velocity, side.escape.friction)
+            for label, side in (("$M_1$", loop.forward), ("", loop.back))
+            if side is not None and side.escape is not None
         )
+        width = np.array([-0.3, 0.3])
+        curves = (
+            *(Curve(r"$\pm N\eta_s$", "limit", width, np.full(2, sign * 0.45)) for sign in (1, -1)),
+            Curve("EM", "EM", em.velocity[order], em.friction[order]),
+            Curve("LM", "LM", lm.velocity, lm.friction, arrows=_arrows(lm.velocity, lm.friction)),
+        )
+        title = rf"({letter}) {_named(damping)}"
+        panel = Panel(title, "velocity", "friction", curves, marks, x_limits=(-0.22, 0.26), y_limits=(-0.54, 0.56))
+        panels.append(panel)
     return Figure(
         "fig08",
         "Friction near zero velocity",
@@ -138,8 +103,8 @@ def figure_8(runs: Runs) -> Figure:
     )
 
 
-def _escape(side: LoopSide | None) -> LoopPoint | None:
-    return None if side is None else side.escape
+def _named(damping: float) -> str:
+    return rf"$\delta_1 = {damping:g}$" + (" (as printed)" if damping == DAMPINGS[0] else "")
 
 
 def _arrows(velocity: np.ndarray, friction: np.ndarray) -> tuple[float, ...]:

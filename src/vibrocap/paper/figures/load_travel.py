@@ -1,10 +1,10 @@
 """Data of Figs 9-11 once more, under the load that the pendulum makes: travel, and runs that the load ends."""
 
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.paper.averages import STEADY_WINDOW, averages, period_length, window_name
 from vibrocap.paper.figures.figure import Curve, Ending, Figure, Panel
 from vibrocap.paper.figures.load_motion import LOADS, PALE
@@ -47,45 +47,15 @@ def figure_load_10(runs: Runs) -> Figure:
     """Pendulum phase planes, capsule velocity and load over time, at three mass ratios."""
     planes, histories, loads = [], [], []
     for ratio in DISPLACEMENT_MASS_RATIOS:
-        motions = {
-            (name, load): runs.motion(with_load(figures_9_to_11(name, ratio), load)) for load in LOADS for name in SHORT
-        }
-        title = f"λ = {ratio:g}"
-        planes.append(
-            Panel(
-                f"{title}: pendulum",
-                "angle",
-                "angle_rate",
-                tuple(
-                    plane(motion, SHORT[name], RISEN, *_look(name, load)) for (name, load), motion in motions.items()
-                ),
-            )
+        motions, title = _motions(runs, ratio), f"λ = {ratio:g}"
+        curves = tuple(
+            plane(motion, SHORT[name], RISEN, *_look(name, load)) for (name, load), motion in motions.items()
         )
-        histories.append(
-            Panel(
-                f"{title}: capsule velocity",
-                "time",
-                "velocity",
-                tuple(
-                    history(motion, SHORT[name], "velocity", RISEN, *_look(name, load))
-                    for (name, load), motion in motions.items()
-                ),
-                y_limits=(-0.35, 0.42),
-            )
-        )
-        dynamic = {name: motions[name, "dynamic"] for name in SHORT}
-        loads.append(
-            Panel(
-                f"{title}: load N",
-                "time",
-                "reaction",
-                tuple(
-                    history(motion, SHORT[name], "reaction", RISEN, *_look(name, "dynamic"))
-                    for name, motion in dynamic.items()
-                ),
-                zero=True,
-            )
-        )
+        planes.append(Panel(f"{title}: pendulum", "angle", "angle_rate", curves))
+        curves = _histories(motions, "velocity", RISEN)
+        histories.append(Panel(f"{title}: capsule velocity", "time", "velocity", curves, y_limits=(-0.35, 0.42)))
+        dynamic = {key: motion for key, motion in motions.items() if key[1] == "dynamic"}
+        loads.append(Panel(f"{title}: load N", "time", "reaction", _histories(dynamic, "reaction", RISEN), zero=True))
     return Figure(
         "load10",
         "Phase planes, velocity of the capsule and its load, under the load that the pendulum makes",
@@ -99,33 +69,30 @@ def figure_load_10(runs: Runs) -> Figure:
 
 def figure_load_11(runs: Runs) -> Figure:
     """Displacement over time at three mass ratios."""
-    panels = tuple(
-        Panel(
-            f"λ = {ratio:g}",
-            "time",
-            "position",
-            tuple(
-                history(
-                    runs.motion(with_load(figures_9_to_11(name, ratio), load)),
-                    SHORT[name],
-                    "position",
-                    WANDERED,
-                    *_look(name, load),
-                )
-                for load in LOADS
-                for name in SHORT
-            ),
-            y_limits=(-0.4, 0.55),
-        )
-        for ratio in DISPLACEMENT_MASS_RATIOS
-    )
+    panels = []
+    for ratio in DISPLACEMENT_MASS_RATIOS:
+        curves = _histories(_motions(runs, ratio), "position", WANDERED)
+        panels.append(Panel(f"λ = {ratio:g}", "time", "position", curves, y_limits=(-0.4, 0.55)))
     return Figure(
         "load11",
         "Displacement of the capsule, under the load that the pendulum makes",
         "As Fig. 11: the first twenty drive periods. Pale: N = 1, as printed; strong: the load that the motion makes.",
-        panels,
+        tuple(panels),
         columns=3,
         one_legend=True,
+    )
+
+
+def _motions(runs: Runs, ratio: float) -> dict[tuple[str, float | str], Trajectory]:
+    """Both laws under both loads, at a mass ratio."""
+    return {
+        (name, load): runs.motion(with_load(figures_9_to_11(name, ratio), load)) for load in LOADS for name in SHORT
+    }
+
+
+def _histories(motions: dict[tuple[str, float | str], Trajectory], quantity: str, periods: int) -> tuple[Curve, ...]:
+    return tuple(
+        history(motion, SHORT[name], quantity, periods, *_look(name, load)) for (name, load), motion in motions.items()
     )
 
 
@@ -157,13 +124,9 @@ def _endings(runs: Runs, light: bool = False) -> tuple[Ending, ...]:
     """The runs that did not go to their end, by law and status."""
     found = []
     for name, short in SHORT.items():
-        ended = sorted((run for run in runs.loaded_sweep(name, light) if not run.status.ok), key=_status)
-        for status, group in itertools.groupby(ended, key=_status):
-            listed: Sequence[LoadedRun] = list(group)
+        ended = [run for run in runs.loaded_sweep(name, light) if not run.status.ok]
+        for status in sorted({run.status.value for run in ended}):
+            listed = [run for run in ended if run.status.value == status]
             place, time = np.array([run.mass_ratio for run in listed]), np.array([run.end for run in listed])
             found.append(Ending(f"{short}: {status}", short, place, time))
     return tuple(found)
-
-
-def _status(run: LoadedRun) -> str:
-    return run.status.value

@@ -39,28 +39,16 @@ def around_events(motion: Trajectory, end: float) -> np.ndarray:
 
 def figure_5(runs: Runs) -> Figure:
     """theta, theta', X, X' over time."""
-    panels = [
-        Panel(
-            f"({letter}) {SYMBOL[quantity]}",
-            "time",
-            quantity,
-            tuple(history(runs.first_set(name), SHORT[name], quantity, SHOWN) for name in SHORT),
-        )
-        for letter, quantity in zip("abcd", SYMBOL, strict=True)
-    ]
+    panels = []
+    for letter, quantity in zip("abcd", SYMBOL, strict=True):
+        curves = tuple(history(runs.first_set(name), SHORT[name], quantity, SHOWN) for name in SHORT)
+        panels.append(Panel(f"({letter}) {SYMBOL[quantity]}", "time", quantity, curves))
     em = runs.first_set("exponential")
     window = ((SHOWN - 1) * em.period, SHOWN * em.period)
     rests = tuple((p.start, p.end) for p in em.phases if p.side == 0 and window[0] < p.start < window[1])
-    for letter, quantity, limits in (("e", "position", None), ("f", "velocity", (-0.12, 0.12))):
-        panels.append(
-            dataclasses.replace(
-                panels["abcd".index("c" if quantity == "position" else "d")],
-                title=f"({letter}) {SYMBOL[quantity]}, enlarged; shaded: EM sticks",
-                spans=rests,
-                x_limits=window,
-                y_limits=limits,
-            )
-        )
+    for letter, whole, limits in (("e", panels[2], None), ("f", panels[3], (-0.12, 0.12))):
+        title = f"({letter}) {SYMBOL[whole.y]}, enlarged; shaded: EM sticks"
+        panels.append(dataclasses.replace(whole, title=title, spans=rests, x_limits=window, y_limits=limits))
     return Figure(
         "fig05",
         "Motion with LM and EM",
@@ -76,16 +64,9 @@ def figure_7(runs: Runs) -> Figure:
     for name, short in SHORT.items():
         period = runs.steady(name)
         pendulum.append(Curve(short, short, period["angle"][::8], period["angle_rate"][::8], arrows=(0.1, 0.6)))
-        position = period["position"] - period["position"][0]
-        capsule.append(
-            Curve(
-                f"{short} (gap = drift {period.drift:.3f})",
-                short,
-                position[::8],
-                period["velocity"][::8],
-                arrows=(0.2, 0.45, 0.85),
-            )
-        )
+        position, velocity = (period["position"] - period["position"][0])[::8], period["velocity"][::8]
+        label = f"{short} (gap = drift {period.drift:.3f})"
+        capsule.append(Curve(label, short, position, velocity, arrows=(0.2, 0.45, 0.85)))
     return Figure(
         "fig07",
         "Phase planes",
@@ -102,24 +83,12 @@ def figure_10(runs: Runs) -> Figure:
     """Pendulum phase planes and capsule velocity over time, at three mass ratios."""
     planes, histories = [], []
     for ratio in DISPLACEMENT_MASS_RATIOS:
-        motions = {name: runs.motion(figures_9_to_11(name, ratio)) for name in SHORT}
-        planes.append(
-            Panel(
-                f"λ = {ratio:g}: pendulum",
-                "angle",
-                "angle_rate",
-                tuple(plane(motion, SHORT[name], 6) for name, motion in motions.items()),
-            )
-        )
-        histories.append(
-            Panel(
-                f"λ = {ratio:g}: capsule velocity",
-                "time",
-                "velocity",
-                tuple(history(motion, SHORT[name], "velocity", 6) for name, motion in motions.items()),
-                y_limits=(-0.35, 0.42),
-            )
-        )
+        motions = {SHORT[name]: runs.motion(figures_9_to_11(name, ratio)) for name in SHORT}
+        curves = tuple(plane(motion, short, 6) for short, motion in motions.items())
+        planes.append(Panel(f"λ = {ratio:g}: pendulum", "angle", "angle_rate", curves))
+        curves = tuple(history(motion, short, "velocity", 6) for short, motion in motions.items())
+        title = f"λ = {ratio:g}: capsule velocity"
+        histories.append(Panel(title, "time", "velocity", curves, y_limits=(-0.35, 0.42)))
     return Figure(
         "fig10",
         "Phase planes of the pendulum and velocity of the capsule",
@@ -132,21 +101,16 @@ def figure_10(runs: Runs) -> Figure:
 
 def figure_11(runs: Runs) -> Figure:
     """Displacement over time at three mass ratios."""
-    panels = tuple(
-        Panel(
-            f"λ = {ratio:g}",
-            "time",
-            "position",
-            tuple(history(runs.motion(figures_9_to_11(name, ratio)), SHORT[name], "position", 20) for name in SHORT),
-            y_limits=(-0.4, 0.55),
-        )
-        for ratio in DISPLACEMENT_MASS_RATIOS
-    )
+    panels = []
+    for ratio in DISPLACEMENT_MASS_RATIOS:
+        motions = {SHORT[name]: runs.motion(figures_9_to_11(name, ratio)) for name in SHORT}
+        curves = tuple(history(motion, short, "position", 20) for short, motion in motions.items())
+        panels.append(Panel(f"λ = {ratio:g}", "time", "position", curves, y_limits=(-0.4, 0.55)))
     return Figure(
         "fig11",
         "Displacement of the capsule",
         "The first twenty drive periods (h 1.8, omega 1, rho 4, nu 1.2). X gains or loses something in the transient "
         "and then swings about a fixed place.",
-        panels,
+        tuple(panels),
         columns=3,
     )

@@ -2,54 +2,33 @@
 
 import numpy as np
 
-from vibrocap.paper.averages import STEADY_WINDOW, averages, window_name
+from vibrocap.paper.averages import STEADY_WINDOW, averages, period_length, window_name
 from vibrocap.paper.figures.figure import Curve, Figure, Mark, Panel
 from vibrocap.paper.presets import SHORT, figures_5_to_8, figures_9_to_11
-from vibrocap.paper.runs import LAST, Period, Runs, last_period
+from vibrocap.paper.runs import LAST, Runs, last_period
+from vibrocap.paper.steady_points import PRINTED
 
 SHOWN_WINDOWS = {window_name(1): 0.3, window_name(5): 0.5, window_name(10): 0.7, window_name(40): 1.0}
-SOFT_SPRINGS = (0.55, 0.58, 0.62)
-PRINTED_POINTS = {"$P_1$": 1.18, "$O_2$": 2.2, "$O_1$": 4.0, "$P_2$": 4.36}
+SOFT_SPRINGS = {0.55: 0.4, 0.58: 1.0, 0.62: 0.6}  # rho, and how strongly it is drawn
+
 SYMMETRIC_RATIO = 0.8
 
 
 def figure_9(runs: Runs) -> Figure:
     """Average velocity over the mass ratio: averaging windows, the steady state, and a softer spring."""
-    windows = []
+    windows, steady, soft = [], [], []
     for name, short in SHORT.items():
         ratios, curves = runs.sweep(name).mass_ratio, averages(runs, name)
-        windows += [
-            Curve(
-                f"{short}, {window}",
-                short,
-                ratios,
-                curves[window],
-                weight,
-            )
-            for window, weight in SHOWN_WINDOWS.items()
-        ]
-    steady = tuple(
-        Curve(
-            f"{short}, steady (last {LAST} of 150)",
-            short,
-            runs.sweep(name).mass_ratio,
-            averages(runs, name)[STEADY_WINDOW],
-        )
-        for name, short in SHORT.items()
-    )
-    marks = tuple(Mark(label, x) for label, x in PRINTED_POINTS.items())
-    soft = tuple(
-        Curve(
-            f"{SHORT[name]}, ρ = {stiffness:g}",
-            SHORT[name],
-            sweep.mass_ratio,
-            -sweep.mean_velocity(figures_9_to_11().drive.period, LAST, last=True),
-            weight,
-        )
-        for stiffness, weight in zip(SOFT_SPRINGS, (0.4, 1.0, 0.6), strict=True)
-        for name in SHORT
-        for sweep in [runs.sweep(name, stiffness)]
-    )
+        for window, weight in SHOWN_WINDOWS.items():
+            windows.append(Curve(f"{short}, {window}", short, ratios, curves[window], weight))
+        steady.append(Curve(f"{short}, steady (last {LAST} of 150)", short, ratios, curves[STEADY_WINDOW]))
+    for stiffness, weight in SOFT_SPRINGS.items():
+        for name, short in SHORT.items():
+            sweep = runs.sweep(name, stiffness)
+            velocity = -sweep.mean_velocity(period_length(), LAST, last=True)
+            soft.append(Curve(f"{short}, ρ = {stiffness:g}", short, sweep.mass_ratio, velocity, weight))
+    marks = tuple(Mark(f"${letter}_{number}$", PRINTED[letter + number]) for letter, number in ("P1", "O2", "O1", "P2"))
+    near = (-0.012, 0.022)
     return Figure(
         "fig09",
         "Average velocity over the mass ratio",
@@ -59,42 +38,26 @@ def figure_9(runs: Runs) -> Figure:
         "with the printed shape; no one stiffness gives all four printed points.",
         (
             Panel("(a) averages of the transient", "mass_ratio", "mean_velocity", tuple(windows), marks),
-            Panel(
-                "(b) the same, enlarged", "mass_ratio", "mean_velocity", tuple(windows), marks, y_limits=(-0.012, 0.022)
-            ),
-            Panel("(c) steady state", "mass_ratio", "mean_velocity", steady, marks, y_limits=(-0.012, 0.022)),
-            Panel("(d) soft springs (not the paper's), steady", "mass_ratio", "mean_velocity", soft, marks),
+            Panel("(b) the same, enlarged", "mass_ratio", "mean_velocity", tuple(windows), marks, y_limits=near),
+            Panel("(c) steady state", "mass_ratio", "mean_velocity", tuple(steady), marks, y_limits=near),
+            Panel("(d) soft springs (not the paper's), steady", "mass_ratio", "mean_velocity", tuple(soft), marks),
         ),
     )
-
-
-def _mirrored(period: Period) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Phase of the drive, velocity, and the mirror image of the velocity: -X' half a period later."""
-    velocity = period["velocity"][:-1]
-    image = -np.roll(velocity, -velocity.size // 2)
-    return period.time[:-1] / period.motion.period, velocity, image
 
 
 def figure_symmetry(runs: Runs) -> Figure:
     """The half-period symmetry: a motion that is its own mirror image, one that is not, and what each travels."""
     panels = []
-    cases = (
-        ("Figs 9-11, λ = 0.8", figures_9_to_11("lugre", SYMMETRIC_RATIO)),
-        ("Figs 5-8", figures_5_to_8("lugre")),
-    )
+    cases = (("Figs 9-11, λ = 0.8", figures_9_to_11("lugre", SYMMETRIC_RATIO)), ("Figs 5-8", figures_5_to_8("lugre")))
     for letter, (title, system) in zip("ab", cases, strict=True):
-        phase, velocity, image = _mirrored(last_period(runs.motion(system, 200), samples=1024))
-        panels.append(
-            Panel(
-                f"({letter}) {title}: settled velocity, LM",
-                "phase",
-                "velocity",
-                (
-                    Curve("$X'(\\tau)$", "LM", phase, velocity),
-                    Curve("mirror image, $-X'(\\tau + T/2)$", "twin", phase, image),
-                ),
-            )
+        period = last_period(runs.motion(system, 200), samples=1024)
+        phase, velocity = period.time[:-1] / period.motion.period, period["velocity"][:-1]
+        image = -np.roll(velocity, -velocity.size // 2)
+        curves = (
+            Curve("$X'(\\tau)$", "LM", phase, velocity),
+            Curve("mirror image, $-X'(\\tau + T/2)$", "twin", phase, image),
         )
+        panels.append(Panel(f"({letter}) {title}: settled velocity, LM", "phase", "velocity", curves))
     for letter, (title, system) in zip("cd", cases, strict=True):
         curves = []
         for label, role, twin in (("motion", "LM", False), ("mirror twin", "twin", True)):

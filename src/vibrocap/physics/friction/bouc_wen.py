@@ -4,16 +4,7 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibrocap.physics.friction.law import (
-    AtLeastOne,
-    Law,
-    NonNegative,
-    Number,
-    Positive,
-    parameter,
-    parameters,
-    power,
-)
+from vibrocap.physics.friction.law import AtLeastOne, Law, NonNegative, Number, Positive, parameter, parameters, power
 
 MARGIN = 1e-8  # of the yield deflection, by which the deflection passes zero before its sign is changed
 

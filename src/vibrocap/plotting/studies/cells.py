@@ -40,7 +40,9 @@ def cells(view: View, panel: Panel) -> np.ndarray:
             still &= ~_changes_sign(panel.values, still)
         found[still] = Cell.NO_TRAVEL
     elif view.measure == "cost_of_transport":  # per rounding errors of a travel there is none
-        found[_is_still(view, panel)] = Cell.INFINITE
+        travel = next((panel.other(name) for name in SIGNED if name in panel.dataset), None)
+        if travel is not None:
+            found[np.abs(travel) <= view.dead_band] = Cell.INFINITE
     if panel.values.dtype.kind == "f":
         found[np.isnan(panel.values)] = Cell.NO_VALUE
         nothing = panel.values == 0.0 if view.measure == "response_period" else np.isnan(panel.values)
@@ -68,12 +70,6 @@ def _changes_sign(values: np.ndarray, still: np.ndarray) -> np.ndarray:
         along = np.moveaxis(signs, axis, 0)
         np.moveaxis(found, axis, 0)[1:-1] |= along[:-2] * along[2:] < 0.0
     return found & few
-
-
-def _is_still(view: View, panel: Panel) -> np.ndarray:
-    """Runs that do not travel, where the study holds a measure of travel too."""
-    travel = next((panel.other(name) for name in SIGNED if name in panel.dataset), None)
-    return np.zeros(panel.status.shape, dtype=bool) if travel is None else np.abs(travel) <= view.dead_band
 
 
 def unsettled(view: View, panel: Panel) -> np.ndarray:

@@ -23,6 +23,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 
 from vibrocap.arguments import ArgumentError
+from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.labels import filled
 from vibrocap.plotting.studies.cells import (
     Categories,
@@ -38,23 +39,7 @@ from vibrocap.plotting.studies.cells import (
 )
 from vibrocap.plotting.studies.lines import dot_handles, draw_dots, draw_lines
 from vibrocap.plotting.studies.view import Panel, View, ViewError, study_view
-from vibrocap.plotting.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SKY,
-    STYLE,
-    VERMILION,
-    VIOLET,
-    YELLOW,
-    given_axes,
-    legend_below,
-    logarithmic,
-    save,
-    style,
-)
+from vibrocap.plotting.style import STYLE, given_axes, legend_below, logarithmic, save, style
 
 OTHERS = "#D9D9D9"
 # Colours of words and of whole numbers: Okabe and Ito's; their purple stands for failed runs, grey for the others.
@@ -187,23 +172,14 @@ def add_title_and_legend(fig: Figure, view: View, handles: list[Any]) -> None:
 
 def _legend(fig: Figure, handles: list[Any], columns: int) -> float:
     """Put the legend at the foot of a figure, in fewer columns where so many are too wide; its height in inches."""
-    legend = fig.legend(
-        handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(0.0, 0.0),
-        ncols=columns,
-        handlelength=2.0,
-        handleheight=1.1,
-        columnspacing=1.2,
-        labelspacing=0.4,
-        borderaxespad=0.3,
-        borderpad=0.2,
-    )
-    size = legend.get_window_extent()
-    if columns > 1 and size.x1 > fig.bbox.x1:
+    room = {"columnspacing": 1.2, "labelspacing": 0.4, "borderaxespad": 0.3, "borderpad": 0.2}
+    size = {"handlelength": 2.0, "handleheight": 1.1}
+    legend = fig.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 0.0), ncols=columns, **size, **room)
+    extent = legend.get_window_extent()
+    if columns > 1 and extent.x1 > fig.bbox.x1:
         legend.remove()
         return _legend(fig, handles, columns - 1)
-    return size.height / fig.dpi + 0.08
+    return extent.height / fig.dpi + 0.08
 
 
 def look(cell: Cell, label: str) -> Patch:
@@ -241,11 +217,9 @@ def _draw_maps(fig: Figure | SubFigure, axes: list[Axes], view: View) -> list[An
         if place.is_first_col():
             ax.set_ylabel(filled(view.axes[1].label, 44 if grid.nrows < 2 or grid.ncols < 3 else 28))
     handles: list[Any] = []
-    if groups:
-        handles += [
-            Patch(facecolor=paint["cmap"](code), label=text, edgecolor="none") for code, text in enumerate(groups.words)
-        ]
-    else:
+    for code, text in enumerate(groups.words if groups else ()):
+        handles.append(Patch(facecolor=paint["cmap"](code), label=text, edgecolor="none"))
+    if not groups:
         _colour_bar(fig, axes, view, paint)
     if view.points is not None:
         return handles + dot_handles(view)
@@ -320,14 +294,8 @@ def _colour_bar(fig: Figure | SubFigure, axes: list[Axes], view: View, paint: di
     """The scale of colours beside the maps, pointed where values lie beyond it."""
     _, _, below, above, _ = limits(view)
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    bar = fig.colorbar(
-        ScalarMappable(paint["norm"], paint["cmap"]),
-        ax=axes,
-        extend=extend[below, above],
-        aspect=28 if len(axes) == 1 else 22,
-        pad=0.02,
-        fraction=0.05,
-    )
+    shape = {"extend": extend[below, above], "aspect": 28 if len(axes) == 1 else 22, "pad": 0.02, "fraction": 0.05}
+    bar = fig.colorbar(ScalarMappable(paint["norm"], paint["cmap"]), ax=axes, **shape)
     bar.set_label(view.label)
     bar.outline.set_linewidth(0.5)  # type: ignore[operator]
 

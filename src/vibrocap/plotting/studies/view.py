@@ -140,10 +140,7 @@ class View:
 
 
 def study_view(
-    dataset: Any,
-    measure: str | None = None,
-    at: Mapping[str, str] | None = None,
-    dead_band: float | None = None,
+    dataset: Any, measure: str | None = None, at: Mapping[str, str] | None = None, dead_band: float | None = None
 ) -> View:
     """What a picture of a study shows.
 
@@ -175,24 +172,20 @@ def study_view(
     panels = tuple(_panel(part, asked, axes if gridded else (), title) for title, part in _parts(chosen, facets))
     settle = dataset.attrs.get("settle")
     band = float(dataset.attrs.get("dead_band", THRESHOLDS * float(settle) if settle else ZERO))
+    if (size := dataset[asked].attrs.get("dimensionless_unit")) is not None:
+        band = float(f"{band * float(size):.2g}")
     return View(
         asked,
         str(dataset[asked].attrs.get("long_name", asked.replace("_", " "))),
         str(dataset[asked].attrs.get("units", "1")),
         _kind(asked, [panel.values for panel in panels]),
-        float(_in_its_unit(band, dataset, asked) if dead_band is None else dead_band),
+        float(band if dead_band is None else dead_band),
         axes,
         panels,
         points,
         case_label(chosen, fixed),
         runs_label(chosen),
     )
-
-
-def _in_its_unit(band: float, dataset: Any, measure: str) -> float:
-    """A dead band of a measure in its own unit."""
-    size = dataset[measure].attrs.get("dimensionless_unit")
-    return band if size is None else float(f"{band * float(size):.2g}")
 
 
 def first_measure(dataset: Any) -> str:

@@ -62,13 +62,11 @@ def _case_complaints(system: System, plan: CaseList) -> list[str]:
     return complaints
 
 
-def _is_ruled(part: Any) -> bool:
-    """Whether a part has rules between its fields, so that values good one by one may be refused together."""
-    return bool(type(part).__pydantic_decorators__.model_validators) or hasattr(type(part), "__post_init__")
-
-
 def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[Axis], bool]]:
-    """(kinds, axes of one part, whether that part has rules between its fields), for all kinds and parts."""
+    """(kinds, axes of one part, whether that part has rules between its fields), for all kinds and parts.
+
+    Where a part has such rules, values that are good one by one may be refused together.
+    """
     for kinds in kind_choices(plan):
         chosen = kinds_chosen(system, kinds)
         numbered = [axis for axis in plan.axes if axis.path not in KINDS and not axis.path.startswith(INITIAL)]
@@ -76,12 +74,8 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[A
         for axis in numbered:
             parts.setdefault(axis.path.partition(".")[0], []).append(axis)
         for part, axes in parts.items():
-            yield kinds, axes, _is_ruled(chosen[part])
-
-
-def _is_tried_out(axes: list[Axis], ruled: bool) -> bool:
-    lengths = [len(axis.values) for axis in axes]
-    return int(np.prod(lengths, dtype=object)) <= LIMIT if ruled else sum(lengths) <= LIMIT
+            kind = type(chosen[part])
+            yield kinds, axes, bool(kind.__pydantic_decorators__.model_validators) or hasattr(kind, "__post_init__")
 
 
 def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
@@ -97,8 +91,8 @@ def _trials(system: System, plan: Runs) -> Iterator[dict[str, Any]]:
     for kinds in kind_choices(plan):
         yield first | kinds
     for kinds, axes, ruled in _groups(system, plan):
-        together = ruled and _is_tried_out(axes, ruled)
-        for values in _crossed(axes) if together else _along(axes, ruled):
+        few = int(np.prod([len(axis.values) for axis in axes], dtype=object)) <= LIMIT
+        for values in _crossed(axes) if ruled and few else _along(axes, ruled):
             yield first | kinds | values
 
 
@@ -112,20 +106,16 @@ def _along(axes: list[Axis], ruled: bool) -> Iterator[dict[str, Any]]:
     share = max(1, LIMIT // (len(axes) * (2 ** (len(axes) - 1) if ruled else 1)))
     for axis in axes:
         others = [Axis(other.path, _ends(other)) for other in axes if other is not axis] if ruled else []
+        step = -(-len(axis.values) // share)
+        thinned = dict.fromkeys([*_ends(axis), *axis.values[::step]])
         for rest in itertools.islice(_crossed(others), LIMIT):
-            for value in _thinned(axis, share):
+            for value in thinned:
                 yield rest | {axis.path: value}
 
 
 def _ends(axis: Axis) -> tuple[Any, ...]:
     numbers = [value for value in axis.values if not isinstance(value, str)]
     return tuple(dict.fromkeys([*([min(numbers), max(numbers)] if numbers else []), axis.values[0]]))
-
-
-def _thinned(axis: Axis, most: int) -> list[Any]:
-    """Not more than about so many values of an axis, its extremes among them."""
-    step = -(-len(axis.values) // most)
-    return list(dict.fromkeys([*_ends(axis), *axis.values[::step]]))
 
 
 def _merged(complaints: Iterable[str]) -> list[str]:

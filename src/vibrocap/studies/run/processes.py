@@ -25,10 +25,7 @@ _given: list[Any] = []  # of a helping process: the study, its folder, and wheth
 
 
 def run_on_processes(
-    store: Store,
-    pending: Sequence[Index],
-    workers: int,
-    progress: Callable[[float], None] | None = None,
+    store: Store, pending: Sequence[Index], workers: int, progress: Callable[[float], None] | None = None
 ) -> None:
     """Have tiles computed and stored by so many processes of one thread each.
 

@@ -8,16 +8,7 @@ from typing import Any
 
 from vibrocap.case.case import CaseError
 from vibrocap.studies.store.marks import DamageError, Index, read_chunk, read_first, read_mark, tile_name
-from vibrocap.studies.store.record import (
-    DONE,
-    FIRST_FORMAT,
-    LOCK,
-    RESULTS,
-    STUDY,
-    DamagedRecord,
-    plan_of,
-    read_record,
-)
+from vibrocap.studies.store.record import DONE, FIRST_FORMAT, LOCK, RESULTS, STUDY, DamagedRecord, plan_of, read_record
 from vibrocap.studies.store.zarr_form import checked_results, expected_arrays, first_places, strange_names
 from vibrocap.studies.tile import tile_indices
 

@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated import LANES, ORDER, WORK
+from vibrocap.numerics.kernel.generated.lane import WORK
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 
 EPSILON = 2.220446049250313e-16
 NARROWEST = 2.0**-36  # of a step: roots closer than this count as a touch

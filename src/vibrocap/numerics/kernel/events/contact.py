@@ -15,35 +15,23 @@ from vibrocap.numerics.kernel.codes import (
     STICK,
     TOO_MANY_EVENTS,
 )
-from vibrocap.numerics.kernel.generated import (
-    ARRIVING,
+from vibrocap.numerics.kernel.generated.counts import ARRIVING, EVENT_LIMIT, EVENTS, IDLE
+from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding_force, holding_limit
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, SET_VALUED
+from vibrocap.numerics.kernel.generated.lane import (
     CAME_FROM,
     CONTACT_RESIDUAL,
-    CONTACT_STATE,
-    EVENT_LIMIT,
-    EVENTS,
-    GUARD,
-    HOLD,
-    IDLE,
-    KINKED,
-    LANES,
-    LIMIT,
-    ORDER,
     PERIOD,
     SCALE,
-    SET_VALUED,
     SIDE,
     STATE,
-    STATES,
     STATUS,
     TIME,
-    VELOCITY,
     WORK,
-    ZEROS,
-    contact_velocity,
-    holding_force,
-    holding_limit,
 )
+from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD, LIMIT, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.stepping import ZEROS
 from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, turned
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 

@@ -9,25 +9,18 @@ holds. Only a contact velocity that the drive itself makes may jump.
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.events.contact import jumped
-from vibrocap.numerics.kernel.generated import (
-    COEFFICIENTS,
+from vibrocap.numerics.kernel.generated.counts import PERIOD_COUNT, WHOLE_PERIODS
+from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
+from vibrocap.numerics.kernel.generated.lane import PARAMETER, PERIOD, TAIL, TIME
+from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, LANES, PRESENT
+from vibrocap.numerics.kernel.generated.trace import (
     CYCLE,
-    FOLLOWS_LOAD,
-    LANES,
-    PARAMETER,
-    PERIOD,
-    PERIOD_COUNT,
-    PRESENT,
     SEGMENT,
     SEGMENT_COUNT,
     TABLE,
     TABLE_START,
     TABLE_STRIDE,
-    TAIL,
-    TIME,
     UNTIL,
-    VELOCITY_JUMPS,
-    WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.step.resolved import forget
 

@@ -22,37 +22,20 @@ from vibrocap.numerics.kernel.codes import (
     TOO_MANY_EVENTS,
 )
 from vibrocap.numerics.kernel.events.contact import jumped
-from vibrocap.numerics.kernel.generated import (
+from vibrocap.numerics.kernel.generated.branches import (
     BOUND_KINDS,
     BRANCHES,
-    EVENT_LIMIT,
-    EVENTS,
-    FOLLOWS_LOAD,
-    HOLD,
-    IDLE,
     IMPACT,
-    IMPLICIT_STEPS,
-    LANES,
     LAW_BRANCHES,
-    LIMIT,
     LOCATED,
     OCCURRED,
-    ORDER,
-    PERIOD,
-    SERIES,
-    SET_VALUED,
-    SEVERAL,
-    SIDE,
-    STATE,
-    STATES,
-    STATUS,
     SWITCH,
     SWITCHES,
-    TAYLOR_STEPS,
-    TIME,
     TURNING,
-    WINDOW_START,
-    WORK,
+)
+from vibrocap.numerics.kernel.generated.counts import EVENT_LIMIT, EVENTS, IDLE
+from vibrocap.numerics.kernel.generated.ensemble import WINDOW_START
+from vibrocap.numerics.kernel.generated.equations import (
     after_reversal,
     after_switch,
     contact_velocity,
@@ -61,6 +44,11 @@ from vibrocap.numerics.kernel.generated import (
     machine_energy,
     switches,
 )
+from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SET_VALUED, SEVERAL
+from vibrocap.numerics.kernel.generated.lane import PERIOD, SERIES, SIDE, STATE, STATUS, TIME, WORK
+from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.stepping import IMPLICIT_STEPS, TAYLOR_STEPS
 from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points

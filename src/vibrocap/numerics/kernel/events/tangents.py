@@ -14,25 +14,13 @@ to rest and sticks has lost one direction for good: its change of velocity is ex
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import whole_equal
 from vibrocap.numerics.kernel.codes import FIRST_SWITCH
-from vibrocap.numerics.kernel.generated import (
-    BASE,
-    CONTACT_STATE,
-    DELAY,
-    HOLD,
-    LANES,
-    LIMIT,
-    ORDER,
-    PENDING,
-    SERIES,
-    SIDE,
-    STATE,
-    STATES,
-    SWITCH,
-    TIME,
-    VELOCITY,
-    WORK,
-    guard_tangents,
-)
+from vibrocap.numerics.kernel.generated.branches import SWITCH
+from vibrocap.numerics.kernel.generated.ensemble import DELAY
+from vibrocap.numerics.kernel.generated.equations import guard_tangents
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
+from vibrocap.numerics.kernel.generated.lane import PENDING, SERIES, SIDE, STATE, TIME, WORK
+from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER, STATES
 
 
 def tangent_waits(ints, lane):

@@ -6,7 +6,8 @@ The elementary functions are the package's own polynomials: a card has no librar
 from vibrocap.numerics.kernel.arithmetic.elementary_polynomials import exponential, logarithm, sine_cosine
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import take
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated import RUN, STATUS, WORK
+from vibrocap.numerics.kernel.generated.ensemble import RUN
+from vibrocap.numerics.kernel.generated.lane import STATUS, WORK
 from vibrocap.numerics.kernel.interface import advance
 from vibrocap.numerics.kernel.loop.run_queue import begin_run, end_run
 

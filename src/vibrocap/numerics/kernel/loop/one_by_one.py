@@ -1,7 +1,11 @@
 """The loop over lanes that takes one after another: of a recorded motion, and of a thread of a graphics card."""
 
 from vibrocap.numerics.kernel.codes import RUNNING, TOO_MANY_STEPS, TRACE_FULL
-from vibrocap.numerics.kernel.generated import IMPLICIT_STEPS, LANES, STATUS, STEP_LIMIT, TAYLOR_STEPS, jet
+from vibrocap.numerics.kernel.generated.ensemble import STEP_LIMIT
+from vibrocap.numerics.kernel.generated.equations import jet
+from vibrocap.numerics.kernel.generated.lane import STATUS
+from vibrocap.numerics.kernel.generated.sizes import LANES
+from vibrocap.numerics.kernel.generated.stepping import IMPLICIT_STEPS, TAYLOR_STEPS
 from vibrocap.numerics.kernel.interface import has_room
 from vibrocap.numerics.kernel.loop.one_step import step
 

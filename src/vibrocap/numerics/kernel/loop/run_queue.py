@@ -4,50 +4,45 @@ Each run has its own steps, modes and events, so lanes end at different times; n
 """
 
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated import (
-    ARRIVING,
-    CAME_FROM,
-    CONTACT_RESIDUAL,
-    EVENTS,
-    HOLD_RATE,
-    IDLE,
-    IMPLICIT_STEPS,
+from vibrocap.numerics.kernel.generated.counts import ARRIVING, EVENTS, IDLE, PERIOD_COUNT, WHOLE_PERIODS
+from vibrocap.numerics.kernel.generated.ensemble import (
     INVERSE_SCALE,
-    LANES,
     LAST_RUN,
     MEASURED,
-    MEASURED_COUNT,
     MORE,
     NEXT_RUN,
-    ORDER,
-    PARAMETER,
-    PARAMETERS,
-    PATIENCE,
-    PENDING,
-    PERIOD,
     PERIOD_BUDGET,
-    PERIOD_COUNT,
     REMAINING,
     RESPONSE,
-    RESULT_SIZE,
     RESULT_START,
     RUN,
-    RUN_SIZE,
-    SCALE,
-    SET_VALUED,
-    SIDE,
     SINCE,
     START_STATE,
-    STATE,
-    STATES,
-    STATUS,
-    STIFF,
-    TAYLOR_STEPS,
-    TIME,
-    WHOLE_PERIODS,
     WINDOW_START,
-    ZEROS,
 )
+from vibrocap.numerics.kernel.generated.facts import SET_VALUED
+from vibrocap.numerics.kernel.generated.lane import (
+    CAME_FROM,
+    CONTACT_RESIDUAL,
+    PARAMETER,
+    PENDING,
+    PERIOD,
+    SCALE,
+    SIDE,
+    STATE,
+    STATUS,
+    TIME,
+)
+from vibrocap.numerics.kernel.generated.sizes import (
+    LANES,
+    MEASURED_COUNT,
+    ORDER,
+    PARAMETERS,
+    RESULT_SIZE,
+    RUN_SIZE,
+    STATES,
+)
+from vibrocap.numerics.kernel.generated.stepping import HOLD_RATE, IMPLICIT_STEPS, PATIENCE, STIFF, TAYLOR_STEPS, ZEROS
 from vibrocap.numerics.kernel.interface import advance, begin_drive, on_period
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 from vibrocap.numerics.kernel.step.resolved import forget

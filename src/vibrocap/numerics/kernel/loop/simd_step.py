@@ -21,55 +21,42 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import (
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.codes import NOT_FINITE, RUNNING, TOO_MANY_STEPS
 from vibrocap.numerics.kernel.events.contact import JUMP, cross
-from vibrocap.numerics.kernel.generated import (
-    ARRIVING,
+from vibrocap.numerics.kernel.generated.branches import (
     BRANCHES,
-    DAMPED_STEP,
-    DECAY_RATE,
-    HOLD,
-    IDLE,
-    IMPLICIT_STEPS,
-    KINKED,
-    LANES,
-    LIFTED,
-    LIMIT,
-    LIMIT_CONSTANT,
     LOCATED,
+    SIDES_AT_REST,
+    SIDES_COUNT,
+    SWITCH,
+    SWITCHES,
+    TURNING,
+)
+from vibrocap.numerics.kernel.generated.counts import ARRIVING, IDLE
+from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT, WINDOW_START
+from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
+from vibrocap.numerics.kernel.generated.facts import (
+    KINKED,
+    LIMIT_CONSTANT,
     MAYBE_STIFF,
-    ORDER,
-    PATIENCE,
-    PERIOD,
-    REACTION,
-    ROWS,
-    SERIES,
     SET_VALUED,
     SEVERAL,
     SHARP,
-    SIDE,
-    SIDES_AT_REST,
-    SIDES_COUNT,
     SPARSE,
-    STATE,
-    STATUS,
-    STEP,
-    STEP_LIMIT,
-    STIFF,
-    SWITCH,
-    SWITCHES,
-    TAYLOR_STEPS,
-    TIME,
-    TOLERANCE,
-    TURNING,
-    UNTIL,
-    VELOCITY,
     WATCHED,
-    WINDOW_START,
-    WORK,
-    ZEROS,
-    guard_at,
-    guard_simd,
-    jet,
 )
+from vibrocap.numerics.kernel.generated.gathered import LIFTED
+from vibrocap.numerics.kernel.generated.lane import PERIOD, SERIES, SIDE, STATE, STATUS, TIME, TOLERANCE, WORK
+from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, REACTION, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
+from vibrocap.numerics.kernel.generated.stepping import (
+    DAMPED_STEP,
+    DECAY_RATE,
+    IMPLICIT_STEPS,
+    PATIENCE,
+    STIFF,
+    TAYLOR_STEPS,
+    ZEROS,
+)
+from vibrocap.numerics.kernel.generated.trace import UNTIL
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd

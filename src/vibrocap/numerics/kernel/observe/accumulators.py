@@ -12,27 +12,13 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
-from vibrocap.numerics.kernel.generated import (
-    ASKED,
-    CONTACT_STATE,
-    FRICTION,
-    INTEGRAL,
-    INTEGRANDS,
-    LANES,
-    LARGEST,
-    LEAST,
-    MAGNITUDE,
-    ORDER,
-    PEAK,
-    SERIES,
-    SIDE,
-    STATES,
-    STEP,
-    SUMMED,
-    TIME,
-    WORK,
-    integrands,
-)
+from vibrocap.numerics.kernel.generated.ensemble import ASKED, STEP
+from vibrocap.numerics.kernel.generated.equations import integrands
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
+from vibrocap.numerics.kernel.generated.gathered import INTEGRAL, LARGEST, LEAST, MAGNITUDE, PEAK
+from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, TIME, WORK
+from vibrocap.numerics.kernel.generated.rows import FRICTION
+from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.interface import fitting_point
 from vibrocap.numerics.kernel.observe.turning_points import (
     CELLS,

@@ -7,7 +7,10 @@ size with 0 for the cyclic coordinate, stands in a ring, in the place of mark k 
 
 import math
 
-from vibrocap.numerics.kernel.generated import CYCLIC, LANES, MARK_COUNT, MARKS, SCALE, STATE, STATES
+from vibrocap.numerics.kernel.generated.ensemble import MARKS
+from vibrocap.numerics.kernel.generated.facts import CYCLIC
+from vibrocap.numerics.kernel.generated.lane import SCALE, STATE
+from vibrocap.numerics.kernel.generated.sizes import LANES, MARK_COUNT, STATES
 
 LONGEST_PERIOD = 16  # a response of a longer period is not looked for
 # Where the stroboscopic state stays within this many tolerances, its differences are errors of the integration and

@@ -4,19 +4,18 @@ A phase is a stretch of time on one side. What is shorter than a sliver, cut off
 """
 
 from vibrocap.numerics.kernel.codes import LETTERS_PER_PLACE, WORD_PLACES
-from vibrocap.numerics.kernel.generated import (
-    LANES,
+from vibrocap.numerics.kernel.generated.gathered import (
     LETTER_COUNT,
     LETTER_LENGTH,
     LETTER_SIDE,
     LETTERS,
-    PERIOD,
     PHASE_LENGTH,
     PHASE_SIDE,
-    SIDE,
     STICK_PHASES,
     STICK_TIME,
 )
+from vibrocap.numerics.kernel.generated.lane import PERIOD, SIDE
+from vibrocap.numerics.kernel.generated.sizes import LANES
 
 SLIVER = 1e-12  # of a period
 NO_SIDE = 2.0  # before the first phase

@@ -13,38 +13,15 @@ farther than h [f(y) - y'], disturbances grow instead of decaying, and the state
 
 import math
 
-from vibrocap.numerics.kernel.generated import (
-    KINKED,
-    LANES,
-    ORDER,
-    ROWS,
-    SCALE,
-    SERIES,
-    SEVERAL,
-    SIDE,
-    STATES,
-    STEP,
-    STIFF,
-    SWITCHES,
-    TIME,
-    TURNING,
-    contact_velocity,
-    jacobian,
-    rates,
-    switches,
-)
+from vibrocap.numerics.kernel.generated.branches import SWITCHES, TURNING
+from vibrocap.numerics.kernel.generated.ensemble import STEP
+from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates, switches
+from vibrocap.numerics.kernel.generated.facts import KINKED, SEVERAL
+from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, TIME
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.stepping import STIFF
 from vibrocap.numerics.kernel.observe.turning_points import polynomial_slope
-from vibrocap.numerics.kernel.step.implicit import (
-    GUARDS,
-    JACOBIAN,
-    MATRIX,
-    POINT,
-    RATE,
-    STAGE,
-    WIDTH,
-    factorise,
-    solve,
-)
+from vibrocap.numerics.kernel.step.implicit import GUARDS, JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 
 NEWTON_STEPS = 2
 INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a kinked law which was to go beyond

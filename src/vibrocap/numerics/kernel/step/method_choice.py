@@ -3,22 +3,18 @@
 import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
-from vibrocap.numerics.kernel.generated import (
+from vibrocap.numerics.kernel.generated.branches import SWITCH, SWITCHES, TURNING
+from vibrocap.numerics.kernel.generated.facts import SEVERAL
+from vibrocap.numerics.kernel.generated.lane import SIDE, TIME
+from vibrocap.numerics.kernel.generated.rows import VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated.stepping import (
     EXPLICIT_STEP,
     IMPLICIT_STEP,
     IMPLICIT_STEPS,
-    LANES,
-    ORDER,
     PATIENCE,
-    SEVERAL,
-    SIDE,
     STIFF,
-    SWITCH,
-    SWITCHES,
     TAYLOR_STEPS,
-    TIME,
-    TURNING,
-    VELOCITY,
     ZEROS,
 )
 from vibrocap.numerics.kernel.step.implicit import (

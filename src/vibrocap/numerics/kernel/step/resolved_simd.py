@@ -1,19 +1,12 @@
 """Whether a step of all lanes sees all that the law holds, see `resolved.py`."""
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
-from vibrocap.numerics.kernel.generated import (
-    FAR_SPEED,
-    KINKED,
-    LANES,
-    ORDER,
-    SAFE_SPEED,
-    SET_VALUED,
-    SHARP_INTERNAL,
-    SPARSE,
-    STEP,
-    VELOCITY,
-    unresolved_simd,
-)
+from vibrocap.numerics.kernel.generated.ensemble import STEP
+from vibrocap.numerics.kernel.generated.equations import unresolved_simd
+from vibrocap.numerics.kernel.generated.facts import KINKED, SET_VALUED, SHARP_INTERNAL, SPARSE
+from vibrocap.numerics.kernel.generated.rows import VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.generated.stepping import FAR_SPEED, SAFE_SPEED
 from vibrocap.numerics.kernel.step.resolved import FAINT, FAR_RANGE, excursion, learn
 from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser
 

@@ -17,36 +17,20 @@ at most 12 times their size, where the last terms themselves are up to 10^5 time
 
 import numpy as np
 
-from vibrocap.numerics.kernel.generated import (
+from vibrocap.numerics.kernel.generated.branches import (
     BRANCHES,
-    CONTACT_STATE,
-    DAMPED_STEP,
-    DECAY_RATE,
-    IMPOSED,
-    IMPOSED_COUNT,
-    KINKED,
-    LANES,
     LOCATED,
-    MAYBE_STIFF,
-    ORDER,
-    PERIOD,
-    ROWS,
-    SCALE,
-    SERIES,
-    SET_VALUED,
-    SEVERAL,
-    SIDE,
     SIDES_AT_REST,
     SIDES_COUNT,
-    STATE,
-    STATES,
     SWITCH,
     SWITCHES,
-    TOLERANCE,
     TURNING,
-    VELOCITY,
-    ZEROS,
 )
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, MAYBE_STIFF, SET_VALUED, SEVERAL
+from vibrocap.numerics.kernel.generated.lane import PERIOD, SCALE, SERIES, SIDE, STATE, TOLERANCE
+from vibrocap.numerics.kernel.generated.rows import IMPOSED, IMPOSED_COUNT, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
+from vibrocap.numerics.kernel.generated.stepping import DAMPED_STEP, DECAY_RATE, ZEROS
 from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, stays_positive, taylor_step
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.

@@ -1,22 +1,12 @@
 """Stabilised Taylor steps of all lanes at once, see `stabilised.py`."""
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
-from vibrocap.numerics.kernel.generated import (
-    BRANCHES,
-    CONTACT_STATE,
-    IMPOSED,
-    IMPOSED_COUNT,
-    INVERSE_SCALE,
-    LANES,
-    ORDER,
-    ROWS,
-    SERIES,
-    STATES,
-    SWITCH,
-    SWITCHES,
-    TOLERANCE,
-    VELOCITY,
-)
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.ensemble import INVERSE_SCALE
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
+from vibrocap.numerics.kernel.generated.lane import SERIES, TOLERANCE
+from vibrocap.numerics.kernel.generated.rows import IMPOSED, IMPOSED_COUNT, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
 from vibrocap.numerics.kernel.step.stabilised import (
     DAMPED_REACH,
     DAMPING,

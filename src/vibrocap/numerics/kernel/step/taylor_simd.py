@@ -5,25 +5,13 @@ on what is left of disturbances that have decayed, and a cycle is one whether it
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, exponent, load, mantissa, power_of_two, where
-from vibrocap.numerics.kernel.generated import (
-    BRANCHES,
-    CONTACT_STATE,
-    HOLD,
-    HOLD_RATE,
-    INVERSE_SCALE,
-    LANES,
-    LIMIT,
-    LOCATED,
-    ORDER,
-    PERIOD,
-    SERIES,
-    SET_VALUED,
-    STATES,
-    SWITCH,
-    SWITCHES,
-    TOLERANCE,
-    VELOCITY,
-)
+from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
+from vibrocap.numerics.kernel.generated.ensemble import INVERSE_SCALE
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, SET_VALUED
+from vibrocap.numerics.kernel.generated.lane import PERIOD, SERIES, TOLERANCE
+from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.stepping import HOLD_RATE
 from vibrocap.numerics.kernel.step.taylor import NEAREST, OMITTED, SAFETY
 
 

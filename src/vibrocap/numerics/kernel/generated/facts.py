@@ -1,0 +1,18 @@
+"""What is known of the equations of one system: constants, so that what they rule out is not compiled."""
+
+SET_VALUED = True  # whether the contact can stick
+KINKED = False  # whether the law has a kink at rest
+MAYBE_STIFF = False  # whether a contact has a law with a force for every velocity
+SEVERAL = False  # whether there are several contacts
+LIMIT_CONSTANT = True  # whether the largest holding force never changes along a motion
+SHARP = True  # whether the law has functions that could hide within a step, see `resolution.py`
+MIRRORED = True  # whether these are the same for either direction of sliding
+VELOCITY_JUMPS = False  # whether the contact velocity jumps where the drive has a corner
+FOLLOWS_LOAD = False  # whether the load of the contact follows the motion
+SPARSE = False  # whether the law hides near rest: three terms in four of a series may vanish, or it has a logarithm
+SHARP_INTERNAL = False  # whether any of them depends on an internal state
+WATCHED = False  # whether the true load of the contact is looked at, which friction takes as constant
+CYCLIC = 2  # the state on which nothing depends
+CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
+MIRROR = (-1,)  # sign of each state under the half-period symmetry
+STICKS = (0,)  # of each contact: 1 where it can stick
