@@ -91,7 +91,10 @@ class Stretch:
         for _ in range(64):
             middle = 0.5 * (low + high)
             same = np.sign(function(middle)) == below
+            before = low, high
             low, high = np.where(same, middle, low), np.where(same, high, middle)
+            if all(map(np.array_equal, before, (low, high))):  # all else would be the same again
+                break
         return 0.5 * (low + high)
 
     def nodes(self, cuts: np.ndarray | None = None) -> Nodes:

@@ -36,6 +36,7 @@ class Graph:
         self.nodes: list[tuple] = []
         self._known: dict[tuple, int] = {}
         self._constant: dict[int, bool] = {}
+        self._reached: dict[tuple[int, ...], list[int]] = {}
 
     def node(self, op: str, *operands) -> "Expression":
         """The expression of this node, recorded now if it is new."""
@@ -58,6 +59,12 @@ class Graph:
     def expression(self, value: Any) -> "Expression":
         """A number or an expression, as an expression."""
         return value if isinstance(value, Expression) else self.constant(value)
+
+    def reached_from(self, roots: tuple[int, ...]) -> list[int]:
+        """Indices of all nodes that the roots need, operands first: kept, as a node never changes."""
+        if roots not in self._reached:
+            self._reached[roots] = reachable(self, roots)
+        return self._reached[roots]
 
     def is_constant_in_time(self, index: int) -> bool:
         """Whether a node depends on neither time nor state."""
@@ -255,8 +262,7 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
     graph = expressions[0].graph
     values: dict[int, Any] = {}
     binary = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide}
-    needed = reachable(graph, [e.index for e in expressions])
-    for index in needed:
+    for index in graph.reached_from(tuple(e.index for e in expressions)):
         op, *operands = graph.nodes[index]
         if op == "constant":
             values[index] = operands[0]
