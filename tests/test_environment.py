@@ -460,7 +460,8 @@ def test_symmetry_of_settled_motions_is_asked_only_where_there_is_one():
     assert orbit.drift < 0.0
 
 
-@pytest.mark.parametrize("load", ["weight", pytest.param("dynamic", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("load", ["weight", "dynamic"])
 def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
     for excess, kind in ((-1e-6, "stuck"), (1e-6, "slides")):
         angle = math.atan(0.2) + excess

@@ -73,7 +73,7 @@ def test_travel_is_that_of_an_independent_solver(system, travel, per_period, lea
 
 
 def test_state_is_that_of_an_independent_solver():
-    motion = vc.simulate(capsule(), periods=40, initial=START, tolerance=1e-12)
+    motion = vc.simulate(capsule(), periods=40, initial=START, tolerance=1e-11)
     known = {"angle": 0.188621822995, "angle_rate": 1.310110531562, "velocity": 0.236601626718}
     assert {name: motion.state[name] for name in known} == pytest.approx(known, abs=1e-11)
 
@@ -183,7 +183,7 @@ def test_lanes_lift_off_where_single_motions_do():
 @pytest.mark.parametrize(("drive", "status"), [(-0.5, vc.Status.PARADOX), (2.0, vc.Status.PARADOX)])
 def test_start_in_the_region_of_the_paradox_is_a_status(drive, status):
     """Sliding forward with b < s mu: n > 0 has no way to go on, n < 0 has two."""
-    law = vc.Coulomb(coulomb_coefficient=0.45, static_coefficient=0.45)
+    law = vc.Exponential(coulomb_coefficient=0.45, static_coefficient=0.45)
     system = vc.System(vc.PendulumCapsule(mass_ratio=0.02, normal_load="dynamic"), law, vc.Harmonic(amplitude=drive))
     start = {"angle": 0.14, "velocity": 0.5}
     inertia, own, slope = system.machine.reaction(0.0, (0.14, 0.0, 0.0, 0.5), drive)
