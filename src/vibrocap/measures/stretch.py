@@ -108,7 +108,7 @@ class Stretch:
         return Nodes(t, (half[:, None] * weights).ravel(), self.velocity(t), self.acceleration(t), self.friction(t))
 
     def _piece_at(self, t: np.ndarray) -> np.ndarray:
-        return np.clip(self.motion.piece_at(t), self.pieces[0], self.pieces[-1])
+        return np.minimum(np.maximum(self.motion.piece_at(t), self.pieces[0]), self.pieces[-1])
 
     def _states(self, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
         return self.motion.piece_states(piece, t - self.motion.piece_start[piece])
