@@ -222,9 +222,14 @@ def sensitivity(expression: Expression, node: int, memory: dict) -> Expression:
     else:
         args = [Expression(graph, i) for i in operands]
         slopes = [sensitivity(a, node, memory) for a in args]
-        result = _chain_rule(op, expression, args, slopes)
+        nothing = op in LINEAR_IN_SLOPES and all(slope.value == 0.0 for slope in slopes)
+        result = slopes[0] if nothing else _chain_rule(op, expression, args, slopes)
     memory[key] = result
     return result
+
+
+# What the chain rule makes of slopes that are zero is zero then, and no other node is recorded on the way.
+LINEAR_IN_SLOPES = ("neg", "add", "sub", "mul", "div", "exp", "log")
 
 
 def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression]) -> Expression:
