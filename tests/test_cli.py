@@ -545,6 +545,10 @@ def test_exit_codes_reach_the_shell(case):
     wrong = run("simulate", case, "--periods", "-1")
     assert (wrong.returncode, wrong.stdout) == (WRONG_INPUT, "")
     assert "--periods: should be a positive number, got -1.0" in wrong.stderr
+
+
+@pytest.mark.slow
+def test_the_exit_code_of_an_incomplete_run_reaches_the_shell(case):
     case.write_text(CASE + "max_steps = 10\n")
     assert run("simulate", case).returncode == INCOMPLETE
 

@@ -148,7 +148,8 @@ def test_every_operator_gives_the_bits_of_plain_python(name):
     text = body_text(BODIES[name])
     floats, ints = operands(name)
     results = []
-    for entry in (plain_kernel(text)["advance"], exactly(text, "advance"), compiled(text, "advance")):
+    fused = [] if "*" in BODIES[name] else [compiled(text, "advance")]  # as nothing can be fused
+    for entry in (plain_kernel(text)["advance"], exactly(text, "advance"), *fused):
         trace = np.concatenate((np.zeros(len(floats)), floats.ravel()))
         numbers = np.concatenate(([0, 0], ints.ravel()))
         if entry.__class__.__name__ == "function":  # Python's own numbers raise where those of a kernel do not
@@ -159,10 +160,9 @@ def test_every_operator_gives_the_bits_of_plain_python(name):
         else:
             entry(np.zeros(8), numbers, trace, len(floats))
             results.append(trace[: len(floats)].copy())
-    plain, exact, fused = (bits(found) for found in results)
-    assert np.array_equal(plain, exact)
-    if "*" not in BODIES[name]:
-        assert np.array_equal(plain, fused)
+    plain, *made = (bits(found) for found in results)
+    for found in made:
+        assert np.array_equal(plain, found)
 
 
 class Python(list):

@@ -340,7 +340,7 @@ def test_what_contacts_there_are_not_is_refused_by_name():
         vc.System(vc.TwoBodyCrawler(normal_load_2=0.0), vc.LuGre(), vc.Harmonic())
     with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 10, got 11"):
         vc.crawler(11)
-    motion = vc.simulate(crawler(), periods=0.1)
+    motion = vc.simulate(vc.System(vc.TwoBodyCrawler(), vc.Coulomb(), vc.Harmonic()), periods=0.1)
     with pytest.raises(ValueError, match=r"contact should be a whole number from 1 to 2, got 3"):
         vc.stick_fraction(motion, contact=3)
 

@@ -258,20 +258,21 @@ def balance_of_energy_and_momentum(system):
     names = system.channels[: -3 if system.stores_under_load else -2]
     powers = recording.integrals[: len(names)]
     assert set(names) >= {"drag", "outer_force"}
+
+    def along(quantity):
+        found = derivative(quantity, -1)
+        for i, rate in enumerate(recording.rates):
+            found = found + derivative(quantity, i) * rate
+        return found
+
+    asked = [*recording.rates, *powers, friction, outer, along(energy), along(momentum)]
     for draw in draws(10):
         t, y, side = sample(system, draw)
-
-        def along(quantity, t=t, y=y, side=side):
-            found = derivative(quantity, -1)
-            for i, rate in enumerate(recording.rates):
-                found = found + derivative(quantity, i) * rate
-            return float(evaluate([found], t, y, float(side), values)[0])
-
-        rates = evaluate([*recording.rates, *powers, friction, outer], t, y, float(side), values)
-        *inflow, taken, force = (float(each) for each in rates[len(recording.rates) :])
-        size = 1.0 + max(abs(float(each)) for each in rates) ** 2
-        assert along(energy) == pytest.approx(sum(inflow) - taken, abs=1e3 * np.finfo(float).eps * size)
-        assert along(momentum) == pytest.approx(force, abs=1e3 * np.finfo(float).eps * size)
+        *rates, gained, pushed = (float(each) for each in evaluate(asked, t, y, float(side), values))
+        *inflow, taken, force = rates[len(recording.rates) :]
+        size = 1.0 + max(map(abs, rates)) ** 2
+        assert gained == pytest.approx(sum(inflow) - taken, abs=1e3 * np.finfo(float).eps * size)
+        assert pushed == pytest.approx(force, abs=1e3 * np.finfo(float).eps * size)
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=LABELS)
@@ -460,7 +461,8 @@ def test_symmetry_of_settled_motions_is_asked_only_where_there_is_one():
     assert orbit.drift < 0.0
 
 
-@pytest.mark.parametrize("load", ["weight", pytest.param("dynamic", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("load", ["weight", "dynamic"])
 def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
     for excess, kind in ((-1e-6, "stuck"), (1e-6, "slides")):
         angle = math.atan(0.2) + excess

@@ -162,13 +162,13 @@ def test_modules_import_what_runs():
                     for loop in ("ensemble", "simd", "card")
                 ]
     promised = {"codes", "memory_layout", "driven_generated", "interface", "arithmetic.plain_vectors"}
-    strays = set()
+    imports, strays = {}, set()
+    for module in {module for recipe in every for module in recipe.modules}:
+        path = link.KERNEL / f"{module.replace('.', '/')}.py"
+        imports[module] = [node for node in ast.parse(path.read_text("utf-8")).body if isinstance(node, ast.ImportFrom)]
     for recipe in every:
         for module in recipe.modules:
-            path = link.KERNEL / f"{module.replace('.', '/')}.py"
-            with open(path, encoding="utf-8") as file:
-                imports = [node for node in ast.parse(file.read()).body if isinstance(node, ast.ImportFrom)]
-            for node in imports:
+            for node in imports[module]:
                 home = (node.module or "").removeprefix("vibrocap.numerics.kernel.")
                 for alias in node.names:
                     held = home in promised or home in recipe.modules or home.startswith("generated.")

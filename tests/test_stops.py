@@ -71,7 +71,7 @@ def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
     assert motion.events[0].kind == "stop_opened"
     assert motion.events[0].time > 0.1
     struck = (motion.event_kinds == "impact").sum()
-    options = {"measures": ["impacts"], "initial": inside, "periods": 2, "window": 2}
+    options = {"measures": ["impacts"], "initial": inside, "periods": 2, "window": 2, "tolerance": 1e-11}
     assert vc.ensemble(capsule(), {"machine.gap": [0.02]}, **options)["impacts"] == struck / 2.0
 
 
@@ -192,7 +192,7 @@ def bouncing(restitution):
 def test_bouncing_mass_has_its_closed_form(restitution):
     """Impact n at t_1 (1 + 2 (e + ... + e^n)), and rest at the wall from t_1 (1 + 2 e/(1 - e)) on."""
     speed = 2.0 if restitution > 0.9 else 0.0  # of both: no event of the contact then stands between two impacts
-    motion = vc.simulate(bouncing(restitution), periods=8, tolerance=1e-12, initial={"velocity": speed})
+    motion = vc.simulate(bouncing(restitution), periods=8, tolerance=1e-11, initial={"velocity": speed})
     acceleration = 0.3 * (1.0 + 1.0 / 2.0)
     first = np.sqrt(2.0 * 0.2 / acceleration)
     times = motion.event_times[motion.event_kinds == "impact"]
@@ -221,7 +221,7 @@ def test_bouncing_mass_has_its_closed_form(restitution):
 
 
 def test_elastic_bouncing_keeps_all_energy():
-    motion = vc.simulate(bouncing(1.0), periods=1.0, tolerance=1e-12)
+    motion = vc.simulate(bouncing(1.0), periods=1.0, tolerance=1e-11)
     assert (motion.event_kinds == "impact").sum() == 5
     assert vc.energy_balance(motion, (0.0, motion.end)).impact == pytest.approx(0.0, abs=1e-14)
 
@@ -310,7 +310,7 @@ def test_a_start_beyond_a_rigid_stop_is_refused():
     ],
 )
 def test_a_start_that_says_it_touches_a_rigid_stop_is_at_rest_there(given, complaint):
-    system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Coulomb(), vc.Harmonic())
+    system = vc.System(vc.RigidStopCapsule(gap=0.2), vc.Coulomb(), vc.Constant(force=1.8))
     with pytest.raises(ValueError, match=complaint.replace(".", r"\.")):
         vc.simulate(system, initial=given)
     with pytest.raises(ValueError, match=complaint.replace(".", r"\.")):

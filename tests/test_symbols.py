@@ -39,11 +39,13 @@ def test_the_page_of_symbols_has_every_state_and_quantity_and_no_other():
     states |= {*vc.Actuator(limit=1.0, command_limit=1.0).states}
     assert {name for _, name, _ in page_rows("States")} == states == set(symbols.STATES)
     names = {"time", "side", "impulse", "command"}
-    for machine, law in itertools.product(machines().values(), friction):
-        for made in (machine(), *([machine(normal_load="dynamic")] if machine is vc.PendulumCapsule else [])):
-            for environment in (None, vc.Environment()):
-                system = vc.System(made, law, vc.Harmonic(), environment=environment)
-                names |= {*equations(system).observables, *(f"{channel}_work" for channel in system.channels)}
+    every, few = [machine() for machine in machines().values()], [vc.PendulumCapsule(), vc.TwoBodyCrawler()]
+    every.append(vc.PendulumCapsule(normal_load="dynamic"))
+    pairs = [*itertools.product(every, (vc.Coulomb(), vc.LuGre())), *itertools.product(few, friction)]
+    for made, law in pairs:
+        for environment in (None, vc.Environment()):
+            system = vc.System(made, law, vc.Harmonic(), environment=environment)
+            names |= {*equations(system).observables, *(f"{channel}_work" for channel in system.channels)}
     assert {name for _, name, _ in page_rows("What else")} == names
     motion = vc.simulate(vc.System(vc.PendulumCapsule(), vc.LuGre(), vc.Harmonic()), periods=0.1)
     assert set(motion.names) <= names | states

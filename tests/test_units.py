@@ -40,6 +40,7 @@ velocity_m_per_s = 0.1
 [run]
 periods = 12
 """
+PRESSED = CASE.replace('normal_load = "weight"', "normal_load_N = 6.864655")  # as the weight presses, in one number
 
 
 @pytest.fixture
@@ -355,6 +356,7 @@ def test_axes_in_si_over_several_laws():
 def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
     import xarray
 
+    Path("si.toml").write_text(PRESSED, encoding="utf-8")
     arguments = ["sweep", "si.toml", "--over", "drive.frequency_Hz=0.8:1.4:3", "--periods", "4"]
     assert cli.main([*arguments, "--out", "map", "--export", "map.nc"]) == 0
     assert cli.main([*arguments, "--out", "map", "--resume", "--export", "map.csv"]) == 0
@@ -367,7 +369,7 @@ def test_a_study_in_si_goes_on_and_is_exported(place, capsys):
 
 
 def test_an_adaptive_map_in_si_is_the_map_without_units():
-    system = case_from_text(CASE).system
+    system = case_from_text(PRESSED).system
     how: dict = {"by": ["word"], "measures": ["mean_velocity", "drive_work"], "coarse": 2, "periods": 6}
     over = {"machine.capsule_mass_kg": "0.3:0.5:3", "drive.frequency_Hz": "0.8:1.4:3"}
     found = vc.adaptive_map(system, over, **how)

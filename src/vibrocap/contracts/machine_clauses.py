@@ -62,12 +62,20 @@ def contact(machine: Any) -> str | None:
     return None
 
 
-def along(function: Callable, t: float, y: tuple, rates: Any) -> float:
-    """d/dt of a function of the mechanical state, by its recorded partial derivatives; none of it by the time."""
+def along(function: Callable, states: int) -> Callable[[float, tuple, Any], float]:
+    """d/dt of a function of the mechanical state, of (t, state, rates): by its partial derivatives, recorded once.
+
+    None of it by the time.
+    """
     graph = Graph()
-    recorded = graph.expression(function(t, tuple(graph.node("state", i) for i in range(len(y)))))
-    slopes = evaluate([derivative(recorded, i) for i in range(len(y))], t, y, 1.0, ())
-    return sum(slope * rate for slope, rate in zip(slopes, rates, strict=True))
+    recorded = graph.expression(function(graph.node("time"), tuple(graph.node("state", i) for i in range(states))))
+    partial = [derivative(recorded, i) for i in range(states)]
+
+    def growth(t: float, y: tuple, rates: Any) -> float:
+        slopes = evaluate(partial, t, y, 1.0, ())
+        return sum(slope * rate for slope, rate in zip(slopes, rates, strict=True))
+
+    return growth
 
 
 def explicit_rate(function: Callable, t: float, y: tuple) -> float:
@@ -80,6 +88,7 @@ def explicit_rate(function: Callable, t: float, y: tuple) -> float:
 def energy(machine: Any) -> str | None:
     """Its energy balance closes: H' = sum of the powers - R v."""
     machine = machine.driven_by(ImposedSample())
+    growth = along(machine.energy, len(machine.states))
     for draw in draws(SAMPLES):
         t, y, drive, force = machine_draw(machine, draw)
         rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
@@ -89,7 +98,7 @@ def energy(machine: Any) -> str | None:
                 f"states and channels, got {len(rates)} and {len(powers)}"
             )
         expected = sum(powers) - force * machine.contact_velocity(t, y)
-        found, size = along(machine.energy, t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
+        found, size = growth(t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
         if not abs(found - expected) <= 16 * EPSILON * size:
             return (
                 f"energy, powers: the energy grows by {found:g}, the powers less R v are {expected:g}; they should be "
@@ -101,11 +110,12 @@ def energy(machine: Any) -> str | None:
 def momentum(machine: Any) -> str | None:
     """Its momentum balance closes: p' = outer force - R."""
     machine = machine.driven_by(ImposedSample())
+    growth = along(machine.momentum, len(machine.states))
     for draw in draws(SAMPLES):
         t, y, drive, force = machine_draw(machine, draw)
         rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
         expected = machine.outer_force(t, y, drive) - force
-        found, size = along(machine.momentum, t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
+        found, size = growth(t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
         if not abs(found - expected) <= 16 * EPSILON * size:
             return (
                 f"momentum, outer_force: the momentum grows by {found:g}, the outer force less R is {expected:g}; they "
@@ -167,7 +177,7 @@ def load_made(machine: Any) -> str | None:
         if machine.vertical_momentum(t, y) is None:
             continue
         rates = machine.rates(t, y, drive, force)
-        found, lift = _load(machine, t, y, drive, force), along(machine.vertical_momentum, t, y, rates)
+        found, lift = _load(machine, t, y, drive, force), along(machine.vertical_momentum, len(y))(t, y, rates)
         size = 1.0 + max(map(abs, (*rates, found))) ** 2
         if not abs(found - machine.load() - lift) <= 64 * EPSILON * size:
             return (

@@ -75,7 +75,10 @@ class Excursion:
             for _ in range(INVERSIONS):
                 middle = 0.5 * (low + high)
                 early = (side * stretch.velocity(middle) < wanted) == accelerating
+                before = low, high
                 low, high = np.where(early, middle, low), np.where(early, high, middle)
+                if all(map(np.array_equal, before, (low, high))):  # all else would be the same again
+                    break
             total[inside] += side * stretch.friction(0.5 * (low + high))
             passes[inside] += 1.0
         return np.divide(total, passes, out=np.full_like(speeds, np.nan), where=passes > 0)

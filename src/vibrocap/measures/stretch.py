@@ -91,7 +91,10 @@ class Stretch:
         for _ in range(64):
             middle = 0.5 * (low + high)
             same = np.sign(function(middle)) == below
+            before = low, high
             low, high = np.where(same, middle, low), np.where(same, high, middle)
+            if all(map(np.array_equal, before, (low, high))):  # all else would be the same again
+                break
         return 0.5 * (low + high)
 
     def nodes(self, cuts: np.ndarray | None = None) -> Nodes:
@@ -105,7 +108,7 @@ class Stretch:
         return Nodes(t, (half[:, None] * weights).ravel(), self.velocity(t), self.acceleration(t), self.friction(t))
 
     def _piece_at(self, t: np.ndarray) -> np.ndarray:
-        return np.clip(self.motion.piece_at(t), self.pieces[0], self.pieces[-1])
+        return np.minimum(np.maximum(self.motion.piece_at(t), self.pieces[0]), self.pieces[-1])
 
     def _states(self, t: np.ndarray, piece: np.ndarray) -> np.ndarray:
         return self.motion.piece_states(piece, t - self.motion.piece_start[piece])

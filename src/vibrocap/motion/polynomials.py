@@ -9,7 +9,8 @@ import numpy as np
 def polynomial_values(coefficients: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Polynomials [pieces, states, order + 1] at times s [n] since the start of the pieces `index` [n]: [states, n]."""
     rows, local = _by_piece(coefficients, index, s)
-    value = np.broadcast_to(rows[-1], (rows.shape[1], *local.shape)).copy()
+    value = np.empty((rows.shape[1], *local.shape))
+    value[:] = rows[-1]
     for row in rows[-2::-1]:
         value *= local
         value += row
@@ -35,7 +36,7 @@ def _by_piece(coefficients: np.ndarray, index: np.ndarray, s: np.ndarray) -> tup
 
 def _points_per_piece(index: np.ndarray) -> int:
     """How many points follow one another in each piece; 1 where that differs."""
-    if not len(index):
+    if len(index) < 2:
         return 1
     other = np.flatnonzero(index != index[0])
     points = int(other[0]) if len(other) else len(index)

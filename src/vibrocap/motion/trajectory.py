@@ -244,8 +244,7 @@ class Trajectory(Result):
 
     def piece_at(self, t: np.ndarray) -> np.ndarray:
         """Index of the piece at each time; at a border the later one."""
-        index = np.searchsorted(self.piece_start, t, side="right") - 1
-        return np.clip(index, 0, len(self.piece_start) - 1)
+        return np.maximum(np.searchsorted(self.piece_start, t, side="right") - 1, 0)
 
     def _located(self, t: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times as an array, the piece of each and the time since its start."""

@@ -36,6 +36,7 @@ class Graph:
         self.nodes: list[tuple] = []
         self._known: dict[tuple, int] = {}
         self._constant: dict[int, bool] = {}
+        self._reached: dict[tuple[int, ...], list[int]] = {}
         self._slopes: dict[tuple[int, int], int] = {}  # what `sensitivity` has found, by expression and node
 
     def __deepcopy__(self, memory: dict) -> "Graph":
@@ -67,6 +68,12 @@ class Graph:
     def expression(self, value: Any) -> "Expression":
         """A number or an expression, as an expression."""
         return value if isinstance(value, Expression) else self.constant(value)
+
+    def reached_from(self, roots: tuple[int, ...]) -> list[int]:
+        """Indices of all nodes that the roots need, operands first: kept, as a node never changes."""
+        if roots not in self._reached:
+            self._reached[roots] = reachable(self, roots)
+        return self._reached[roots]
 
     def is_constant_in_time(self, index: int) -> bool:
         """Whether a node depends on neither time nor state."""
@@ -222,9 +229,14 @@ def sensitivity(expression: Expression, node: int) -> Expression:
     else:
         args = [Expression(graph, i) for i in operands]
         slopes = [sensitivity(a, node) for a in args]
-        result = _chain_rule(op, expression, args, slopes)
+        nothing = op in LINEAR_IN_SLOPES and all(slope.value == 0.0 for slope in slopes)
+        result = slopes[0] if nothing else _chain_rule(op, expression, args, slopes)
     graph._slopes[key] = result.index
     return result
+
+
+# What the chain rule makes of slopes that are zero is zero then, and no other node is recorded on the way.
+LINEAR_IN_SLOPES = ("neg", "add", "sub", "mul", "div", "exp", "log")
 
 
 def _chain_rule(op: str, f: Expression, args: Sequence[Expression], slopes: Sequence[Expression]) -> Expression:
@@ -262,8 +274,7 @@ def evaluate(expressions: Sequence[Expression], t, states, side, parameters) -> 
     graph = expressions[0].graph
     values: dict[int, Any] = {}
     binary = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide}
-    needed = reachable(graph, [e.index for e in expressions])
-    for index in needed:
+    for index in graph.reached_from(tuple(e.index for e in expressions)):
         op, *operands = graph.nodes[index]
         if op == "constant":
             values[index] = operands[0]
