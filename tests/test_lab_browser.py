@@ -188,18 +188,21 @@ def test_sliders_follow_the_mouse_and_the_keyboard(shown):
     assert float(said) == pytest.approx(shown.js("lab.model.get('machine.mass_ratio')"))
 
 
-@pytest.mark.parametrize("text", ["", "abc", "NaN", "-1", "1,5", "1e999"])
-def test_what_is_no_number_is_refused_beside_its_box(shown, text):
+def test_what_is_no_number_is_refused_beside_its_box(shown):
     """The last good motion stays."""
     before = end(shown)
-    put = f"box.value = {text!r}; box.dispatchEvent(new Event('input'))"
-    shown.js(f"(() => {{ const box = document.getElementById('n-machine-mass_ratio'); {put}; }})()")
-    said = shown.js("document.getElementById('n-machine-mass_ratio-wrong').textContent")
-    assert said.startswith("should be")
-    assert (text or "nothing") in said
-    assert shown.js("document.getElementById('n-machine-mass_ratio').getAttribute('aria-invalid')") == "true"
-    assert shown.js("lab.model.get('machine.mass_ratio')") == 2.5
-    assert end(shown) == before
+    for text in ("", "abc", "NaN", "-1", "1,5", "1e999"):
+        put = f"box.value = {text!r}; box.dispatchEvent(new Event('input'))"
+        shown.js(f"(() => {{ const box = document.getElementById('n-machine-mass_ratio'); {put}; }})()")
+        said = shown.js("document.getElementById('n-machine-mass_ratio-wrong').textContent")
+        assert said.startswith("should be")
+        assert (text or "nothing") in said
+        assert shown.js("document.getElementById('n-machine-mass_ratio').getAttribute('aria-invalid')") == "true"
+        assert shown.js("lab.model.get('machine.mass_ratio')") == 2.5
+        assert end(shown) == before
+        good = "box.value = '2.5'; box.dispatchEvent(new Event('input'))"
+        shown.js(f"(() => {{ const box = document.getElementById('n-machine-mass_ratio'); {good}; }})()")
+        assert shown.js("document.getElementById('n-machine-mass_ratio-wrong').textContent") == ""
 
 
 def test_a_rule_between_numbers_is_kept(shown):
