@@ -1,7 +1,7 @@
 """Kill sweeps at chosen instants, resume them, compare the bytes: a program, run by `test_study_crashes.py`.
 
-It imports everything once and then forks, so that a sweep and its death cost a fraction of a second. It must not touch
-Zarr itself before it forks (that would start a thread).
+It imports everything once and then forks, so that a sweep and its death cost a tenth of a second. It must not touch
+Zarr before it forks, but for importing it (that would start a thread).
 
     crashing_sweep.py FOLDER steps COUNT SEED     die before, or in the middle of, one of the calls that change the disk
     crashing_sweep.py FOLDER moments COUNT SEED   kill -9 from outside after a random time, several times in a row
@@ -23,9 +23,25 @@ import vibrocap as vc
 import vibrocap.studies.plan.code_version
 import vibrocap.studies.store.store
 import vibrocap.studies.sweep
+from vibrocap.physics.catalogue import drives, laws, machines
 
 importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
 vibrocap.studies.plan.code_version.source_fingerprint()  # once: someone may be editing the sources
+for imported_by_a_sweep in (
+    *(
+        "zarr",
+        "xarray",
+        "xarray.backends.zarr",
+        "dask.array",
+        "h5netcdf",
+        "psutil",
+        "pint",
+        "vibrocap.numerics.compiler",
+    ),
+    "vibrocap.studies.store.checked_store",
+):
+    importlib.import_module(imported_by_a_sweep)
+machines(), laws(), drives()
 os.fsync = lambda handle: None  # a killed process loses nothing that it wrote; only a power failure does
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())

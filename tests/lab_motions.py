@@ -5,6 +5,7 @@ done when the kernel rounds otherwise than before. What is not stored, such as a
 """
 
 import hashlib
+import itertools
 import json
 import struct
 from pathlib import Path
@@ -16,6 +17,13 @@ from vibrocap.lab.presets import end_of
 from vibrocap.physics.catalogue import laws, machines
 
 STORE = Path(__file__).with_name("lab_motions.json")
+# The kernels of machines of one row have the same statements besides the equations of each.
+KINDS = {
+    "one contact": ("mode-coupling-block", "oscillator", "pendulum-capsule", "two-mass-capsule"),
+    "stops": ("pendulum-capsule-with-stops", "rigid-stop-capsule", "vibro-impact-capsule"),
+    "several contacts": ("linkage-crawler", "three-body-crawler", "two-body-crawler"),
+    "imposed motion": ("pendulum-crawler", "three-body-worm", "two-body-worm", "two-mass-crawler"),
+}
 
 
 def motions(kind: str) -> dict[str, vc.Case]:
@@ -31,6 +39,13 @@ def motions(kind: str) -> dict[str, vc.Case]:
             continue
         found[name] = vc.Case(system, push, periods=2.5)
     return found
+
+
+def motions_of_a_kind(kind: str) -> dict[tuple[str, str], vc.Case]:
+    """Each law on one machine of a kind, in turn; each machine meets a law that sticks and one with internal states."""
+    order = ("set-valued", "kinked", "smooth")
+    names = sorted(laws(), key=lambda name: order.index(laws()[name].kind))
+    return {(machine, name): motions(machine)[name] for machine, name in zip(itertools.cycle(KINDS[kind]), names)}
 
 
 def ending(state: list[float], pieces: int, events: int, status: int) -> str:

@@ -174,9 +174,7 @@ def test_pictures(sheet, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
-    exhaustive_but(
-        [i for i, law in enumerate(KINDS) if law.name in ("coulomb", "lugre", "rate-and-state-slip")], KINDS
-    ),
+    exhaustive_but([i for i, law in enumerate(KINDS) if law.name in ("coulomb", "lugre")], KINDS),
     ids=lambda law: law.name,
 )
 def test_every_law_has_a_sheet(law, tmp_path):

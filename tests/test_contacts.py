@@ -135,6 +135,7 @@ def test_two_blocks_against_an_independent_solver():
     assert motion.certificate.momentum_residual < 100 * motion.tolerance
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_orbit_of_two_contacts_and_its_multipliers():
     """Against central differences of motions; a stick phase of either contact takes one direction for good."""
@@ -160,6 +161,7 @@ def test_orbit_of_two_contacts_and_its_multipliers():
     assert expected[1] < 1e-7 < expected[2] < 1.0
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
     """Its velocity is zero there, and nothing depends on it."""
@@ -230,9 +232,7 @@ PAIRS = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("law", "second"), exhaustive_but([1, 5, 7], PAIRS), ids=lambda law: "" if law is None else law.name
-)
+@pytest.mark.parametrize(("law", "second"), exhaustive_but([7], PAIRS), ids=lambda law: "" if law is None else law.name)
 def test_balances_close_with_every_kind_of_law(law, second):
     machine = vc.ThreeBodyCrawler(mass_2=1.5, normal_load_3=2.0, actuation_2=-0.5)
     drive = vc.Harmonic(amplitude=1.2, frequency=0.9)

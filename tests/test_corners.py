@@ -207,7 +207,7 @@ PATHS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("drive", "path", "values"),
-    [pytest.param(*given, marks=[pytest.mark.slow] if i else [], id=given[0].name) for i, given in enumerate(PATHS)],
+    exhaustive_but([2], [pytest.param(*given, id=given[0].name) for given in PATHS]),
 )
 def test_lanes_with_corners_of_their_own_are_single_runs(drive, path, values):
     system = system_of(drive=drive)

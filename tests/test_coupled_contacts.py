@@ -95,7 +95,7 @@ def test_a_linkage_against_an_independent_solver():
 @pytest.mark.parametrize(
     "system",
     [
-        pytest.param(LINKAGE, id="linkage", marks=pytest.mark.slow),
+        pytest.param(LINKAGE, id="linkage", marks=pytest.mark.exhaustive),
         pytest.param(worm(vc.Harmonic(amplitude=0.5, frequency=0.9)), id="worm"),
     ],
 )
@@ -150,7 +150,9 @@ def test_a_worm_that_is_its_own_mirror_image_sways_about_its_centre():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [vc.Coulomb(), vc.Exponential(), vc.HyperbolicStribeck(), vc.Stribeck()])
+@pytest.mark.parametrize(
+    "law", exhaustive_but([0, 1], [vc.Coulomb(), vc.Exponential(), vc.HyperbolicStribeck(), vc.Stribeck()])
+)
 def test_longer_worms_that_are_their_own_mirror_images_sway(law):
     """Of an odd number of bodies the middle one rests between two that turn.
 
@@ -172,7 +174,7 @@ def test_the_first_contact_is_decided_though_it_is_said_to_move_by_rounding():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tolerance", [1e-9, 1e-12])
+@pytest.mark.parametrize("tolerance", exhaustive_but([0], [1e-9, 1e-12]))
 def test_four_bodies_that_are_their_own_mirror_image_sway(tolerance):
     """Of friction that falls with speed it would be an unstable motion."""
     system = vc.System(vc.worm(4)(), vc.Coulomb(), vc.Harmonic())
@@ -368,7 +370,7 @@ LAWS = [vc.Exponential(), vc.LuGre(), vc.MaxwellSlip(), vc.SmoothedTanh(), vc.Co
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but([1, 3], LAWS), ids=lambda law: law.name)
+@pytest.mark.parametrize("law", exhaustive_but([1], LAWS), ids=lambda law: law.name)
 @pytest.mark.parametrize("base", [LINKAGE, worm(vc.Biharmonic(amplitude=0.4))], ids=["linkage", "worm"])
 def test_balances_close_with_every_kind_of_law_and_in_an_environment(base, law):
     around = vc.Environment(inclination=0.03, linear_drag=0.05, quadratic_drag=0.1, gravity=1.0)
@@ -401,7 +403,10 @@ def test_worms_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("drive", [vc.Harmonic(), vc.Biharmonic(amplitude=0.0, second_amplitude=1.0, second_phase=0.3)])
+@pytest.mark.parametrize(
+    "drive",
+    exhaustive_but([0], [vc.Harmonic(), vc.Biharmonic(amplitude=0.0, second_amplitude=1.0, second_phase=0.3)]),
+)
 def test_the_multiplier_of_an_orbit_whose_contacts_turn_at_one_instant(drive):
     """Through such a turn no tangent goes; with the harmonic drive it even falls on the section."""
     system = vc.System(vc.TwoBodyWorm(), vc.Coulomb(), drive)

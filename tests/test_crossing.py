@@ -244,7 +244,7 @@ def test_crossings_along_a_branch_are_those_of_the_sweep(law):
 
 
 @pytest.mark.slow
-def test_crossings_are_found_where_the_branch_is_unstable_and_past_a_fold():
+def test_crossings_are_found_where_the_branch_is_unstable():
     system = capsule("exponential", 2.0, 1.0)
     symmetric = vc.branches(system, "drive.amplitude", (1.0, 3.0), initial=START).branches[0]
     assert symmetric.crossings("drift") == ()  # nothing all along
@@ -254,7 +254,12 @@ def test_crossings_are_found_where_the_branch_is_unstable_and_past_a_fold():
     assert not place.orbit.stable
     again = vc.measured(place.orbit.motion(), ["largest_velocity"], window=1)["largest_velocity"]
     assert again == pytest.approx(speed + 1e-4, abs=1e-10)
-    # the travelling LuGre capsule: unstable twins between the pitchfork and the fold, stable ones beyond it
+
+
+@pytest.mark.exhaustive
+@pytest.mark.slow
+def test_crossings_are_found_past_a_fold():
+    """The travelling LuGre capsule: unstable twins between the pitchfork and the fold, stable ones beyond it."""
     folded = vc.branches(capsule("lugre", 2.0, 1.0, **{"drive.amplitude": 1.88}), "drive.amplitude", (1.85, 1.95),
                          initial=START).branches[1]  # fmt: skip
     (fold,) = folded.kind(vc.SpecialKind.FOLD)

@@ -185,7 +185,7 @@ def slope_motion(system, periods):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("load", ["weight", pytest.param("dynamic", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("load", exhaustive_but([1], ["weight", "dynamic"]))
 def test_capsule_on_a_slope_is_that_of_an_independent_solver(load):
     system = capsule(load, amplitude=1.6, mass_ratio=4.0, **EVERYTHING)
     motion = vc.simulate(system, periods=4, initial=START, tolerance=1e-12)
@@ -317,7 +317,7 @@ def test_the_acceleration_comes_from_the_balance_of_momentum(system):
 
 
 @pytest.mark.slow  # a kernel each; the balances of all systems are tested state by state above
-@pytest.mark.parametrize("system", exhaustive_but(range(0, len(IN_TURN), 3), IN_TURN), ids=LABELS_IN_TURN)
+@pytest.mark.parametrize("system", exhaustive_but(range(0, len(IN_TURN), 6), IN_TURN), ids=LABELS_IN_TURN)
 def test_balances_of_motions_close(system):
     motion = vc.simulate(system, periods=5, initial={system.machine.contact_state: 0.3})
     assert motion.status.ok or motion.status.value in ("lift off", "paradox", "stop reached")
@@ -475,6 +475,7 @@ def test_a_capsule_starts_to_slide_at_once_beyond_the_angle_of_friction(load):
         assert motion.phases[0].side == (0 if kind == "stuck" else -1)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 @pytest.mark.parametrize("law", exhaustive_but([0], [vc.Exponential, vc.LuGre]))
 def test_multipliers_of_an_orbit_are_those_of_differences(law):
@@ -673,7 +674,9 @@ def test_bodies_of_a_crawler_slide_down_side_by_side():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [vc.SmoothedTanh(), vc.LuGre(), vc.Coulomb(0.1, 0.15)], ids=lambda law: law.name)
+@pytest.mark.parametrize(
+    "law", exhaustive_but([1], [vc.SmoothedTanh(), vc.LuGre(), vc.Coulomb(0.1, 0.15)]), ids=lambda law: law.name
+)
 def test_every_body_of_a_crawler_feels_its_drag(law):
     """The kink of the drag at rest is an event of each contact, with laws that are smooth there, too."""
     crawler, drive = vc.TwoBodyCrawler(mass=1.3, mass_2=0.6), vc.Biharmonic(1.1, 0.9, 0.5)

@@ -140,7 +140,7 @@ def test_a_missing_folder_and_one_that_cannot_be_made_are_named(tmp_path):
         ("--out", "run.csv", 20_000),
         ("--plot", "run.png", 30_000),
         pytest.param("--plot", "run.svg", 30_000, marks=pytest.mark.slow),
-        pytest.param("--animate", "run.gif", 30_000, marks=pytest.mark.slow),
+        pytest.param("--animate", "run.gif", 30_000, marks=pytest.mark.exhaustive),
         pytest.param("--animate", "run.mp4", 3000, marks=pytest.mark.exhaustive),
     ],
 )

@@ -69,7 +69,7 @@ def test_profiles_of_the_rotary_damper_name_what_is_open(damper):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("intervals", ["covariance", pytest.param("profile", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("intervals", ["covariance", pytest.param("profile", marks=pytest.mark.exhaustive)])
 def test_basalt_with_the_spring_as_measured(basalt, intervals):
     """The published a, b and D_c lie within the intervals where the machine's spring is that of the initial rise."""
     one = spring_fit(basalt, machine_stiffness="measured", starts=1, intervals=intervals)
@@ -95,6 +95,7 @@ def test_basalt_with_the_spring_searched_fits_better_and_is_stiffer(basalt):
         assert measured[name].determined, name
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 @pytest.mark.parametrize("name", exhaustive_but([0], ["harmonic_02", "harmonic_07", "harmonic_11"]))
 def test_one_stroke_without_its_reversals_does_not_tell_the_stiffness(damper, name):

@@ -10,15 +10,15 @@ import pytest
 
 import vibrocap as vc
 from browser import CHROMIUM, browser
-from lab_motions import ending, motions, plain, stored
+from lab_motions import KINDS, ending, motions, motions_of_a_kind, plain, stored
 from vibrocap.cli.main import main
 from vibrocap.lab.bundle import Contents, bundle
 from vibrocap.lab.page import page
-from vibrocap.lab.presets import Preset
+from vibrocap.lab.presets import Preset, end_of
 from vibrocap.motion.equations import parameter_values
 from vibrocap.numerics.api import browser_module
 from vibrocap.paper.presets import figures_5_to_8
-from vibrocap.physics.catalogue import drives, machines
+from vibrocap.physics.catalogue import drives, laws, machines
 
 pytestmark = [
     pytest.mark.slow,
@@ -103,41 +103,73 @@ ALL = """(async () => {
 })()"""
 
 
-@pytest.mark.parametrize("kind", sorted(machines()))
-def test_every_law_on_every_machine_runs_and_is_the_plain_kernel(chromium, tmp_path, monkeypatch, kind):
-    """To the last bit of the stored ends (`lab_motions.py`); the page of its first law finds its own end by itself.
+@pytest.fixture
+def ends_of(chromium, tmp_path, monkeypatch):
+    """Runs cases in one page, opened at the first of each machine, with kernels of many motions for those alone.
 
-    Only that law has kernels of many motions here: nobody asks the others for a map.
+    cases: by machine and law. The page of the very first finds its own end by itself. Returns the ends of all.
     """
-    monkeypatch.setattr(
-        "vibrocap.lab.bundle.browser_module",
-        lambda pairs: browser_module([pairs[0], *((motion,) for motion, _ in pairs[1:])]),
-    )
-    cases = motions(kind)
-    first, *_ = cases.values()
-    opened = Preset("first", "first", "", first)
-    out = tmp_path / "all.html"
-    out.write_text(page(bundle(Contents(tuple(case.system for case in cases.values()), (opened,)))))
-    chromium.events.clear()
-    chromium.open(out.as_uri(), 1280, 700)
-    chromium.wait(SETTLED)
-    chromium.js("checked(lab)")
-    assert chromium.wait("document.body.dataset.check") == "same"
-    given = [
-        {
-            "parameters": list(parameter_values(case.system)),
-            "initial": [float(case.initial.get(name, 0.0)) for name in case.system.state_names],
-            "periods": case.periods,
-            "tolerance": case.tolerance,
-        }
-        for case in cases.values()
-    ]
-    known = stored().get(kind, {})
-    found = [ending(**each) for each in chromium.js(ALL.replace("GIVEN", json.dumps(given)))]
-    assert dict(zip(cases, found, strict=True)) == {
-        name: known.get(name) or plain(case) for name, case in cases.items()
-    }
-    assert chromium.complaints() == []
+
+    def run(cases):
+        opened = {}
+        for i, ((machine, _), case) in enumerate(cases.items()):
+            opened.setdefault(machine, (i, case))
+        places, (first, *_) = [i for i, _ in opened.values()], cases.values()
+        monkeypatch.setattr(
+            "vibrocap.lab.bundle.browser_module",
+            lambda pairs: browser_module([each if i in places else each[:1] for i, each in enumerate(pairs)]),
+        )
+        monkeypatch.setattr("vibrocap.lab.presets.end_of", lambda case: end_of(case) if case is first else None)
+        presets = tuple(Preset(name, name, "", case) for name, (_, case) in opened.items())
+        out = tmp_path / "all.html"
+        out.write_text(page(bundle(Contents(tuple(case.system for case in cases.values()), presets))))
+        chromium.events.clear()
+        for preset in reversed(presets):
+            chromium.open(f"{out.as_uri()}#v=1&preset={preset.key}", 1280, 700)
+            chromium.wait(SETTLED)
+            assert chromium.js("lab.model.form.machine") == preset.key
+        chromium.js("checked(lab)")
+        assert chromium.wait("document.body.dataset.check") == "same"
+        given = [
+            {
+                "parameters": list(parameter_values(case.system)),
+                "initial": [float(case.initial.get(name, 0.0)) for name in case.system.state_names],
+                "periods": case.periods,
+                "tolerance": case.tolerance,
+            }
+            for case in cases.values()
+        ]
+        found = [ending(**each) for each in chromium.js(ALL.replace("GIVEN", json.dumps(given)))]
+        assert chromium.complaints() == []
+        return dict(zip(cases, found, strict=True))
+
+    return run
+
+
+def known_ends(cases):
+    """Ends as they are stored (`lab_motions.py`), or by the plain kernel."""
+    known = stored()
+    return {(machine, law): known.get(machine, {}).get(law) or plain(case) for (machine, law), case in cases.items()}
+
+
+def test_every_machine_has_a_kind():
+    assert sorted(name for names in KINDS.values() for name in names) == sorted(machines())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_law_on_every_kind_of_machine_runs_and_is_the_plain_kernel(ends_of, kind):
+    """To the last bit; every machine is opened and drawn, and meets several laws."""
+    cases = motions_of_a_kind(kind)
+    assert {law for _, law in cases} == {*laws()}
+    assert {machine for machine, _ in cases} == {*KINDS[kind]}
+    assert ends_of(cases) == known_ends(cases)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("machine", sorted(machines()))
+def test_every_law_on_every_machine_runs_and_is_the_plain_kernel(ends_of, machine):
+    cases = {(machine, law): case for law, case in motions(machine).items()}
+    assert ends_of(cases) == known_ends(cases)
 
 
 def test_sliders_follow_the_mouse_and_the_keyboard(shown):
@@ -156,18 +188,21 @@ def test_sliders_follow_the_mouse_and_the_keyboard(shown):
     assert float(said) == pytest.approx(shown.js("lab.model.get('machine.mass_ratio')"))
 
 
-@pytest.mark.parametrize("text", ["", "abc", "NaN", "-1", "1,5", "1e999"])
-def test_what_is_no_number_is_refused_beside_its_box(shown, text):
+def test_what_is_no_number_is_refused_beside_its_box(shown):
     """The last good motion stays."""
     before = end(shown)
-    put = f"box.value = {text!r}; box.dispatchEvent(new Event('input'))"
-    shown.js(f"(() => {{ const box = document.getElementById('n-machine-mass_ratio'); {put}; }})()")
-    said = shown.js("document.getElementById('n-machine-mass_ratio-wrong').textContent")
-    assert said.startswith("should be")
-    assert (text or "nothing") in said
-    assert shown.js("document.getElementById('n-machine-mass_ratio').getAttribute('aria-invalid')") == "true"
-    assert shown.js("lab.model.get('machine.mass_ratio')") == 2.5
-    assert end(shown) == before
+    for text in ("", "abc", "NaN", "-1", "1,5", "1e999"):
+        put = f"box.value = {text!r}; box.dispatchEvent(new Event('input'))"
+        shown.js(f"(() => {{ const box = document.getElementById('n-machine-mass_ratio'); {put}; }})()")
+        said = shown.js("document.getElementById('n-machine-mass_ratio-wrong').textContent")
+        assert said.startswith("should be")
+        assert (text or "nothing") in said
+        assert shown.js("document.getElementById('n-machine-mass_ratio').getAttribute('aria-invalid')") == "true"
+        assert shown.js("lab.model.get('machine.mass_ratio')") == 2.5
+        assert end(shown) == before
+        good = "box.value = '2.5'; box.dispatchEvent(new Event('input'))"
+        shown.js(f"(() => {{ const box = document.getElementById('n-machine-mass_ratio'); {good}; }})()")
+        assert shown.js("document.getElementById('n-machine-mass_ratio-wrong').textContent") == ""
 
 
 def test_a_rule_between_numbers_is_kept(shown):

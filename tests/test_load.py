@@ -101,7 +101,7 @@ KNOWN = [law for law in laws().values() if law.name not in ("rate-and-state-slip
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", exhaustive_but(range(0, len(KNOWN), 3), KNOWN), ids=lambda law: law.name)
+@pytest.mark.parametrize("law", exhaustive_but(range(0, len(KNOWN), 6), KNOWN), ids=lambda law: law.name)
 def test_load_is_the_vertical_balance_and_friction_its_share(law):
     """N = lambda + 1 + (cos theta)'' of the recorded polynomials, and R = N times the law at the load 1."""
     system = capsule(law=law(), amplitude=1.5)

@@ -506,7 +506,9 @@ def test_what_is_done_is_written_when_interrupted(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_whole_paper(tmp_path):
+def test_the_whole_paper(tmp_path, runs, monkeypatch):
+    """From the runs that the tests above have made, where they were made here."""
+    monkeypatch.setattr("vibrocap.report.reproduce.Runs", lambda: runs)
     made = reproduce(tmp_path)
     assert len(made.claims) == len(CLAIMS)
     assert len(made.figures) == len(FIGURES) + 2  # the map and the branches of steady travel

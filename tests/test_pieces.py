@@ -186,9 +186,7 @@ def test_a_switch_that_is_missed_would_be_noticed():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "number", [214, pytest.param(72, marks=pytest.mark.exhaustive), pytest.param(118, marks=pytest.mark.exhaustive)]
-)
+@pytest.mark.parametrize("number", [pytest.param(number, marks=pytest.mark.exhaustive) for number in (214, 72, 118)])
 def test_guards_are_as_exact_as_states(number):
     """A level that no rate knows yet, as all elements stick, decides when one of them slips.
 

@@ -75,6 +75,7 @@ def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
     assert vc.ensemble(capsule(), {"machine.gap": [0.02]}, **options)["impacts"] == struck / 2.0
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "machine", exhaustive_but([1], [{}, {"back_gap": 0.02, "actuation": "internal"}, {"back_gap": 0.3}])

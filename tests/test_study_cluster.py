@@ -155,6 +155,7 @@ def test_a_worker_that_dies_costs_its_tile_only(tmp_path, cheap, deadly):
     assert len(shares) >= 31
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_a_study_begun_here_goes_on_there(tmp_path, cheap, deadly):
     made, _ = deadly

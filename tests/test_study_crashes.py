@@ -21,7 +21,7 @@ def killed(folder, how, count, seed):
 @pytest.mark.slow
 def test_killed_at_many_calls_that_change_the_disk(tmp_path):
     """Each of them before it happens, or halfway through a file, from the first folder made to the last mark."""
-    found = killed(tmp_path, "steps", 60, 2)
+    found = killed(tmp_path, "steps", 40, 2)
     assert found["calls"] > 150
     assert found["different"] == []
 

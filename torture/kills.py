@@ -24,6 +24,7 @@ import vibrocap.studies.plan.code_version
 import vibrocap.studies.sweep
 from torture.children import changes, child, die, ended, tree
 from torture.outcome import Outcome
+from vibrocap.physics.catalogue import drives, laws, machines
 
 SYSTEM = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
 STUDIES = {
@@ -43,8 +44,12 @@ def prepare() -> None:
     importlib.import_module("vibrocap.measures.ensemble").ensemble = cheap_ensemble.ensemble
     importlib.import_module("vibrocap.studies.adaptive").ensemble = cheap_ensemble.ensemble
     vibrocap.studies.plan.code_version.source_fingerprint()
-    for name in ("xarray", "h5netcdf", "zarr", "h5py", "scipy.stats.qmc"):
+    for name in (
+        *("xarray", "xarray.backends.zarr", "h5netcdf", "zarr", "h5py", "scipy.stats.qmc", "dask.array", "psutil"),
+        *("pint", "vibrocap.numerics.compiler", "vibrocap.studies.store.checked_store"),
+    ):
         importlib.import_module(name)
+    machines(), laws(), drives()
 
 
 def study(kind: str, out: Path | None):

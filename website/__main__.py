@@ -37,6 +37,7 @@ def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m website", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("build/site"), help="folder for the site (build/site)")
     parser.add_argument("--no-notebooks", action="store_true", help="do not run the tutorials")
+    parser.add_argument("--no-pictures", action="store_true", help="draw one example of the gallery only")
     parser.add_argument("--links", action="store_true", help="ask the network about links to elsewhere, too")
     options = parser.parse_args(words)
     for package in ("sphinx", "myst_nb", "pydata_sphinx_theme", "sphinx_design", "sphinx_copybutton"):
@@ -52,7 +53,7 @@ def main(words: list[str] | None = None) -> int:
     print("Running the examples ...")
     lab = lab_addresses(extra)
     stage(sources)
-    stage_gallery(sources, lab)
+    stage_gallery(sources, lab, not options.no_pictures)
     stage_commands(sources)
     stage_names(sources)
     stage_lab_frames(sources, lab)

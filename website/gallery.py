@@ -1,6 +1,7 @@
 """The gallery: every example, run anew, with its picture, its numbers and its file."""
 
 import re
+import shutil
 from html import escape
 from pathlib import Path
 
@@ -48,15 +49,27 @@ def with_unit(motion: vc.Trajectory, value: float, unit: str) -> str:
     return f"{value:.8f}" if system.units is None else f"{value * system.si.factor_of(unit):.8f} {unit}"
 
 
-def stage_example(path: Path, folder: Path, lab: str | None) -> None:
-    """Run an example; write its page, its picture and a small one of its travel. lab: its address in the lab"""
-    text = path.read_text(encoding="utf-8")
-    motion = read_case(path).simulate()
+def draw(motion: vc.Trajectory, folder: Path, name: str) -> None:
+    """The picture of a motion, and a small one of its travel."""
     sheet = vc.figure(motion)
-    sheet.savefig(folder / f"{path.stem}.png", dpi=DPI)
+    sheet.savefig(folder / f"{name}.png", dpi=DPI)
     small = vc.plot(motion)
     small.set_title("")
-    small.figure.savefig(folder / f"{path.stem}-small.png", dpi=DPI)
+    small.figure.savefig(folder / f"{name}-small.png", dpi=DPI)
+
+
+def stage_example(path: Path, folder: Path, lab: str | None, pictures_of: str | None = None) -> None:
+    """Run an example; write its page, its picture and a small one of its travel.
+
+    lab: its address in the lab; pictures_of: an example whose pictures are to stand here too, instead of its own
+    """
+    text = path.read_text(encoding="utf-8")
+    motion = read_case(path).simulate()
+    if pictures_of is None:
+        draw(motion, folder, path.stem)
+    else:
+        for ending in (".png", "-small.png"):
+            shutil.copy(folder / f"{pictures_of}{ending}", folder / f"{path.stem}{ending}")
     (folder / path.name).write_text(text, encoding="utf-8")
     title = title_of(path.stem)
     live = f'```{{raw}} html\n<p><a href="../{escape(lab)}">Open it in the lab</a></p>\n```\n\n' if lab else ""
@@ -71,16 +84,17 @@ def stage_example(path: Path, folder: Path, lab: str | None) -> None:
     (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
 
 
-def stage_gallery(folder: Path, addresses: dict[str, str]) -> None:
+def stage_gallery(folder: Path, addresses: dict[str, str], pictures: bool = True) -> None:
     """Write gallery/: a page for every example, and cards that lead to them above the table of `examples/README.md`.
 
-    addresses: of examples in the lab, by name
+    addresses: of examples in the lab, by name; pictures: of each; otherwise those of the first stand for all
     """
     gallery = folder / "gallery"
     index = gallery / "index.md"
     table = re.findall(r"^\| \[([\w-]+)\]\([^)]+\) \| (.+) \| [^|]+ \|$", index.read_text(encoding="utf-8"), re.M)
-    for name, _ in table:
-        stage_example(EXAMPLES / f"{name}.toml", gallery, addresses.get(name))
+    for i, (name, _) in enumerate(table):
+        shown = None if pictures or i == 0 else table[0][0]
+        stage_example(EXAMPLES / f"{name}.toml", gallery, addresses.get(name), shown)
     rows = [(title_of(name), name, shows) for name, shows in table]
     grid = cards(rows, {name: f"{name}-small.png" for name, _ in table})
     text = index.read_text(encoding="utf-8")
