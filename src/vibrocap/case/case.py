@@ -197,9 +197,8 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
         sections[name] = given if isinstance(given, Mapping) else {}
 
     wanted = (*CHOICES, *(name for name in FURTHER if name in data))
-    classes = {
-        name: _chosen(name, sections[name], complaints) for name in wanted if isinstance(data.get(name, {}), Mapping)
-    }
+    there = [name for name in wanted if isinstance(data.get(name, {}), Mapping)]
+    classes = {name: _chosen(name, sections[name], complaints) for name in there}
     complete = len(classes) == len(wanted) and all(classes.values())
     classes |= {name: part for name, part in OPTIONAL.items() if isinstance(data.get(name), Mapping)}
     scales, given, said = None, {}, 0

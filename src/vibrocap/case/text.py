@@ -39,9 +39,8 @@ def as_text(
             head = f'units = "{DIMENSIONLESS}"\n\n' if units == DIMENSIONLESS or system.units is None else ""
         sections["initial"] = dict(initial)
     sections["run"] = dict(run)
-    blocks = (
-        f"[{name}]\n" + "".join(f"{k} = {toml_value(x)}\n" for k, x in rows.items()) for name, rows in sections.items()
-    )
+    texts = {name: "".join(f"{k} = {toml_value(x)}\n" for k, x in rows.items()) for name, rows in sections.items()}
+    blocks = (f"[{name}]\n{text}" for name, text in texts.items())
     return head + "\n".join(blocks)
 
 

@@ -156,9 +156,8 @@ def _write_csv(motion: "Trajectory", case: Case, path: Path) -> None:
     if motion.system.units is not None:
         header += ["", "[result.dimensionless_unit]", *(f"{name} = {_scale(motion, name)!r}" for name in table)]
     header += ["", "[result.meaning]", *(f'{name} = "{_meaning(name)}"' for name in table)]
-    lists = [
-        [str(int(x)) for x in table[name]] if name == "side" else map(repr, table[name].tolist()) for name in table
-    ]
+    numbers = {name: values.tolist() for name, values in table.items()}
+    lists = [map(str, map(int, each)) if name == "side" else map(repr, each) for name, each in numbers.items()]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"# {line}".rstrip() + "\n" for line in header)
         file.write(",".join(table) + "\n")

@@ -78,9 +78,8 @@ def contents(
     ]
     forms, tolerance = {_key(system) for system in systems}, TOLERANCE if opened is None else opened.case.tolerance
     order = series_order(tolerance)
-    presets = [
-        each for each in offered if _key(each.case.system) in forms and series_order(each.case.tolerance) == order
-    ]
+    known = [each for each in offered if _key(each.case.system) in forms]
+    presets = [each for each in known if series_order(each.case.tolerance) == order]
     for kind in kinds[0]:  # a machine without any begins with its defaults
         if all(each.parts[0] != kind for each in presets):
             system = next(each for each in systems if each.machine.name == kind)

@@ -59,9 +59,7 @@ def _recorded(kind: type[Law], names: tuple[str, ...], fixed: tuple) -> DrivenEq
         rates=moved,
         force=graph.expression(force),
         guards=tuple(graph.expression(guard) for guard in guards),
-        after_switch=tuple(
-            in_order(law.after_switch(which, velocity, internal, side, load)) for which in range(len(guards))
-        ),
+        after_switch=tuple(in_order(law.after_switch(i, velocity, internal, side, load)) for i in range(len(guards))),
         after_reversal=in_order(law.after_reversal(internal, side, load)),
         scales=in_order(law.internal_scales(load)),
         sharp=sharp.arguments,

@@ -128,10 +128,9 @@ def resolved(
     given = [measures] if isinstance(measures, (str, Measure)) else list(measures)
     own = {measure.name: measure for measure in given if isinstance(measure, Measure)}
     for measure in given:
-        if isinstance(measure, Measure) and (
-            own[measure.name] != measure or listed.get(measure.name, measure) != measure
-        ):
-            raise ArgumentError("measures", f"there are two measures of the name {measure.name!r}")
+        name = measure.name if isinstance(measure, Measure) else ""
+        if name and (own[name] != measure or listed.get(name, measure) != measure):
+            raise ArgumentError("measures", f"there are two measures of the name {name!r}")
     table |= own
     needed: dict[str, Measure] = {}
 

@@ -258,9 +258,8 @@ def _check_room(system: System, columns: Mapping[str, np.ndarray], start: Mappin
     """ValueError for a run that would start beyond a rigid stop."""
     locked = (name for names in system.placed.locked.values() for name in names)
     bounded = {*system.placed.room(), *system.switched, *locked}
-    varied = [
-        path for path in columns if path.startswith(("machine.", "actuator.")) or path.removeprefix(INITIAL) in bounded
-    ]
+    parts = ("machine.", "actuator.")
+    varied = [path for path in columns if path.startswith(parts) or path.removeprefix(INITIAL) in bounded]
     numbers = [columns[path].astype(float) for path in varied if columns[path].dtype != object]
     if not bounded or not numbers:
         return

@@ -241,9 +241,7 @@ def _actuation(effort: str) -> tuple[Measure, ...]:
     name, unit = f"actuator_{effort}", {"force": "N", "torque": "N m"}[effort]
     extremes = f"largest_{name}", f"least_{name}"
     return (
-        Measure.largest(
-            extremes[0], f"largest {effort} of an imposed motion", lambda now: getattr(now, name), "1", unit
-        ),
+        Measure.largest(extremes[0], f"largest {effort} of an imposed motion", lambda at: getattr(at, name), "1", unit),
         Measure.least(extremes[1], f"least {effort} of an imposed motion", lambda now: getattr(now, name), "1", unit),
         Measure.derived(
             f"peak_{name}",
@@ -259,7 +257,7 @@ def _actuation(effort: str) -> tuple[Measure, ...]:
 ACTUATOR_POWER = (
     Measure.mean("mean_actuator_power", "mean power of an imposed motion", lambda now: now.actuator_power, "1", "W"),
     Measure.largest(
-        "peak_actuator_power", "largest power of an imposed motion", lambda now: now.actuator_power, "1", "W"
+        "peak_actuator_power", "largest power of an imposed motion", lambda at: at.actuator_power, "1", "W"
     ),
 )
 

@@ -40,9 +40,8 @@ class Equations:
     internal_states: tuple[int, ...]  # of the law and of further contacts, without those that change at events only
     resting: tuple[int, ...]  # velocities that are exactly zero while a further contact sticks
     imposed_velocities: tuple[Expression, ...]  # of further contacts, where they are no states
-    shifts: tuple[
-        Expression, ...
-    ]  # of all contacts, these velocities less the state that they share: functions of time
+    # of all contacts, these velocities less the state that they share: functions of time
+    shifts: tuple[Expression, ...]
     pinned: tuple[Expression, ...]  # velocities that decide the state of the first contact where one of them is zero
     cyclic_state: int  # -1: none
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry

@@ -93,9 +93,8 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
         text = "" if value <= bound else _unbalanced(field, value, bound, check(motion, recording), motion.tolerance)
         judge(field, value, bound, text)
     bound = DEFECT_BOUND * tolerance
-    judge(
-        "defect", defect, bound, f"the equations are left by {defect:.1e} within a step, where {bound:.1e} is the bound"
-    )
+    words = f"the equations are left by {defect:.1e} within a step, where {bound:.1e} is the bound"
+    judge("defect", defect, bound, words)
     if estimate is not None:
         judge("estimated_error", estimate, None)
     reaction, warnings = _reaction(motion, index, s)
@@ -255,13 +254,11 @@ def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
     powers = dict(zip(names, recording.integrals, strict=True))
     contact_channels = [name for name in motion.system.channels if name in CONTACT_CHANNELS]
     machine = [powers[name] for name in motion.system.channels if name not in contact_channels]
-    found = _contradiction(
-        motion, recording, known["energy"], [*machine, -(known["friction"] * known["contact_velocity"])]
-    )
+    taken = known["friction"] * known["contact_velocity"]
+    found = _contradiction(motion, recording, known["energy"], [*machine, -taken])
     if found:
         return f"`energy` and `powers` of the machine contradict its `rates`: {found}"
     contact = [powers[name] for name in contact_channels]
-    taken = known["friction"] * known["contact_velocity"]
     found = _contradiction(motion, recording, known["contact_energy"], [*contact, taken])
     if found:
         return f"`losses` and `stored_energy` of the law contradict its `force`: {found}"
@@ -270,10 +267,9 @@ def _energy_contradiction(motion: Trajectory, recording: Equations) -> str:
 
 def _momentum_contradiction(motion: Trajectory, recording: Equations) -> str:
     """What of a machine's momentum contradicts its rates, in words; empty where nothing does."""
-    outer = [recording.observables["outer_force"]] if "outer_force" in recording.observables else []
-    found = _contradiction(
-        motion, recording, recording.observables["momentum"], [*outer, -recording.observables["friction"]]
-    )
+    known = recording.observables
+    outer = [known["outer_force"]] if "outer_force" in known else []
+    found = _contradiction(motion, recording, known["momentum"], [*outer, -known["friction"]])
     return f"`momentum` of the machine contradicts its `rates`: {found}" if found else ""
 
 

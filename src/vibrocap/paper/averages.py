@@ -52,9 +52,8 @@ def crossings(x: np.ndarray, y: np.ndarray, rising: bool | None = None, noise: f
 def zeros(runs: Runs, friction: str) -> dict[str, float]:
     """First zero of the mean velocity over the mass ratio, by window (NaN: none)."""
     ratios = runs.sweep(friction).mass_ratio
-    return {
-        window: next(iter(crossings(ratios, curve)), math.nan) for window, curve in averages(runs, friction).items()
-    }
+    curves = averages(runs, friction)
+    return {window: next(iter(crossings(ratios, curve)), math.nan) for window, curve in curves.items()}
 
 
 def meeting_points(ratios: np.ndarray, lm: np.ndarray, em: np.ndarray) -> tuple[float, float]:

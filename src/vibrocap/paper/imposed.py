@@ -6,9 +6,8 @@ from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics.friction.lugre import LuGre
 
 SAMPLES = 4000  # per cycle of an imposed velocity, that are returned
-FINER = (
-    16  # samples for each of these that the law follows, so that the straight lines between them are a sine to 1e-10
-)
+# samples for each of these that the law follows, so that the straight lines between them are a sine to 1e-10
+FINER = 16
 CYCLES = 2  # the last of which is kept
 MEAN, AMPLITUDE = 0.1, 0.05  # of the velocity of pure sliding: where steady friction falls most steeply
 

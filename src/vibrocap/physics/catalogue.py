@@ -174,9 +174,8 @@ def complaints(part: type) -> list[str]:
     found = []
     name = getattr(part, "name", None)
     if not isinstance(name, str) or not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name):
-        found.append(
-            f'name: should be a ClassVar of small letters, digits and hyphens, such as "my-{what}", got {name!r}'
-        )
+        wanted = f'a ClassVar of small letters, digits and hyphens, such as "my-{what}"'
+        found.append(f"name: should be {wanted}, got {name!r}")
     if not is_pydantic_dataclass(part):
         return [*found, "is no record of parameters; write @parameters above the class"]
     required = [name for name, field in part.__pydantic_fields__.items() if field.is_required()]

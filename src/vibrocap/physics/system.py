@@ -280,13 +280,11 @@ class System:
         if self.stores_under_load:
             contact, stored = (*contact, sliding_loss + bristle_loss - force * velocity), 0.0
         switches = law.switches(velocity, internal, side, load)
-        outcomes = [
-            (*mechanical, *law.after_switch(which, velocity, internal, side, load)) for which in range(len(switches))
-        ]
+        laws = (law.after_switch(which, velocity, internal, side, load) for which in range(len(switches)))
+        outcomes = [(*mechanical, *after) for after in laws]
         guards = machine.switches(t, mechanical, drive, taken)
-        outcomes += [
-            (*machine.after_switch(which, t, mechanical, drive, taken), *internal) for which in range(len(guards))
-        ]
+        machines = (machine.after_switch(which, t, mechanical, drive, taken) for which in range(len(guards)))
+        outcomes += [(*after, *internal) for after in machines]
         # A drive that imposes a motion works against all that acts on the body from outside.
         worked_against = taken if isinstance(self.machine, Imposed) or self.machine.coupled else force
         rates = machine.rates(t, mechanical, drive, taken)

@@ -153,7 +153,6 @@ def _quantities(
             found.append(f"{key.replace('_', ' ')}{EQUALS}{number}")
         if each is not None and each.has_unit and f"{name}.{each.name}" not in varied and value:
             number = float(fixed.get(f"{name}.{key}", value))
-            found.append(
-                f"{each.stem.replace('_', ' ')}{EQUALS}{number:.4g} {each.unit}".replace("-", "\N{MINUS SIGN}")
-            )
+            words = f"{each.stem.replace('_', ' ')}{EQUALS}{number:.4g} {each.unit}"
+            found.append(words.replace("-", "\N{MINUS SIGN}"))
     return found

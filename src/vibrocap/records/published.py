@@ -74,10 +74,8 @@ def rotary_damper(folder: str | Path | None = None) -> list[Record]:
         order = sorted(found, key=lambda name: (name.startswith("eq"), name))
         return [found[name].replaced(source=DAMPER) for name in order]
     records = []
-    paths = place.glob("F/test*.npy")
-    for number, path in sorted(
-        (int(match[1]), path) for path in paths if (match := re.search(r"test(\d+)$", path.stem))
-    ):
+    matches = [(re.search(r"test(\d+)$", path.stem), path) for path in place.glob("F/test*.npy")]
+    for number, path in sorted((int(match[1]), path) for match, path in matches if match):
         columns = {quantity: np.load(place / part / path.name) for quantity, part in _DAMPER_PARTS.items()}
         records.append(_damper_record(f"harmonic_{number:02d}", columns))
     for path in sorted(place.glob("validation/*.npy")):

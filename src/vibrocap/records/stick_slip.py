@@ -277,13 +277,11 @@ def _notes(pulled: Pull, kind: Regime, loading: float | None, level: float | Non
     if "stiffness" in missing:
         notes.append("stiffness: not given; slips cannot be told in metres, nor the slider's velocity")
     elif pulled.compliance is None:
-        notes.append(
-            "normal_force: not given, nor the mass; a coefficient alone does not tell the stretch of the spring"
-        )
+        stretch = "a coefficient alone does not tell the stretch of the spring"
+        notes.append(f"normal_force: not given, nor the mass; {stretch}")
     elif "pulling_speed" in missing:
-        notes.append(
-            "pulling_speed: not given; only the release of the spring dF/k can be told, without V dt of a slip"
-        )
+        release = "only the release of the spring dF/k can be told, without V dt of a slip"
+        notes.append(f"pulling_speed: not given; {release}")
     if kind.inertial_period is None:
         lacking = " and ".join(field for field in ("mass", "stiffness") if field in missing)
         notes.append(f"{lacking}: not given; whether inertia sets the period cannot be told")

@@ -95,9 +95,8 @@ def _legends(fig: Any, axes: Any, figure: Figure) -> None:
     handles = {label: h for ax in axes.flat for h, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     if figure.one_legend or len(handles) <= SHARED:
         columns = 2 if len(handles) == 4 else SHARED
-        fig.legend(
-            handles.values(), handles.keys(), loc="outside upper right", ncols=columns, fontsize=8.5, frameon=False
-        )
+        look = {"ncols": columns, "fontsize": 8.5, "frameon": False}
+        fig.legend(handles.values(), handles.keys(), loc="outside upper right", **look)
         return
     seen: set[tuple[str, ...]] = set()
     for panel, ax in zip(figure.panels, axes.flat, strict=True):

@@ -51,9 +51,8 @@ def _claim(verdict: Verdict, figures: Sequence[str]) -> str:
     badge = BADGES[finding.outcome]
     links = [f'<a class="self" href="#{claim.key}"><code>{claim.key}</code></a>']
     links += [f'<a href="#{key}">Fig. {int(key[3:])}</a>' for key in claim.figures if key in figures]
-    links += [
-        f'<a href="#erratum-{each.number}">erratum {each.number}</a>' for each in ERRATA if claim.key in each.claims
-    ]
+    mine = [each.number for each in ERRATA if claim.key in each.claims]
+    links += [f'<a href="#erratum-{number}">erratum {number}</a>' for number in mine]
     nearest = f'<p class="nearest"><b>Nearest true:</b> {escape(finding.nearest)}</p>' if finding.nearest else ""
     return (
         f'<article class="claim" id="{claim.key}" data-outcome="{badge}">'

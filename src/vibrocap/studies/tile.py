@@ -49,9 +49,8 @@ def tile_indices(shape: tuple[int, ...], tile: tuple[int, ...]) -> Iterator[tupl
 
 def tile_block(shape: tuple[int, ...], tile: tuple[int, ...], index: tuple[int, ...]) -> Block:
     """The runs of a tile; those at the far edges may be smaller."""
-    return tuple(
-        slice(i * each, min((i + 1) * each, length)) for length, each, i in zip(shape, tile, index, strict=True)
-    )
+    lengths = zip(shape, tile, index, strict=True)
+    return tuple(slice(i * each, min((i + 1) * each, length)) for length, each, i in lengths)
 
 
 def run_tile(

@@ -68,9 +68,8 @@ class Comparison:
             )
             for each in self.laws
         ]
-        tail = (
-            f"Held out: {self.method}. AIC and BIC: over the least, for {self.effective_samples:.0f} effective samples."
-        )
+        over = f"over the least, for {self.effective_samples:.0f} effective samples"
+        tail = f"Held out: {self.method}. AIC and BIC: {over}."
         return "\n".join([*table([head, *rows]), "", tail])
 
 

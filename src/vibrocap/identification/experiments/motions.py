@@ -29,9 +29,8 @@ def sinusoid(amplitude: float, frequency: float, cycles: float = 3, samples: int
     _check(amplitude=amplitude, frequency=frequency, cycles=cycles)
     time = np.linspace(0.0, cycles / frequency, samples)
     omega = 2 * np.pi * frequency
-    return Motion(
-        f"sinusoid of {amplitude:.3g} m at {frequency:.3g} Hz", time, amplitude * omega * np.sin(omega * time)
-    )
+    name = f"sinusoid of {amplitude:.3g} m at {frequency:.3g} Hz"
+    return Motion(name, time, amplitude * omega * np.sin(omega * time))
 
 
 def ramp(speed: float, duration: float, samples: int = 600) -> Motion:

@@ -44,9 +44,8 @@ class SimplerFits:
             if best is not None:
                 found.append({**best, **{k: best.get(v, 1.0) if isinstance(v, str) else v for k, v in values.items()}})
         middle = space.named(_padded(chosen.start, space))
-        return [
-            space.of({**middle, **{k: v for k, v in each.items() if k in middle}}) for each in found if each is not None
-        ]
+        known = [{k: v for k, v in each.items() if k in middle} for each in found if each is not None]
+        return [space.of({**middle, **each}) for each in known]
 
     def best(self, chosen: Parametrisation) -> dict[str, float] | None:
         """Values by name of the best draft of a choice, its own simpler fits among the starts."""

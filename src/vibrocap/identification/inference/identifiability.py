@@ -73,9 +73,8 @@ class Identifiability:
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Parameters that the data leave open on at least one side, or that span more than a factor of WIDE."""
-        return tuple(
-            name for name, verdict in self.verdicts.items() if verdict not in (Verdict.DETERMINED, Verdict.HELD)
-        )
+        firm = (Verdict.DETERMINED, Verdict.HELD)
+        return tuple(name for name, verdict in self.verdicts.items() if verdict not in firm)
 
 
 def identifiability(
@@ -100,9 +99,8 @@ def identifiability(
         basis, _ = np.linalg.qr(nuisances)
         slopes = slopes - basis @ (basis.T @ slopes)
     directions = _directions(names, slopes, unit * inflation)
-    verdicts = {
-        name: _verdict(effects[name], value, intervals.get(name)) for name, value in zip(names, values, strict=True)
-    }
+    pairs = zip(names, values, strict=True)
+    verdicts = {name: _verdict(effects[name], value, intervals.get(name)) for name, value in pairs}
     sentences = [_sentence(name, role(law, name).experiment, verdicts[name], intervals.get(name)) for name in names]
     combined = [each for each in directions if len(_members(each)) > 1]
     for each in combined:

@@ -99,9 +99,8 @@ def opened(
 def _open(interval: Interval, up: bool, text: str, coordinate: Coordinate) -> Interval:
     if up:
         return dataclasses.replace(interval, high=math.inf, high_open=True, limit=text)
-    return dataclasses.replace(
-        interval, low=-math.inf if coordinate.form == "linear" else 0.0, low_open=True, limit=text
-    )
+    least = -math.inf if coordinate.form == "linear" else 0.0
+    return dataclasses.replace(interval, low=least, low_open=True, limit=text)
 
 
 def _text(coordinate: Coordinate, at: int, side: str, value: float) -> str:

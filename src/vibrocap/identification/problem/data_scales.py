@@ -102,9 +102,8 @@ def _drop_speed(velocity: np.ndarray, force: np.ndarray, speed: float, level: fl
         return None
     edges = np.quantile(np.abs(velocity[sliding]), np.linspace(0, 1, 21))
     places = np.clip(np.searchsorted(edges, np.abs(velocity[sliding])) - 1, 0, 19)
-    medians = np.array(
-        [np.median(np.abs(force[sliding][places == i])) if np.any(places == i) else np.nan for i in range(20)]
-    )
+    bins = [np.abs(force[sliding][places == i]) for i in range(20)]
+    medians = np.array([np.median(each) if len(each) else np.nan for each in bins])
     centres = 0.5 * (edges[1:] + edges[:-1])
     good = np.isfinite(medians)
     medians, centres = medians[good], centres[good]

@@ -34,9 +34,8 @@ def found_step(samples: Samples, displacement: np.ndarray) -> tuple[Step, Step]:
         if min(np.searchsorted(time, at) - low, high - np.searchsorted(time, at)) < FEWEST:
             break
         at = _meeting_point(time[low:high], displacement[low:high])
-    return Step(0.0, _median_speed(time, displacement, time < at)), Step(
-        at, _median_speed(time, displacement, time > at)
-    )
+    before, after = (_median_speed(time, displacement, part) for part in (time < at, time > at))
+    return Step(0.0, before), Step(at, after)
 
 
 def _meeting_point(time: np.ndarray, displacement: np.ndarray) -> float:
@@ -51,9 +50,8 @@ def _meeting_point(time: np.ndarray, displacement: np.ndarray) -> float:
     places = np.linspace(time[0], time[-1], 102)[1:-1]
     least = places[int(np.argmin([square(at) for at in places]))]
     width = float(places[1] - places[0])
-    best = minimize_scalar(
-        square, bounds=(least - width, least + width), method="bounded", options={"xatol": 1e-4 * width}
-    )
+    options, ends = {"xatol": 1e-4 * width}, (least - width, least + width)
+    best = minimize_scalar(square, bounds=ends, method="bounded", options=options)
     return float(best.x)
 
 
@@ -91,9 +89,8 @@ def check_program(steps: Sequence[Step], samples: Samples, stiffness: Any) -> No
     if len(steps) < 2:
         raise ValueError(f"program: should have at least two speeds, got {len(steps)}")
     if any(not (np.isfinite(step.speed) and step.speed > 0) for step in steps):
-        raise ValueError(
-            "program: every speed should be > 0 m/s, got " + ", ".join(f"{step.speed:.3g}" for step in steps)
-        )
+        speeds = ", ".join(f"{step.speed:.3g}" for step in steps)
+        raise ValueError(f"program: every speed should be > 0 m/s, got {speeds}")
     times = [step.time for step in steps]
     if times[0] != 0 or any(b <= a for a, b in itertools.pairwise(times)) or times[-1] >= samples.time[-1]:
         raise ValueError(f"program: times should begin at 0, increase and end within the record, got {times}")

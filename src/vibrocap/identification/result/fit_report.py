@@ -150,9 +150,8 @@ def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifi
     )
     verdicts = dict.fromkeys(report.verdicts, Verdict.TOO_FEW)
     experiments = dict.fromkeys(report.verdicts, "more samples are needed")
-    return dataclasses.replace(
-        report, verdicts=verdicts, sentences=(sentence, *report.sentences), experiments=experiments
-    )
+    sentences = (sentence, *report.sentences)
+    return dataclasses.replace(report, verdicts=verdicts, sentences=sentences, experiments=experiments)
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:

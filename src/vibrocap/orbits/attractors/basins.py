@@ -87,9 +87,8 @@ def basins(
     check_run(periods=1, tolerance=tolerance, max_events_per_period=1, max_steps=1)
     map_ = driven_map(system, tolerance, threads)
     visited = visited_ranges(map_, np.array(list(start.values()))) if None in given else {}
-    ranges = [
-        pair or (0.0, 1.0) if name == PHASE else pair or visited[name] for name, pair in zip(axes, given, strict=True)
-    ]
+    visited |= {PHASE: (0.0, 1.0)}
+    ranges = [pair or visited[name] for name, pair in zip(axes, given, strict=True)]
     values = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, counts, strict=True)]
     across = [each.ravel() for each in np.meshgrid(*values, indexing="ij")]
     states = np.tile(list(start.values()), (counts[0] * counts[1], 1))

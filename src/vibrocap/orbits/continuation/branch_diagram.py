@@ -201,9 +201,8 @@ class _Growing:
             if _leaves(special) and (i, j) not in joined
         )
         low, high = between
-        return BranchDiagram(
-            system, over, (float(low), float(high)), tuple(self.branches), tuple(self.joins), unfollowed
-        )
+        found = tuple(self.branches), tuple(self.joins), unfollowed
+        return BranchDiagram(system, over, (float(low), float(high)), *found)
 
 
 def _leaves(special: SpecialPoint) -> bool:

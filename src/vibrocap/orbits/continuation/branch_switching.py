@@ -44,9 +44,8 @@ def parent_bifurcation(closure: Closure, first: BranchPoint, last: BranchPoint, 
         return None
     for special in special_points_between(segment.closure, segment.points[0], segment.points[-1]):
         smooth = special.kind in (SpecialKind.PITCHFORK, SpecialKind.FLIP)
-        if (smooth or special.passed is not None) and np.linalg.norm(
-            special.point.x - first.x
-        ) <= FAR_BIFURCATION * near:
+        near_enough = np.linalg.norm(special.point.x - first.x) <= FAR_BIFURCATION * near
+        if (smooth or special.passed is not None) and near_enough:
             return _seen_from(closure, first, special)
     return None
 

@@ -202,9 +202,8 @@ class _Walk:
 
     def _ended(self, here: BranchPoint, beyond: BranchPoint) -> tuple[BranchPoint, list[Found], BranchEnd]:
         """The end at the branch from which this one bifurcates."""
-        special = parent_bifurcation(self.closure, here, beyond, MEETING) or unlocated_bifurcation(
-            self.closure, here, beyond
-        )
+        ends = self.closure, here, beyond
+        special = parent_bifurcation(*ends, MEETING) or unlocated_bifurcation(*ends)
         return special.point, [special], _end_at(special)
 
 

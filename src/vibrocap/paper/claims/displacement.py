@@ -100,9 +100,8 @@ def control_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
 
 def _travel(runs: Runs, friction: str) -> dict[float, float]:
     """X after 40 periods at the mass ratios of Fig. 11."""
-    return {
-        ratio: runs.motion(figures_9_to_11(friction, ratio)).state["position"] for ratio in DISPLACEMENT_MASS_RATIOS
-    }
+    motions = {ratio: runs.motion(figures_9_to_11(friction, ratio)) for ratio in DISPLACEMENT_MASS_RATIOS}
+    return {ratio: motion.state["position"] for ratio, motion in motions.items()}
 
 
 @claim(

@@ -87,9 +87,8 @@ def steady_slope_formula(runs: Runs, tolerance: float) -> Finding:
     ours = [steady_slope(LuGre(viscous_damping=VISCOUS), 1.0, float(v)) for v in speeds]
     formula = -2.0 * speeds / 0.1**2 * 0.3 * np.exp(-((speeds / 0.1) ** 2)) + VISCOUS
     worst = float(max(np.max(np.abs(slope - formula)), np.max(np.abs(slope - ours))))
-    return Finding(
-        decided(worst <= tolerance), {"largest difference": worst}, "(12) is the derivative of (11) for X' > 0."
-    )
+    why = "(12) is the derivative of (11) for X' > 0."
+    return Finding(decided(worst <= tolerance), {"largest difference": worst}, why)
 
 
 @claim(
@@ -127,9 +126,8 @@ def monotone_between_offsets(runs: Runs, tolerance: float) -> Finding:
             ("above X'_h", _real(points.upper), 1.0),
         )
     }
-    rising = bool(
-        np.all(slopes["below X'_l"] > 0) and np.all(slopes["between"] < 0) and np.all(slopes["above X'_h"] > 0)
-    )
+    below, between, above = slopes.values()
+    rising = bool(np.all(below > 0) and np.all(between < 0) and np.all(above > 0))
     dry = max(steady_slope(LuGre(), 1.0, float(v)) for v in np.linspace(0.001, 0.5, 200))
     return Finding(
         restricted(rising and dry > 0, rising),

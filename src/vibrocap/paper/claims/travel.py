@@ -72,9 +72,8 @@ def direction_set_by_mass_ratio(runs: Runs, tolerance: float) -> Finding:
 
 def _monotone(runs: Runs, friction: str, tolerance: float) -> Finding:
     curves = averages(runs, friction)
-    rises = {
-        w: float(np.max(c - np.minimum.accumulate(c)) / np.ptp(c)) for w, c in curves.items() if w != STEADY_WINDOW
-    }
+    transient = {window: curve for window, curve in curves.items() if window != STEADY_WINDOW}
+    rises = {w: float(np.max(c - np.minimum.accumulate(c)) / np.ptp(c)) for w, c in transient.items()}
     good = [window for window, rise in rises.items() if rise <= tolerance]
     steady = float(np.max(np.abs(curves[STEADY_WINDOW])))
     early = runs.sweep(friction).mass_ratio <= 2.5

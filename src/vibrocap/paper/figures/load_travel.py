@@ -48,9 +48,8 @@ def figure_load_10(runs: Runs) -> Figure:
     planes, histories, loads = [], [], []
     for ratio in DISPLACEMENT_MASS_RATIOS:
         motions, title = _motions(runs, ratio), f"λ = {ratio:g}"
-        curves = tuple(
-            plane(motion, SHORT[name], RISEN, *_look(name, load)) for (name, load), motion in motions.items()
-        )
+        by_law = motions.items()
+        curves = tuple(plane(motion, SHORT[name], RISEN, *_look(name, load)) for (name, load), motion in by_law)
         planes.append(Panel(f"{title}: pendulum", "angle", "angle_rate", curves))
         curves = _histories(motions, "velocity", RISEN)
         histories.append(Panel(f"{title}: capsule velocity", "time", "velocity", curves, y_limits=(-0.35, 0.42)))
@@ -85,9 +84,8 @@ def figure_load_11(runs: Runs) -> Figure:
 
 def _motions(runs: Runs, ratio: float) -> dict[tuple[str, float | str], Trajectory]:
     """Both laws under both loads, at a mass ratio."""
-    return {
-        (name, load): runs.motion(with_load(figures_9_to_11(name, ratio), load)) for load in LOADS for name in SHORT
-    }
+    systems = {(name, load): with_load(figures_9_to_11(name, ratio), load) for load in LOADS for name in SHORT}
+    return {key: runs.motion(system) for key, system in systems.items()}
 
 
 def _histories(motions: dict[tuple[str, float | str], Trajectory], quantity: str, periods: int) -> tuple[Curve, ...]:

@@ -27,9 +27,8 @@ def anisotropic(law: type[Law]) -> Any:
     if anisotropic in law.wrappers:
         raise ValueError(f"the {law.name} law is anisotropic already")
     if law.kind == "smooth":
-        raise ValueError(
-            f"only a set-valued or kinked law can be made anisotropic, got the {law.name} law, which is smooth"
-        )
+        reason = f"got the {law.name} law, which is smooth"
+        raise ValueError(f"only a set-valued or kinked law can be made anisotropic, {reason}")
 
     class Anisotropic(law):
         forward_ratio: Positive = parameter(

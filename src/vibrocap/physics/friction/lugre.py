@@ -140,6 +140,5 @@ class LuGre(Law):
         speeds = [DAMPED_SPEEDS * self.damping_velocity * i / CELLS for i in range(CELLS + 1)]
         excess = [self.static_coefficient / stribeck_level(self, speed, 1.0) - 1.0 for speed in speeds[1:]]
         excess.append(drop / self.coulomb_coefficient)
-        return all(
-            self._damping(speed) * most <= self.viscous_damping for speed, most in zip(speeds, excess, strict=True)
-        )
+        pairs = zip(speeds, excess, strict=True)
+        return all(self._damping(speed) * most <= self.viscous_damping for speed, most in pairs)

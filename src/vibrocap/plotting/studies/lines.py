@@ -87,9 +87,8 @@ def _heights(view: View) -> tuple[list[np.ndarray], list[str]]:
     shown = [panel.values[cells(view, panel) == Cell.VALUE].tolist() for panel in view.panels]
     known = sorted({value for values in shown for value in values}, key=lambda x: (isinstance(x, str) and len(x), x))
     places = {value: float(place) for place, value in enumerate(known)}
-    heights = [
-        np.array([places.get(value, np.nan) for value in panel.values.tolist()], dtype=float) for panel in view.panels
-    ]
+    rows = ([places.get(value, np.nan) for value in panel.values.tolist()] for panel in view.panels)
+    heights = [np.array(row, dtype=float) for row in rows]
     return heights, [value_label(view.measure, value) for value in known]
 
 

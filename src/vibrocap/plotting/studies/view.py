@@ -332,9 +332,8 @@ def case_label(dataset: Any, fixed: Mapping[str, str]) -> str:
         kind_path = KIND_PATHS.get(part, "")
         kind = fixed.get(kind_path, record.name)
         if kind_path and kind_path not in varied:
-            kinds.append(
-                f"{kind} friction" if part.startswith("friction") else f"{kind} drive" if part == "drive" else kind
-            )
+            word = "friction" if part.startswith("friction") else part
+            kinds.append(f"{kind} {word}" if word in ("friction", "drive") else kind)
         for info in parameter_table(record) if kind == record.name else ():
             path = f"{part}.{info.name}"
             value = fixed.get(path, getattr(record, info.name))
@@ -355,9 +354,8 @@ def runs_label(dataset: Any) -> str:
     runs, periods, settle = dataset["status"].size, dataset.attrs.get("periods"), dataset.attrs.get("settle")
     words = [f"{runs:,} runs"]
     if periods is not None:
-        words[0] += (
-            f" of at most {periods} periods, settled to {float(settle):g}" if settle else f" of {periods} periods"
-        )
+        settled = f", settled to {float(settle):g}" if settle else ""
+        words[0] += f" of {'at most ' if settle else ''}{periods} periods{settled}"
     if "runs_computed" in dataset.attrs:
         words.append(f"{percent(float(dataset.attrs['share_computed']))} of them made, the others filled in between")
     in_si = any("dimensionless_unit" in dataset[name].attrs for name in dataset.data_vars)

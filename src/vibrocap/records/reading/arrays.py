@@ -118,9 +118,8 @@ def _unpacked_size(path: Path) -> int:
 def _check_size(size: int, path: Path) -> None:
     """RecordError for more content than a measured record has."""
     if size > MOST_BYTES:
-        raise RecordError(
-            [f"unpacks to more than {MOST_BYTES // 2**20} MB; give the records in several files"], str(path)
-        )
+        most = f"{MOST_BYTES // 2**20} MB"
+        raise RecordError([f"unpacks to more than {most}; give the records in several files"], str(path))
 
 
 def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
@@ -157,9 +156,8 @@ def tables_of(variables: Mapping[str, Any], path: Path) -> list[Table]:
             tables.append(_table_of_matrix(array, names, key, path))
     tables += _tables_by_prefix({key: array for key, array in numbers.items() if array.ndim == 1}, "", path, {})
     if not tables:
-        raise RecordError(
-            [f"holds no columns of numbers, only {', '.join(map(repr, variables)) or 'nothing'}"], str(path)
-        )
+        held = ", ".join(map(repr, variables)) or "nothing"
+        raise RecordError([f"holds no columns of numbers, only {held}"], str(path))
     return [dataclasses.replace(table, scalars={**scalars, **table.scalars}) for table in tables]
 
 

@@ -146,9 +146,7 @@ def choices(table: Table, columns: Mapping[str, Any], units: Mapping[str, str], 
     calls = {**{quantity: (name, False) for quantity, name in named.items()},
              **{quantity: (name, True) for quantity, (_, name) in guesses.items()}}  # fmt: skip
     said = {quantity: _said_unit(name, quantity, table, units, wrong) for quantity, (name, _) in calls.items()}
-    turning = any(
-        quantity in TURNING or (unit is not None and unit.dimension in ROTARY) for quantity, unit in said.items()
-    )
+    turning = any(name in TURNING or (unit is not None and unit.dimension in ROTARY) for name, unit in said.items())
     found: dict[str, Choice] = {}
     for quantity, (name, guessed) in calls.items():
         unit = said[quantity] or _usual_unit(name, quantity, table, turning)

@@ -101,9 +101,8 @@ def _tables(path: Path, record_column: str | int | None) -> list[Table]:
     if kind in TEXT:
         return text_tables(path, record_column)
     if record_column is not None:
-        raise RecordError(
-            [f"columns: record: is for text files; in {kind} each record has arrays of its own"], str(path)
-        )
+        reason = f"columns: record: is for text files; in {kind} each record has arrays of its own"
+        raise RecordError([reason], str(path))
     return READERS[kind](path)
 
 

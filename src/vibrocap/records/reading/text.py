@@ -39,9 +39,8 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     usual = max(set(widths), key=widths.count) if widths else 0
     start = next((at for at, (_, cells) in enumerate(rows) if _is_data(cells, usual)), None)
     if start is None:
-        raise RecordError(
-            ["there is no line of numbers in the file; should be a table, a sample in each line"], str(path)
-        )
+        reason = "there is no line of numbers in the file; should be a table, a sample in each line"
+        raise RecordError([reason], str(path))
     body = rows[start:]
     head = rows[:start] or _rows([row for row in comments if row[0] < body[0][0]], delimiter)
     names, units = _header(head, len(body[0][1]), bool(rows[:start]))
@@ -53,9 +52,8 @@ def text_tables(path: Path, record_column: str | int | None = None) -> list[Tabl
     if not body:
         raise RecordError(_shortened([text for _, text in ragged]), str(path))
     order = [number for number, _ in body]
-    cells = dict(
-        zip(names or map(str, range(len(body[0][1]))), zip(*(row for _, row in body), strict=True), strict=True)
-    )
+    columns = zip(*(row for _, row in body), strict=True)
+    cells = dict(zip(names or map(str, range(len(body[0][1]))), columns, strict=True))
     of_record = _column_of_records(list(cells), record_column, path)
     which = np.array(cells.pop(of_record)) if of_record is not None else np.full(len(order), path.stem)
     columns, strange = _numbers(cells, order)

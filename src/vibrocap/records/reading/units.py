@@ -109,9 +109,8 @@ def _spelt(text: str) -> str:
         return SPELLINGS.get(text, SPELLINGS.get(text.lower(), text))
     text = re.sub(r"\s*(?:[_ ]per[_ ]|/)\s*", "/", text)
     text = re.sub(r"(?<=[A-Za-z])\s*(?:\^|\*\*)?\s*([-⁻]?)([1¹2²3³])(?![0-9])", _power, text)
-    text = re.sub(
-        r"(?<=m)[ _](?=s)(?!s\*\*-)|(?<=rad|deg)_(?=s)(?!s\*\*-)|(?<=km)_(?=h)", "/", text, flags=re.IGNORECASE
-    )
+    between = r"(?<=m)[ _](?=s)(?!s\*\*-)|(?<=rad|deg)_(?=s)(?!s\*\*-)|(?<=km)_(?=h)"
+    text = re.sub(between, "/", text, flags=re.IGNORECASE)
     text = re.sub(r"[\s_.]*\*\*-([123])", r"**-\1", text)
     turns = re.fullmatch(rf"({_FORCE}){_BETWEEN}({_ARM})", text) or re.fullmatch(rf"({_ARM})-({_FORCE})", text)
     if turns and turns[0] != "nm":

@@ -256,9 +256,8 @@ def _pulls(
     if unit.dimension not in ("force", "number"):
         reason = f"units: force: should be a force or 1 for a coefficient, got {unit.name}, a {unit.dimension}"
         raise RecordError([reason], table.source)
-    settings: dict[str, Any] = {
-        field: table.scalars[name] for field, name in CONDITIONS.items() if name in table.scalars
-    }
+    known = ((field, name) for field, name in CONDITIONS.items() if name in table.scalars)
+    settings: dict[str, Any] = {field: table.scalars[name] for field, name in known}
     silent = [q for q, choice in chosen.items() if q in ("time", "force") and choice.unit_guessed]
     silent += ["force"] if "force" not in chosen and given is None else []
     assumed = [f"{', '.join(sorted(silent))}: the unit is nowhere said, taken as SI"] if silent else []

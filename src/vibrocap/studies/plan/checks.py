@@ -24,9 +24,8 @@ def plan_complaints(system: System, plan: Runs) -> list[str]:
     """What is wrong with the paths and the values of a plan, in words."""
     if isinstance(plan, CaseList):
         return _case_complaints(system, plan)
-    complaints = path_complaints(
-        plan.paths, [kinds_chosen(system, kinds) for kinds in kind_choices(plan)], system.units
-    )
+    kinds = [kinds_chosen(system, kinds) for kinds in kind_choices(plan)]
+    complaints = path_complaints(plan.paths, kinds, system.units)
     if complaints:
         return complaints
     return _merged(complaint for values in _trials(system, plan) for complaint in refusal(system, values))

@@ -98,9 +98,8 @@ def verified(path: Path, record: Mapping[str, Any]) -> Verification:
                 damaged[index] = what
             elif other:
                 mixed.append(index)
-    return Verification(
-        path, len(indices), len(stored), damaged, others, record["format"] != FIRST_FORMAT, tuple(mixed)
-    )
+    checked = record["format"] != FIRST_FORMAT
+    return Verification(path, len(indices), len(stored), damaged, others, checked, tuple(mixed))
 
 
 def _others(path: Path, record: Mapping[str, Any]) -> tuple[str, ...]:
