@@ -15,7 +15,7 @@ import importlib
 import inspect
 import symtable
 from collections.abc import Iterator, Mapping
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.numerics.linker.recipes import Recipe, Slot
@@ -164,8 +164,13 @@ def linked_source(generated: str, recipe: Recipe) -> str:
 def plain_kernel(text: str) -> dict[str, Any]:
     """The functions of a linked kernel as plain Python."""
     names: dict[str, Any] = {}
-    exec(compile(text, "<kernel>", "exec"), names)
+    exec(_code(text), names)
     return names
+
+
+@functools.lru_cache(maxsize=32)
+def _code(text: str) -> CodeType:
+    return compile(text, "<kernel>", "exec")
 
 
 def compiled_kernel(linked: str, literal: bool = False) -> "Compiled":
