@@ -31,4 +31,5 @@ def pytest_collection(session: pytest.Session):
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(20_000, 20, 50)  # what tests make is gone soon, most of it without being looked for
         gc.enable()

@@ -14,6 +14,7 @@ import pytest
 import sympy as sp
 
 import vibrocap as vc
+from thinned import slow_but
 from vibrocap.physics import elementary
 
 # Dimensionless, as in docs/model.md. `turn` and `push` are theta'' and X'', R is N f, D the drive's torque.
@@ -337,8 +338,10 @@ def system_of_symbols(law):
     return vc.System(machine=MACHINE, friction=friction, drive=drive)
 
 
-@pytest.mark.parametrize("side", [1, -1])
-@pytest.mark.parametrize("law", [vc.Exponential, vc.LuGre])
+@pytest.mark.parametrize(
+    ("law", "side"),
+    slow_but([0, 3], [(vc.Exponential, 1), (vc.Exponential, -1), (vc.LuGre, 1), (vc.LuGre, -1)]),
+)
 def test_code_system_is_equation_9_and_balances_its_energy(accelerations, law, side):
     """The parts put together are (9) with N once (erratum 1), and the channels' powers add up to the energy's rate."""
     system = system_of_symbols(law)

@@ -47,7 +47,7 @@ def test_half_a_sample_of_delay_is_found_and_can_be_searched_along():
 def test_a_swapped_sign_of_the_force_is_said():
     """It was called converged, at 99 %, and nothing else."""
     made = record("white", 0)
-    one = told(made.replaced(force=-np.asarray(made.force)), "lugre")
+    one = told(made.replaced(force=-np.asarray(made.force)), "exponential")
     assert one.residuals.work_ratio < -0.5
     assert "negative work" in one.summary()
 

@@ -108,7 +108,7 @@ def test_directions_have_to_be_turned_in_each_period(plain, monkeypatch):
     exact = np.linalg.qr
     monkeypatch.setattr(lyapunov.np.linalg, "qr", lambda a: (np.eye(len(a)), exact(a)[1]))
     with np.errstate(all="ignore"):
-        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=40, transient=0, tolerance=1e-11)
+        found = lyapunov_exponent(oscillator(1.25, 0.25), periods=20, transient=0, tolerance=1e-11)
     assert abs(found.spectrum[0] + 0.25) > 1e-3
 
 

@@ -121,9 +121,9 @@ def test_period_without_phases(seed):
 
 
 def test_uncertainty_of_corners_is_the_scatter():
-    """The stated errors of a hundred slips, where noise and not shape or sampling decides."""
+    """The stated errors of sixty slips, where noise and not shape or sampling decides."""
     belt = Belt(5.0)
-    time, force = belt.record(0.03, samples=1000, periods=100, seed=3)
+    time, force = belt.record(0.03, samples=800, periods=60, seed=3)
     found = stick_slip(time, force, **belt.known)
     starts = belt.starts(time[-1])[: len(found.slips)]
     for off, stated in (

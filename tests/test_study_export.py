@@ -165,7 +165,7 @@ def test_a_full_disk_leaves_the_old_export(found, tmp_path, monkeypatch, ending,
     path = write_study(found, tmp_path / f"study{ending}")
     whole = path.read_bytes()
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    for size in {0, 1, 512, len(whole) - 1, *range(97, len(whole), len(whole) // 6)}:
+    for size in {0, 1, 512, len(whole) - 1, *range(97, len(whole), len(whole) // 3)}:
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
         try:
             with pytest.raises(WriteError, match=f"study{ending}: cannot be written: File too large"):

@@ -15,6 +15,7 @@ import pathlib
 import re
 import symtable
 from collections.abc import Iterator, Mapping
+from types import CodeType
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.numerics.linker.recipes import Recipe, Slot
@@ -165,8 +166,13 @@ def plain_kernel(text: str) -> dict[str, Any]:
     if isinstance(text, Linked):
         text.check()
     names: dict[str, Any] = {}
-    exec(compile(text, "<kernel>", "exec"), names)
+    exec(_code(text), names)
     return names
+
+
+@functools.lru_cache(maxsize=32)
+def _code(text: str) -> CodeType:
+    return compile(text, "<kernel>", "exec")
 
 
 def compiled_kernel(linked: str, literal: bool = False) -> "Compiled":

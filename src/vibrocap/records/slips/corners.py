@@ -119,9 +119,8 @@ def _fit(stretch: _Stretch, power: int) -> tuple[float, float, float, float, flo
     places, force = stretch.places, stretch.force
     number = len(places)
     nearest = int(np.argmin(np.abs(places - stretch.turning)))
-    at_samples = (0.0, stretch.turning, *_stick_level(stretch, nearest))
     if min(number - nearest, nearest) < LEAST_SAMPLES:
-        return at_samples
+        return _at_samples(stretch, nearest)
     unit = (places - places.mean()) / np.ptp(places)
     line = np.stack([np.full(number, number**-0.5), unit / np.linalg.norm(unit)], axis=1)
     rest = force - line @ (line.T @ force)
@@ -133,7 +132,7 @@ def _fit(stretch: _Stretch, power: int) -> tuple[float, float, float, float, flo
     gain = np.where(along < 0, along**2 / np.einsum("ij,ij->j", bends, bends), 0.0)
     at = int(np.argmax(gain))
     if gain[at] <= 0.0:
-        return at_samples
+        return _at_samples(stretch, nearest)
     place = float(corners[at]) + _vertex(gain, at) * 0.5 * spacing
     bend = np.maximum(places - place, 0.0)
     shape = np.stack([np.ones(number), places - place, bend**power], axis=1)
@@ -143,10 +142,15 @@ def _fit(stretch: _Stretch, power: int) -> tuple[float, float, float, float, flo
     moving = -values[1] - values[2] * power * bend ** (power - 1) * (bend > 0)
     level_error, place_error = _errors(np.column_stack([shape, moving]), stretch.noise)
     if place_error > places[-1] - stretch.turning:  # the bend does not tell the corner to better than the slip
-        return at_samples
+        return _at_samples(stretch, nearest)
     place_error = float(np.hypot(place_error, stretch.step / 12.0**0.5))
     misfit = number * float(np.log(max(1.0 - gain[at] / (rest @ rest), 1e-12)))
     return misfit, place, float(values[0]), place_error, level_error
+
+
+def _at_samples(stretch: _Stretch, nearest: int) -> tuple[float, float, float, float, float]:
+    """What `_fit` returns where no bend tells the corner."""
+    return 0.0, stretch.turning, *_stick_level(stretch, nearest)
 
 
 def _stick_level(stretch: _Stretch, nearest: int) -> tuple[float, float, float]:
