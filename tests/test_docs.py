@@ -329,7 +329,13 @@ def write_pull(path: str) -> None:
 
 # What these commands do is shown as a whole by tests/test_paper.py and tests/test_lab_browser.py, and the
 # help has examples of the others.
-SHOWN_ELSEWHERE = ("vibrocap reproduce", "vibrocap lab", "vibrocap basins", "vibrocap friction test lugre")
+SHOWN_ELSEWHERE = (
+    "vibrocap reproduce",
+    "vibrocap lab",
+    "vibrocap basins",
+    "vibrocap friction test lugre",
+    "vibrocap orbit",
+)
 
 
 @pytest.mark.slow

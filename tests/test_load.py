@@ -371,7 +371,7 @@ def test_every_study_of_a_constant_load_watches_the_true_one():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+@pytest.mark.parametrize("tolerance", exhaustive_but([1], [1e-4, 1e-7]))
 def test_maps_are_hatched_where_the_least_load_is_negative(tolerance):
     """And nowhere else, whether the least load is measured or only watched."""
     from vibrocap.plotting.studies.cells import hidden_lift_off
