@@ -72,6 +72,7 @@ def twins():
     return map_, start[0], mirrored[0]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_settled_runs_are_told_apart_by_their_orbits(twins):
     map_, state, mirrored = twins
@@ -179,6 +180,7 @@ def test_exactly_the_two_travelling_twins_attract(law):
         assert drift == pytest.approx(found.attractors[found.label[k]].motion.drift, abs=1e-6)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_all_points_of_a_longer_orbit_are_one_attractor():
     """LM with delta1 = 1: period 8 modulo X; runs that pass close to the unstable orbits of period 4 and 2 go on."""
@@ -188,6 +190,7 @@ def test_all_points_of_a_longer_orbit_are_one_attractor():
     assert found.attractors[0].motion.drift == pytest.approx(-found.attractors[1].motion.drift, abs=1e-10)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_drift_is_per_drive_period_whatever_the_response():
     """0.19224737 for LM with delta1 = 1, whose response takes eight."""

@@ -99,7 +99,7 @@ def assert_as_the_yardstick(row: dict):
         assert motion.status.ok
 
 
-@pytest.mark.parametrize("number", slow_but([1], [24, 36]))
+@pytest.mark.parametrize("number", slow_but([1], exhaustive_but([1], [24, 36])))
 def test_motions_with_sharp_friction(number):
     """A capsule with bristles, an oscillator with a law of exponentials; the others are in the slow test below."""
     assert_as_the_yardstick(TABLE["systems"][number])
