@@ -393,6 +393,7 @@ def test_messages_name_options():
 # --- laws that are driven --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_laws_are_ranked(folder, capsys):
     arguments = ("--compare", "stribeck,exponential", "--compare", "dahl", "--fixed", f"decay_rate={RATE}")

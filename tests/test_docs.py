@@ -37,6 +37,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))
 # Of these the snippets and commands are fast; others run studies or fits, or compile kernels that no fast test needs.
 FAST_PAGES = ("README.md", "CONTRIBUTING.md")
+RARE_PAGES = ("why-not-solve-ivp.md", "identification.md")  # long, and what they use is used by other tests
 # Commands that begin so take more than a few seconds.
 SLOW = tuple(
     f"vibrocap {name}"
@@ -93,6 +94,8 @@ NEW_FILES = [fence for fence in FILES if fence.words[1].startswith("src/")]
 
 def slow_page(page: Path) -> list:
     """The marks of a test that runs what stands on a page."""
+    if page.name in RARE_PAGES:
+        return [pytest.mark.exhaustive]
     return [] if page.name in FAST_PAGES else [pytest.mark.slow]
 
 
@@ -329,7 +332,13 @@ def write_pull(path: str) -> None:
 
 # What these commands do is shown as a whole by tests/test_paper.py and tests/test_lab_browser.py, and the
 # help has examples of the others.
-SHOWN_ELSEWHERE = ("vibrocap reproduce", "vibrocap lab", "vibrocap basins", "vibrocap friction test lugre")
+SHOWN_ELSEWHERE = (
+    "vibrocap reproduce",
+    "vibrocap lab",
+    "vibrocap basins",
+    "vibrocap friction test lugre",
+    "vibrocap orbit",
+)
 
 
 @pytest.mark.slow
@@ -493,6 +502,7 @@ def test_new_files_keep_the_style_of_the_house(fence):
         assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_picture_is_drawn_by_its_script(tmp_path):
     """Not byte for byte, which fonts and libraries decide, but it is drawn."""

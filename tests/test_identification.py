@@ -66,6 +66,7 @@ def test_same_input_same_numbers_whatever_the_threads(found):
     assert [(p.value, p.low, p.high) for p in again.parameters] == [(p.value, p.low, p.high) for p in found.parameters]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_standard_errors_are_the_scatter_of_repeated_fits():
     values, errors = [], []

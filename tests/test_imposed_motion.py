@@ -54,7 +54,7 @@ TWO_PHASES = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("given", exhaustive_but([0, 3], TWO_PHASES))
+@pytest.mark.parametrize("given", exhaustive_but([0, 3], [pytest.param(given) for given in TWO_PHASES]))
 def test_two_phases(given):
     share, stroke, first, second, forward, back = given
     expected = two_phase_velocity(*given)

@@ -245,6 +245,7 @@ def test_statuses_of_ensembles_are_those_of_single_runs():
     assert {vc.Status.FINISHED, vc.Status.LIFT_OFF, vc.Status.PARADOX} == set(single)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_orbit_and_its_multipliers_follow_the_load():
     """The monodromy with saltation against differences of the stroboscopic map."""
@@ -372,7 +373,7 @@ def test_every_study_of_a_constant_load_watches_the_true_one():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+@pytest.mark.parametrize("tolerance", exhaustive_but([1], [1e-4, 1e-7]))
 def test_maps_are_hatched_where_the_least_load_is_negative(tolerance):
     """And nowhere else, whether the least load is measured or only watched."""
     from vibrocap.plotting.studies.cells import hidden_lift_off

@@ -99,9 +99,10 @@ def assert_as_the_yardstick(row: dict, tolerances: tuple[float, ...] = TOLERANCE
         assert motion.status.ok
 
 
-@pytest.mark.parametrize(
-    ("number", "tolerances"), slow_but([1], [(24, TOLERANCES), (36, (1e-9,)), (36, (1e-6, 1e-12))])
-)
+SYSTEMS = [(24, TOLERANCES), (36, (1e-9,)), (36, (1e-6, 1e-12))]
+
+
+@pytest.mark.parametrize(("number", "tolerances"), slow_but([1], exhaustive_but([1, 2], SYSTEMS)))
 def test_motions_with_sharp_friction(number, tolerances):
     """A capsule with bristles, an oscillator with a law of exponentials; the others are in the slow test below."""
     assert_as_the_yardstick(TABLE["systems"][number], tolerances)

@@ -87,12 +87,14 @@ def test_smoothed_friction_would_be_told_from_this():
 
 
 def _case(row):
-    """A row as a case of a test; slow where its equations are of a form that no other fast test compiles."""
+    """A row as a case of a test; slow or later where its equations are of a form that no other fast test compiles."""
     parameters = row["parameters"]
     common = parameters["law"] == "exponential" or (
         parameters["stribeck_exponent"] == 2.0 and not parameters["second_amplitude"]
     )
-    return pytest.param(row, id=f"seed {row['seed']}", marks=[] if common else [pytest.mark.slow])
+    kept = row["seed"] % 3 == 0
+    rare = pytest.mark.slow if kept else pytest.mark.exhaustive
+    return pytest.param(row, id=f"seed {row['seed']}", marks=[] if common else [rare])
 
 
 CASES = [_case(row) for row in MOTIONS]

@@ -229,7 +229,7 @@ def test_elastic_bouncing_keeps_all_energy():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", exhaustive_but([0], [vc.Coulomb(0.3, 0.4), vc.LuGre()]))
-@pytest.mark.parametrize("machine", IMPACTS.values())
+@pytest.mark.parametrize("machine", exhaustive_but([0], list(IMPACTS.values())))
 def test_impacts_of_an_ensemble_are_those_of_single_motions(machine, law):
     """The work of impacts among all others, which must add up; the capsule is struck at rest and while it moves."""
     measures = ["drift", "drive_work", "impact_work", "damper_work", "contact_sliding_work", "largest_velocity"]
@@ -255,8 +255,8 @@ def test_impacts_of_an_ensemble_are_those_of_single_motions(machine, law):
     ("machine", "law", "frequency"),
     [
         (IMPACTS["external"], vc.Coulomb(0.3, 0.4), 0.95),
-        pytest.param({"gap": 0.3, "restitution": 0.3}, vc.Exponential(), 1.1, marks=pytest.mark.slow),
-        pytest.param({"gap": 0.1, "restitution": 0.3}, vc.LuGre(), 0.95, marks=pytest.mark.slow),
+        pytest.param({"gap": 0.3, "restitution": 0.3}, vc.Exponential(), 1.1, marks=pytest.mark.exhaustive),
+        pytest.param({"gap": 0.1, "restitution": 0.3}, vc.LuGre(), 0.95, marks=pytest.mark.exhaustive),
     ],
 )
 def test_multipliers_through_impacts_are_those_of_differences(machine, law, frequency):
