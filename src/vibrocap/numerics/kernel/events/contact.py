@@ -15,12 +15,15 @@ from vibrocap.numerics.kernel.codes import (
     STICK,
     TOO_MANY_EVENTS,
 )
-from vibrocap.numerics.kernel.generated.counts import ARRIVING, EVENT_LIMIT, EVENTS, IDLE
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, holding_force, holding_limit
 from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, SET_VALUED
 from vibrocap.numerics.kernel.generated.lane import (
+    ARRIVING,
     CAME_FROM,
     CONTACT_RESIDUAL,
+    EVENT_LIMIT,
+    EVENTS,
+    IDLE,
     PERIOD,
     SCALE,
     SIDE,
@@ -28,10 +31,10 @@ from vibrocap.numerics.kernel.generated.lane import (
     STATUS,
     TIME,
     WORK,
+    ZEROS,
 )
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD, LIMIT, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
-from vibrocap.numerics.kernel.generated.stepping import ZEROS
 from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, turned
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 

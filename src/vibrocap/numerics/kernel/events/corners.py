@@ -9,19 +9,23 @@ holds. Only a contact velocity that the drive itself makes may jump.
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON
 from vibrocap.numerics.kernel.events.contact import jumped
-from vibrocap.numerics.kernel.generated.counts import PERIOD_COUNT, WHOLE_PERIODS
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, VELOCITY_JUMPS
-from vibrocap.numerics.kernel.generated.lane import PARAMETER, PERIOD, TAIL, TIME
-from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, LANES, PRESENT
-from vibrocap.numerics.kernel.generated.trace import (
+from vibrocap.numerics.kernel.generated.lane import (
     CYCLE,
+    PARAMETER,
+    PERIOD,
+    PERIOD_COUNT,
     SEGMENT,
     SEGMENT_COUNT,
     TABLE,
     TABLE_START,
     TABLE_STRIDE,
+    TAIL,
+    TIME,
     UNTIL,
+    WHOLE_PERIODS,
 )
+from vibrocap.numerics.kernel.generated.sizes import COEFFICIENTS, LANES, PRESENT
 from vibrocap.numerics.kernel.step.resolved import forget
 
 

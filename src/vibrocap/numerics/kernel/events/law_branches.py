@@ -33,7 +33,6 @@ from vibrocap.numerics.kernel.generated.branches import (
     SWITCHES,
     TURNING,
 )
-from vibrocap.numerics.kernel.generated.counts import EVENT_LIMIT, EVENTS, IDLE
 from vibrocap.numerics.kernel.generated.ensemble import WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import (
     after_reversal,
@@ -45,10 +44,22 @@ from vibrocap.numerics.kernel.generated.equations import (
     switches,
 )
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SET_VALUED, SEVERAL
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SERIES, SIDE, STATE, STATUS, TIME, WORK
+from vibrocap.numerics.kernel.generated.lane import (
+    EVENT_LIMIT,
+    EVENTS,
+    IDLE,
+    IMPLICIT_STEPS,
+    PERIOD,
+    SERIES,
+    SIDE,
+    STATE,
+    STATUS,
+    TAYLOR_STEPS,
+    TIME,
+    WORK,
+)
 from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
-from vibrocap.numerics.kernel.generated.stepping import IMPLICIT_STEPS, TAYLOR_STEPS
 from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points

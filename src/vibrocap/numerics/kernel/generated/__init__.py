@@ -2,6 +2,5 @@
 
 Linking (`link.py`) puts the generated definitions, and the places of `memory_layout.py`, in the place of these. What
 the equations give: functions (`equations`), what is known of them (`facts`), their guards (`branches`), the rows of
-their series (`rows`). Of the memory: its `sizes`, and where what stands of a `lane`, its `stepping` and its `counts`,
-the `trace`, an `ensemble` and what is `gathered` in one.
+their series (`rows`). Of the memory: its `sizes`, and where what a `lane` knows stands, and what an `ensemble` does.
 """

@@ -1,4 +1,16 @@
-"""Places of a lane's own: time, side, states and series, see `memory_layout.py`."""
+"""Places of what stands of a lane, see `memory_layout.py`."""
 
+# time, side, states and series
 STATUS = PENDING = TIME = PERIOD = TAIL = SIDE = CAME_FROM = TOLERANCE = CONTACT_RESIDUAL = 0
 STATE = PARAMETER = SCALE = SERIES = WORK = 0
+
+# by which it chooses its method and its step
+ZEROS = STIFF = PATIENCE = TAYLOR_STEPS = IMPLICIT_STEPS = IMPLICIT_STEP = EXPLICIT_STEP = DAMPED_STEP = DECAY_RATE = 0
+HOLD_RATE = SAFE_SPEED = UNSAFE_SPEED = FAR_SPEED = NEAR_SPEED = 0
+
+# what it counts: periods and events
+PERIOD_COUNT = WHOLE_PERIODS = ARRIVING = EVENTS = EVENT_LIMIT = IDLE = 0
+
+# the trace, with pieces, events and tables of a drive
+PIECES = PIECE_LIMIT = PIECE_START = RECORDED_EVENTS = RECORDED_EVENT_LIMIT = RECORDED_EVENT_START = 0
+SEGMENT = CYCLE = TABLE = SEGMENT_COUNT = TABLE_START = TABLE_STRIDE = UNTIL = 0

@@ -3,9 +3,8 @@
 from vibrocap.numerics.kernel.codes import RUNNING, TOO_MANY_STEPS, TRACE_FULL
 from vibrocap.numerics.kernel.generated.ensemble import STEP_LIMIT
 from vibrocap.numerics.kernel.generated.equations import jet
-from vibrocap.numerics.kernel.generated.lane import STATUS
+from vibrocap.numerics.kernel.generated.lane import IMPLICIT_STEPS, STATUS, TAYLOR_STEPS
 from vibrocap.numerics.kernel.generated.sizes import LANES
-from vibrocap.numerics.kernel.generated.stepping import IMPLICIT_STEPS, TAYLOR_STEPS
 from vibrocap.numerics.kernel.interface import has_room
 from vibrocap.numerics.kernel.loop.one_step import step
 

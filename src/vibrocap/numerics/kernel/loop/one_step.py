@@ -14,13 +14,26 @@ told how many leading coefficients vanish, so that rounding cannot fake a root t
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.codes import DONE, FIRST_SWITCH, GRAZE, NOT_FINITE, RUNNING, STEP_UNDERFLOW, UNDECIDED
 from vibrocap.numerics.kernel.events.contact import cross, guard_series, side_holds
-from vibrocap.numerics.kernel.generated.counts import EVENTS, IDLE, PERIOD_COUNT, WHOLE_PERIODS
 from vibrocap.numerics.kernel.generated.facts import KINKED, SET_VALUED, SEVERAL
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SIDE, STATE, STATUS, TAIL, TIME
+from vibrocap.numerics.kernel.generated.lane import (
+    EVENTS,
+    IDLE,
+    IMPLICIT_STEPS,
+    PERIOD,
+    PERIOD_COUNT,
+    SIDE,
+    STATE,
+    STATUS,
+    STIFF,
+    TAIL,
+    TAYLOR_STEPS,
+    TIME,
+    UNTIL,
+    WHOLE_PERIODS,
+    ZEROS,
+)
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD, LIMIT, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
-from vibrocap.numerics.kernel.generated.stepping import IMPLICIT_STEPS, STIFF, TAYLOR_STEPS, ZEROS
-from vibrocap.numerics.kernel.generated.trace import UNTIL
 from vibrocap.numerics.kernel.interface import (
     at_corner,
     begin_drive_period,

@@ -4,7 +4,6 @@ Each run has its own steps, modes and events, so lanes end at different times; n
 """
 
 from vibrocap.numerics.kernel.codes import RUNNING
-from vibrocap.numerics.kernel.generated.counts import ARRIVING, EVENTS, IDLE, PERIOD_COUNT, WHOLE_PERIODS
 from vibrocap.numerics.kernel.generated.ensemble import (
     INVERSE_SCALE,
     LAST_RUN,
@@ -22,16 +21,27 @@ from vibrocap.numerics.kernel.generated.ensemble import (
 )
 from vibrocap.numerics.kernel.generated.facts import SET_VALUED
 from vibrocap.numerics.kernel.generated.lane import (
+    ARRIVING,
     CAME_FROM,
     CONTACT_RESIDUAL,
+    EVENTS,
+    HOLD_RATE,
+    IDLE,
+    IMPLICIT_STEPS,
     PARAMETER,
+    PATIENCE,
     PENDING,
     PERIOD,
+    PERIOD_COUNT,
     SCALE,
     SIDE,
     STATE,
     STATUS,
+    STIFF,
+    TAYLOR_STEPS,
     TIME,
+    WHOLE_PERIODS,
+    ZEROS,
 )
 from vibrocap.numerics.kernel.generated.sizes import (
     LANES,
@@ -42,7 +52,6 @@ from vibrocap.numerics.kernel.generated.sizes import (
     RUN_SIZE,
     STATES,
 )
-from vibrocap.numerics.kernel.generated.stepping import HOLD_RATE, IMPLICIT_STEPS, PATIENCE, STIFF, TAYLOR_STEPS, ZEROS
 from vibrocap.numerics.kernel.interface import advance, begin_drive, on_period
 from vibrocap.numerics.kernel.memory_layout import RESULT_HEAD_SIZE
 from vibrocap.numerics.kernel.step.resolved import forget

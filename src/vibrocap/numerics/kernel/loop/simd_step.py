@@ -30,8 +30,7 @@ from vibrocap.numerics.kernel.generated.branches import (
     SWITCHES,
     TURNING,
 )
-from vibrocap.numerics.kernel.generated.counts import ARRIVING, IDLE
-from vibrocap.numerics.kernel.generated.ensemble import STEP, STEP_LIMIT, WINDOW_START
+from vibrocap.numerics.kernel.generated.ensemble import LIFTED, STEP, STEP_LIMIT, WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
 from vibrocap.numerics.kernel.generated.facts import (
     KINKED,
@@ -43,20 +42,28 @@ from vibrocap.numerics.kernel.generated.facts import (
     SPARSE,
     WATCHED,
 )
-from vibrocap.numerics.kernel.generated.gathered import LIFTED
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SERIES, SIDE, STATE, STATUS, TIME, TOLERANCE, WORK
-from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, REACTION, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
-from vibrocap.numerics.kernel.generated.stepping import (
+from vibrocap.numerics.kernel.generated.lane import (
+    ARRIVING,
     DAMPED_STEP,
     DECAY_RATE,
+    IDLE,
     IMPLICIT_STEPS,
     PATIENCE,
+    PERIOD,
+    SERIES,
+    SIDE,
+    STATE,
+    STATUS,
     STIFF,
     TAYLOR_STEPS,
+    TIME,
+    TOLERANCE,
+    UNTIL,
+    WORK,
     ZEROS,
 )
-from vibrocap.numerics.kernel.generated.trace import UNTIL
+from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, REACTION, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS
 from vibrocap.numerics.kernel.interface import look_at_load, on_piece, tangents_wait
 from vibrocap.numerics.kernel.loop.one_step import NEAR, step, turn
 from vibrocap.numerics.kernel.step.resolved_simd import excursion_simd, resolved_simd

@@ -12,10 +12,9 @@ import math
 import numpy as np
 
 from vibrocap.numerics.kernel.codes import ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK
-from vibrocap.numerics.kernel.generated.ensemble import ASKED, STEP
+from vibrocap.numerics.kernel.generated.ensemble import ASKED, INTEGRAL, LARGEST, LEAST, MAGNITUDE, PEAK, STEP
 from vibrocap.numerics.kernel.generated.equations import integrands
 from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
-from vibrocap.numerics.kernel.generated.gathered import INTEGRAL, LARGEST, LEAST, MAGNITUDE, PEAK
 from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, TIME, WORK
 from vibrocap.numerics.kernel.generated.rows import FRICTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES, SUMMED

@@ -2,9 +2,8 @@
 
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import beginning, drive_table, observables
-from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STATE, TIME, WORK
+from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STATE, STIFF, TIME, WORK
 from vibrocap.numerics.kernel.generated.sizes import LANES, OBSERVABLES, ORDER, ROOM, ROWS, STATES, TABLE_NUMBERS
-from vibrocap.numerics.kernel.generated.stepping import STIFF
 from vibrocap.numerics.kernel.interface import begin_drive, fitting_point
 from vibrocap.numerics.kernel.memory_layout import PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import hold_rate, series_value

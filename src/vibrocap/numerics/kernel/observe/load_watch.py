@@ -5,13 +5,11 @@ asked as the measure of its least value asks it: at the points of the piece, and
 """
 
 from vibrocap.numerics.kernel.arithmetic.roots import later_terms
-from vibrocap.numerics.kernel.generated.ensemble import STEP, WINDOW_START
+from vibrocap.numerics.kernel.generated.ensemble import LIFTED, STEP, WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import reaction
-from vibrocap.numerics.kernel.generated.gathered import LIFTED
-from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, TIME
+from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.rows import REACTION
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, ORDER, STATES
-from vibrocap.numerics.kernel.generated.stepping import STIFF
 from vibrocap.numerics.kernel.interface import fitting_point
 from vibrocap.numerics.kernel.observe.accumulators import FITTED, INSTANT, POINTS, SHARES, VALUES, fit, largest_change
 from vibrocap.numerics.kernel.observe.turning_points import CELLS, may_turn, turning_point

@@ -1,18 +1,22 @@
 """Recording a whole motion: the hooks that the loop calls in a run of which everything is kept (one lane)."""
 
 from vibrocap.numerics.kernel.codes import TRACE_FULL
-from vibrocap.numerics.kernel.generated.counts import PERIOD_COUNT
-from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STATE, STATUS, TIME
-from vibrocap.numerics.kernel.generated.sizes import EVENT_SIZE, LANES, ORDER, PIECE_SIZE, ROWS
-from vibrocap.numerics.kernel.generated.stepping import STIFF
-from vibrocap.numerics.kernel.generated.trace import (
+from vibrocap.numerics.kernel.generated.lane import (
+    PERIOD_COUNT,
     PIECE_LIMIT,
     PIECE_START,
     PIECES,
     RECORDED_EVENT_LIMIT,
     RECORDED_EVENT_START,
     RECORDED_EVENTS,
+    SERIES,
+    SIDE,
+    STATE,
+    STATUS,
+    STIFF,
+    TIME,
 )
+from vibrocap.numerics.kernel.generated.sizes import EVENT_SIZE, LANES, ORDER, PIECE_SIZE, ROWS
 from vibrocap.numerics.kernel.memory_layout import EVENT_HEAD, PIECE_HEAD
 from vibrocap.numerics.kernel.step.taylor import series_value
 

@@ -4,7 +4,7 @@ A phase is a stretch of time on one side. What is shorter than a sliver, cut off
 """
 
 from vibrocap.numerics.kernel.codes import LETTERS_PER_PLACE, WORD_PLACES
-from vibrocap.numerics.kernel.generated.gathered import (
+from vibrocap.numerics.kernel.generated.ensemble import (
     LETTER_COUNT,
     LETTER_LENGTH,
     LETTER_SIDE,

@@ -17,9 +17,8 @@ from vibrocap.numerics.kernel.generated.branches import SWITCHES, TURNING
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates, switches
 from vibrocap.numerics.kernel.generated.facts import KINKED, SEVERAL
-from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, TIME
+from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STIFF, TIME
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
-from vibrocap.numerics.kernel.generated.stepping import STIFF
 from vibrocap.numerics.kernel.observe.turning_points import polynomial_slope
 from vibrocap.numerics.kernel.step.implicit import GUARDS, JACOBIAN, MATRIX, POINT, RATE, STAGE, WIDTH, factorise, solve
 

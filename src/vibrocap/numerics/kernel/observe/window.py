@@ -6,10 +6,14 @@ response period, or else for the last periods of its budget. Of what can be meas
 
 from vibrocap.numerics.kernel.codes import ASK_EXTREMES, ASK_INTEGRALS, ASK_MAGNITUDE, ASK_PEAK, ASK_SYMMETRY, ASK_WORD
 from vibrocap.numerics.kernel.generated.branches import IMPACT
-from vibrocap.numerics.kernel.generated.counts import PERIOD_COUNT, WHOLE_PERIODS
 from vibrocap.numerics.kernel.generated.ensemble import (
     ASKED,
+    ASYMMETRY,
+    INTEGRAL,
+    LARGEST,
+    LEAST,
     MEASURED,
+    PEAK,
     REMAINING,
     RESPONSE,
     SINCE,
@@ -19,8 +23,16 @@ from vibrocap.numerics.kernel.generated.ensemble import (
     WINDOW_START,
 )
 from vibrocap.numerics.kernel.generated.facts import CYCLIC, MIRROR
-from vibrocap.numerics.kernel.generated.gathered import ASYMMETRY, INTEGRAL, LARGEST, LEAST, PEAK
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SCALE, SERIES, STATE, TIME, TOLERANCE
+from vibrocap.numerics.kernel.generated.lane import (
+    PERIOD,
+    PERIOD_COUNT,
+    SCALE,
+    SERIES,
+    STATE,
+    TIME,
+    TOLERANCE,
+    WHOLE_PERIODS,
+)
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response

@@ -3,7 +3,7 @@
 Tangents are followed by Taylor steps too: an implicit step would need second derivatives.
 """
 
-from vibrocap.numerics.kernel.generated.stepping import PATIENCE
+from vibrocap.numerics.kernel.generated.lane import PATIENCE
 from vibrocap.numerics.kernel.step.stabilised import series_step
 
 FOR_GOOD = 2**40  # steps

@@ -14,10 +14,9 @@ import numpy as np
 from vibrocap.numerics.kernel.generated.branches import SWITCH, SWITCHES, TURNING
 from vibrocap.numerics.kernel.generated.equations import contact_velocity, jacobian, rates, shifts
 from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, SEVERAL, STICKS
-from vibrocap.numerics.kernel.generated.lane import SCALE, SERIES, SIDE, STATE, TIME, TOLERANCE, WORK
+from vibrocap.numerics.kernel.generated.lane import IMPLICIT_STEP, SCALE, SERIES, SIDE, STATE, TIME, TOLERANCE, WORK
 from vibrocap.numerics.kernel.generated.rows import IMPOSED, SHIFT, SHIFTS, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import EVENT_WORK, LANES, ORDER, ROWS, STATES
-from vibrocap.numerics.kernel.generated.stepping import IMPLICIT_STEP
 from vibrocap.numerics.kernel.interface import interpolated_guards
 from vibrocap.numerics.kernel.step.resolved import resolved
 from vibrocap.numerics.kernel.step.taylor import NO_SPEED, series_value, through_five

@@ -5,18 +5,19 @@ import math
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, first_root
 from vibrocap.numerics.kernel.generated.branches import SWITCH, SWITCHES, TURNING
 from vibrocap.numerics.kernel.generated.facts import SEVERAL
-from vibrocap.numerics.kernel.generated.lane import SIDE, TIME
-from vibrocap.numerics.kernel.generated.rows import VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.generated.stepping import (
+from vibrocap.numerics.kernel.generated.lane import (
     EXPLICIT_STEP,
     IMPLICIT_STEP,
     IMPLICIT_STEPS,
     PATIENCE,
+    SIDE,
     STIFF,
     TAYLOR_STEPS,
+    TIME,
     ZEROS,
 )
+from vibrocap.numerics.kernel.generated.rows import VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
 from vibrocap.numerics.kernel.step.implicit import (
     attempted_step,
     dense_output,

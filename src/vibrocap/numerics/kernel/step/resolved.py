@@ -10,10 +10,9 @@ import math
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated.equations import unresolved
 from vibrocap.numerics.kernel.generated.facts import KINKED, MIRRORED, SET_VALUED, SHARP, SHARP_INTERNAL, SPARSE
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SIDE
+from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, NEAR_SPEED, PERIOD, SAFE_SPEED, SIDE, UNSAFE_SPEED
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.generated.stepping import FAR_SPEED, NEAR_SPEED, SAFE_SPEED, UNSAFE_SPEED
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits

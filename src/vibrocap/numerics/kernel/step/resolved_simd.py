@@ -4,9 +4,9 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store,
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import unresolved_simd
 from vibrocap.numerics.kernel.generated.facts import KINKED, SET_VALUED, SHARP_INTERNAL, SPARSE
+from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, SAFE_SPEED
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.generated.stepping import FAR_SPEED, SAFE_SPEED
 from vibrocap.numerics.kernel.step.resolved import FAINT, FAR_RANGE, excursion, learn
 from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser
 

@@ -27,10 +27,19 @@ from vibrocap.numerics.kernel.generated.branches import (
     TURNING,
 )
 from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, MAYBE_STIFF, SET_VALUED, SEVERAL
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SCALE, SERIES, SIDE, STATE, TOLERANCE
+from vibrocap.numerics.kernel.generated.lane import (
+    DAMPED_STEP,
+    DECAY_RATE,
+    PERIOD,
+    SCALE,
+    SERIES,
+    SIDE,
+    STATE,
+    TOLERANCE,
+    ZEROS,
+)
 from vibrocap.numerics.kernel.generated.rows import IMPOSED, IMPOSED_COUNT, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
-from vibrocap.numerics.kernel.generated.stepping import DAMPED_STEP, DECAY_RATE, ZEROS
 from vibrocap.numerics.kernel.step.taylor import GENTLE, STABLE, last_terms, stays_positive, taylor_step
 
 # STABILITY, then DAMPING and FILTER of the last three terms; of the orders that motions and ensembles use.

@@ -6,10 +6,19 @@ import numpy as np
 
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES, TURNING
 from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, SET_VALUED, SEVERAL, SPARSE
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SCALE, SERIES, SIDE, STATE, TIME, TOLERANCE
+from vibrocap.numerics.kernel.generated.lane import (
+    HOLD_RATE,
+    PERIOD,
+    SCALE,
+    SERIES,
+    SIDE,
+    STATE,
+    TIME,
+    TOLERANCE,
+    ZEROS,
+)
 from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, ROWS, STATES
-from vibrocap.numerics.kernel.generated.stepping import HOLD_RATE, ZEROS
 
 NEAREST = 1.5 * 2.0**52  # to which a number is added to be rounded to a whole one: the last binary digits of the sum
 SAFETY = math.log2(0.9)  # of a step length, as the logarithm of its factor

@@ -8,10 +8,9 @@ from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, exponent, lo
 from vibrocap.numerics.kernel.generated.branches import BRANCHES, LOCATED, SWITCH, SWITCHES
 from vibrocap.numerics.kernel.generated.ensemble import INVERSE_SCALE
 from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, SET_VALUED
-from vibrocap.numerics.kernel.generated.lane import PERIOD, SERIES, TOLERANCE
+from vibrocap.numerics.kernel.generated.lane import HOLD_RATE, PERIOD, SERIES, TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
-from vibrocap.numerics.kernel.generated.stepping import HOLD_RATE
 from vibrocap.numerics.kernel.step.taylor import NEAREST, OMITTED, SAFETY
 
 
