@@ -33,7 +33,7 @@ from vibrocap.studies.plan.checks import plan_complaints
 from vibrocap.studies.plan.planning import with_load_watch
 from vibrocap.studies.plan.study import Study
 from vibrocap.studies.plan.variation import with_varied_parts
-from vibrocap.studies.quadtree import discrete, filled, leaf_corners, levels_of, middles, wanted
+from vibrocap.studies.refinement import discrete, filled, leaf_corners, levels_of, middles, wanted
 
 if TYPE_CHECKING:
     import xarray

@@ -16,7 +16,7 @@ from vibrocap.motion.trajectory import Status
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
 from vibrocap.plotting.labels import EQUALS, KIND_PATHS, case_in_si, percent, symbol_text
-from vibrocap.studies.quadtree import even_in_logarithm
+from vibrocap.studies.refinement import even_in_logarithm
 
 MOST_PANELS = 6
 ZERO, THRESHOLDS = 1e-6, 10.0  # no travel: up to so many thresholds of settling, or ZERO where nothing settles

@@ -1,6 +1,6 @@
 """The cells of an adaptive map: which are halved, which points that asks for, and how the rest is filled in.
 
-A quadtree over a grid of two axes, kept as the levels of its points and masks of its cells; see `adaptive.py`.
+A grid of two axes, kept as the levels of its points and masks of its cells; see `adaptive.py`.
 """
 
 import itertools
