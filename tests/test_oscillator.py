@@ -292,7 +292,7 @@ def test_the_reference_of_a_time_stepping_package():
     """x'' + x in -Sgn(x') from (12, 6): half circles about 1 and -1, until it rests (0.68204 with steps of 0.01)."""
     system = vc.System(Oscillator(stiffness=1.0, belt_speed=0.0), Coulomb(1.0, 1.0), at_rest(1.0))
     start = {"position": 12.0, "sliding_velocity": 6.0}
-    motion = vc.simulate(system, periods=30, initial=start, tolerance=1e-12)
+    motion = vc.simulate(system, periods=30, initial=start, tolerance=TOLERANCE)
     assert motion.state["position"] == pytest.approx(0.6821789367236466, abs=1e-12)
     assert motion.events[-1].kind == "stick"
     assert motion.events[-1].time == pytest.approx(22.42355635069909, abs=1e-12)
