@@ -89,9 +89,8 @@ def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Predi
     """The same records, in which a sample that was drawn k times counts k times."""
     units: list[Any] = []
     if over == "records":
-        counts = np.bincount(
-            rng.integers(0, len(prediction.records), len(prediction.records)), minlength=len(prediction.records)
-        )
+        number = len(prediction.records)
+        counts = np.bincount(rng.integers(0, number, number), minlength=number)
         units = [_unit(unit, np.array(float(k))) for unit, k in zip(prediction.units, counts, strict=True)]
     else:
         for record, unit in zip(prediction.records, prediction.units, strict=True):
