@@ -73,16 +73,9 @@ def bootstrap(
             if report is not None:
                 report((done + 1) / replicates)
     values = np.array(found)
-    low, high = np.quantile(values, [0.025, 0.975], axis=0)
-    names = base.law_names
-    return Bootstrap(
-        names,
-        values,
-        over,
-        dict(zip(names, low.tolist(), strict=True)),
-        dict(zip(names, high.tolist(), strict=True)),
-        failed,
-    )
+    names, ends = base.law_names, np.quantile(values, [0.025, 0.975], axis=0).tolist()
+    low, high = (dict(zip(names, each, strict=True)) for each in ends)
+    return Bootstrap(names, values, over, low, high, failed)
 
 
 def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Prediction:

@@ -9,14 +9,7 @@ import numpy as np
 from vibrocap.arguments import check_whole
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.branch import (
-    Branch,
-    branch,
-    check_options,
-    leaving,
-    mirrored_all_over,
-    starting_orbit,
-)
+from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
@@ -116,7 +109,7 @@ def branches(
     """
     check_options("both", points, step)
     check_whole("depth", depth, 0)
-    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
+    begun = first_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     options = {"points": points, "step": step, "tolerance": tolerance}
     diagram = _Growing(depth, points, step, told(progress))
     if mirrored_all_over(system, over, between) and not begun.symmetric:
