@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibrocap.contracts.samples import ImposedSample, draws, machine_draw
@@ -10,6 +10,13 @@ from vibrocap.numerics.expressions.graph import Graph, derivative, evaluate
 
 EPSILON = sys.float_info.epsilon
 SAMPLES = 60
+
+
+def _moving(machine: Any, count: int = SAMPLES) -> Iterator[tuple]:
+    """(machine, t, state, drive, force) at random; a machine whose motion is imposed is driven by a sample of one."""
+    driven = machine.driven_by(ImposedSample())
+    for draw in draws(count):
+        yield driven, *machine_draw(driven, draw)
 
 
 def declarations(machine: Any) -> str | None:
@@ -29,12 +36,10 @@ def declarations(machine: Any) -> str | None:
     return f"channels: should hold 'drive' and 'damper', got {machine.channels!r}" if unknown else None
 
 
-def held_at_rest(machine: Any) -> str | None:
+def held_at_rest(given: Any) -> str | None:
     """With friction = holding_force the contact's acceleration is exactly zero, and friction works against it."""
-    machine = machine.driven_by(ImposedSample())
-    contact = machine.states.index(machine.contact_state)
-    for draw in draws(SAMPLES):
-        t, y, drive, _ = machine_draw(machine, draw)
+    contact = given.states.index(given.contact_state)
+    for machine, t, y, drive, _ in _moving(given):
         hold = machine.holding_force(t, y, drive)
         moving = explicit_rate(machine.contact_velocity, t, y)  # of a contact that an imposed motion moves
         found = machine.rates(t, y, drive, hold)[contact] + moving
@@ -49,12 +54,10 @@ def held_at_rest(machine: Any) -> str | None:
     return None
 
 
-def contact(machine: Any) -> str | None:
+def contact(given: Any) -> str | None:
     """The contact state moves one to one with the contact velocity."""
-    machine = machine.driven_by(ImposedSample())
-    place = machine.states.index(machine.contact_state)
-    for draw in draws(10):
-        t, y, _, _ = machine_draw(machine, draw)
+    place = given.states.index(given.contact_state)
+    for machine, t, y, _, _ in _moving(given, 10):
         moved = tuple(v + 0.25 if i == place else v for i, v in enumerate(y))
         found = machine.contact_velocity(t, moved) - machine.contact_velocity(t, y)
         if not abs(found - 0.25) <= 8 * EPSILON * max(1.0, *map(abs, y)):
@@ -85,12 +88,10 @@ def explicit_rate(function: Callable, t: float, y: tuple) -> float:
     return float(evaluate([derivative(recorded, -1)], t, y, 1.0, ())[0])
 
 
-def energy(machine: Any) -> str | None:
+def energy(given: Any) -> str | None:
     """Its energy balance closes: H' = sum of the powers - R v."""
-    machine = machine.driven_by(ImposedSample())
-    growth = along(machine.energy, len(machine.states))
-    for draw in draws(SAMPLES):
-        t, y, drive, force = machine_draw(machine, draw)
+    growth = along(given.driven_by(ImposedSample()).energy, len(given.states))
+    for machine, t, y, drive, force in _moving(given):
         rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
         if len(rates) != len(machine.states) or len(powers) != len(machine.channels):
             return (
@@ -100,36 +101,28 @@ def energy(machine: Any) -> str | None:
         expected = sum(powers) - force * machine.contact_velocity(t, y)
         found, size = growth(t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
         if not abs(found - expected) <= 16 * EPSILON * size:
-            return (
-                f"energy, powers: the energy grows by {found:g}, the powers less R v are {expected:g}; they should be "
-                f"equal (state {_shown(y)}, drive {drive:.3g}, R {force:.3g})"
-            )
+            told = f"the energy grows by {found:g}, the powers less R v are {expected:g}"
+            return f"energy, powers: {told}; they should be equal ({_place(y, drive, force)})"
     return None
 
 
-def momentum(machine: Any) -> str | None:
+def momentum(given: Any) -> str | None:
     """Its momentum balance closes: p' = outer force - R."""
-    machine = machine.driven_by(ImposedSample())
-    growth = along(machine.momentum, len(machine.states))
-    for draw in draws(SAMPLES):
-        t, y, drive, force = machine_draw(machine, draw)
+    growth = along(given.driven_by(ImposedSample()).momentum, len(given.states))
+    for machine, t, y, drive, force in _moving(given):
         rates, powers = machine.rates(t, y, drive, force), machine.powers(t, y, drive, force)
         expected = machine.outer_force(t, y, drive) - force
         found, size = growth(t, y, rates), max(map(abs, (*rates, *powers, 1.0))) ** 2
         if not abs(found - expected) <= 16 * EPSILON * size:
-            return (
-                f"momentum, outer_force: the momentum grows by {found:g}, the outer force less R is {expected:g}; they "
-                f"should be equal (state {_shown(y)}, drive {drive:.3g}, R {force:.3g})"
-            )
+            told = f"the momentum grows by {found:g}, the outer force less R is {expected:g}"
+            return f"momentum, outer_force: {told}; they should be equal ({_place(y, drive, force)})"
     return None
 
 
-def symmetric(machine: Any) -> str | None:
+def symmetric(given: Any) -> str | None:
     """Its signs of `symmetry` turn a motion into a motion, exactly, unless `symmetric` says that they do not."""
-    machine = machine.driven_by(ImposedSample())
     different = 0
-    for draw in draws(SAMPLES):
-        t, y, drive, force = machine_draw(machine, draw)
+    for machine, t, y, drive, force in _moving(given):
         mirror = tuple(sign * v for sign, v in zip(machine.symmetry, y, strict=True))
         rates = machine.rates(t, y, drive, force)
         expected = tuple(sign * rate for sign, rate in zip(machine.symmetry, rates, strict=True))
@@ -156,7 +149,7 @@ def symmetric(machine: Any) -> str | None:
             return "holding_force: should change its sign in the mirrored state, with the drive reversed"
         if back.energy(t, mirror) != machine.energy(t, y):
             return "energy: should be the same in the mirrored state"
-    return None if machine.symmetric or different else "symmetric: is False, but the equations are their mirror image"
+    return None if given.symmetric or different else "symmetric: is False, but the equations are their mirror image"
 
 
 def _load(machine: Any, t: float, y: tuple, drive: float, force: float) -> float:
@@ -167,11 +160,9 @@ def _load(machine: Any, t: float, y: tuple, drive: float, force: float) -> float
     return (own + slope * force) / inertia
 
 
-def load_made(machine: Any) -> str | None:
+def load_made(given: Any) -> str | None:
     """A load that follows the motion is its mean and the rate of the momentum normal to the ground."""
-    machine = machine.driven_by(ImposedSample())
-    for draw in draws(SAMPLES if machine.follows_load else 0):
-        t, y, drive, force = machine_draw(machine, draw)
+    for machine, t, y, drive, force in _moving(given, SAMPLES if given.follows_load else 0):
         if not machine.reaction(t, y, drive)[0] > 0.0:
             return f"reaction: its first number should be positive, got {machine.reaction(t, y, drive)[0]:g}"
         if machine.vertical_momentum(t, y) is None:
@@ -180,21 +171,18 @@ def load_made(machine: Any) -> str | None:
         found, lift = _load(machine, t, y, drive, force), along(machine.vertical_momentum, len(y))(t, y, rates)
         size = 1.0 + max(map(abs, (*rates, found))) ** 2
         if not abs(found - machine.load() - lift) <= 64 * EPSILON * size:
-            return (
-                f"reaction, vertical_momentum: the load is {found:g}, the mean and the rate of the momentum make "
-                f"{machine.load() + lift:g}; they should be equal (state {_shown(y)}, drive {drive:.3g}, R {force:.3g})"
-            )
+            made = machine.load() + lift
+            told = f"the load is {found:g}, the mean and the rate of the momentum make {made:g}"
+            return f"reaction, vertical_momentum: {told}; they should be equal ({_place(y, drive, force)})"
     return None
 
 
-def cyclic(machine: Any) -> str | None:
+def cyclic(given: Any) -> str | None:
     """Nothing depends on the cyclic state."""
-    machine = machine.driven_by(ImposedSample())
-    if machine.cyclic is None:
+    if given.cyclic is None:
         return None
-    place = machine.states.index(machine.cyclic)
-    for draw in draws(10):
-        t, y, drive, force = machine_draw(machine, draw)
+    place = given.states.index(given.cyclic)
+    for machine, t, y, drive, force in _moving(given, 10):
         moved = tuple(v + 7.0 if i == place else v for i, v in enumerate(y))
         if machine.rates(t, moved, drive, force) != machine.rates(t, y, drive, force):
             return f"rates: should not depend on the cyclic state {machine.cyclic}"
@@ -203,11 +191,9 @@ def cyclic(machine: Any) -> str | None:
     return None
 
 
-def place(machine: Any) -> str | None:
+def place(given: Any) -> str | None:
     """The place of the contact moves with it and the ground."""
-    machine = machine.driven_by(ImposedSample())
-    for draw in draws(10):
-        t, y, drive, force = machine_draw(machine, draw)
+    for machine, t, y, drive, force in _moving(given, 10):
         name = machine.place or machine.cyclic
         rate = machine.rates(t, y, drive, force)[machine.states.index(name)]
         expected = machine.contact_velocity(t, y) + machine.ground_speed()
@@ -257,16 +243,9 @@ def _shown(values: tuple) -> str:
     return "(" + ", ".join(f"{value:.3g}" for value in values) + ")"
 
 
-MACHINE_CLAUSES = (
-    declarations,
-    held_at_rest,
-    contact,
-    energy,
-    momentum,
-    load_made,
-    symmetric,
-    cyclic,
-    place,
-    sizes,
-    branches,
-)
+def _place(y: tuple, drive: float, force: float) -> str:
+    return f"state {_shown(y)}, drive {drive:.3g}, R {force:.3g}"
+
+
+BALANCES = (energy, momentum, load_made)
+MACHINE_CLAUSES = (declarations, held_at_rest, contact, *BALANCES, symmetric, cyclic, place, sizes, branches)

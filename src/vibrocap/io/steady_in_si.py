@@ -64,15 +64,9 @@ def measure_scale(name: str, system: System) -> tuple[str, float]:
 def crossing_units(found: Crossings, over: Quantity, system: System) -> dict[str, Any]:
     """Unit of what the record of crossings holds, in its form."""
     unit, _ = measure_scale(found.measure, system)
-    place = {"at": over.unit, "bracket": over.unit, "error": over.unit, "differences": unit, "values": unit}
-    return {
-        "value": unit,
-        "found": {**place, "slope": f"{unit} per {over.unit}"},
-        "equal": over.unit,
-        "unsettled": over.unit,
-        "parameters": over.unit,
-        "differences": unit,
-    }
+    place = dict.fromkeys(("at", "bracket", "error"), over.unit) | dict.fromkeys(("differences", "values"), unit)
+    found_units = {"value": unit, "found": {**place, "slope": f"{unit} per {over.unit}"}}
+    return found_units | dict.fromkeys(("equal", "unsettled", "parameters"), over.unit) | {"differences": unit}
 
 
 def crossings_in_si(found: Crossings, over: Quantity, system: System) -> Crossings:

@@ -127,17 +127,9 @@ def _on(graph: Any, expression: Any) -> Any:
 def _places(kernel: BrowserKernel) -> dict[str, Any]:
     layout = kernel.layout
     constants = layout.constants()
-    sizes = {
-        "rows": layout.rows,
-        "order": layout.order,
-        "piece": layout.piece_size,
-        "event": layout.event_size,
-        "run": layout.run_size,
-        "result": layout.result_size,
-        "marks": layout.marks,
-        "whole": layout.whole_size,
-        "real": layout.real_size,
-    }
+    sizes = {name: getattr(layout, name) for name in ("rows", "order")}
+    sizes |= {name: getattr(layout, f"{name}_size") for name in ("piece", "event", "run", "result")}
+    sizes |= {"marks": layout.marks, "whole": layout.whole_size, "real": layout.real_size}
     return {"sizes": sizes, "at": {name: constants[name] for name in PLACES}}
 
 

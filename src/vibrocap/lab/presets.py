@@ -108,20 +108,8 @@ def preset_record(preset: Preset) -> dict[str, Any]:
 def end_of(case: Case) -> dict[str, Any]:
     """The end of the motion to the last bit of the plain kernel, which is what a page computes."""
     system, start = case.system, initial_state(case.system, case.initial)
-    found = recorded_run(
-        equations(system),
-        parameter_values(system),
-        list(start.values()),
-        system.drive.period,
-        case.periods,
-        case.tolerance,
-        case.max_events_per_period,
-        case.max_steps,
-        literal=True,
-    )
-    return {
-        "state": found.final.tolist(),
-        "events": len(found.events),
-        "pieces": len(found.pieces),
-        "status": found.status,
-    }
+    run = (system.drive.period, case.periods, case.tolerance, case.max_events_per_period, case.max_steps)
+    begin = list(start.values())
+    found = recorded_run(equations(system), parameter_values(system), begin, *run, literal=True)
+    counts = {"events": len(found.events), "pieces": len(found.pieces), "status": found.status}
+    return {"state": found.final.tolist()} | counts

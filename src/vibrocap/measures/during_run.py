@@ -87,18 +87,11 @@ def measured(
     check_whole("window", window, 1, done, of=" of periods")
     check_threshold("settle", settle)
     recording = equations(motion.system)
-    results = replayed(
-        recording,
-        parameter_values(motion.system),
-        motion,
-        int(window),
-        float(settle or 0.0),
-        asked_groups(needed),
-        own_integrands(needed, recording),
-        _switch_times(motion),
-    )
+    threshold, gathered = float(settle or 0.0), (asked_groups(needed), own_integrands(needed, recording))
+    given = (recording, parameter_values(motion.system), motion, int(window), threshold)
+    results = replayed(*given, *gathered, _switch_times(motion))
     mirrored = np.array([motion.system.mirrored])
-    runs = Gathered(motion.system, results, np.array([motion.period]), mirrored, float(settle or 0.0))
+    runs = Gathered(motion.system, results, np.array([motion.period]), mirrored, threshold)
     found = values(needed, runs)
     return {measure.name: found[measure.name][0].item() for measure in asked}
 

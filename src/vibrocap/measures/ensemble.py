@@ -118,16 +118,9 @@ def ensemble(
     with reporting(None if callable(progress) else progress, "Running") as bar:
         tell = progress if callable(progress) else bar and (lambda begun: bar(begun / runs))
         for chosen in _chunks(system, columns, CARD_CHUNK if device == "cuda" else CHUNK):
-            base = done
-            part = _measured(
-                system,
-                {path: column[chosen] for path, column in columns.items()},
-                start,
-                budget,
-                needed,
-                run_all,
-                None if tell is None else lambda begun, base=base: tell(base + begun),
-            )
+            report = None if tell is None else lambda begun, base=done: tell(base + begun)
+            values = {path: column[chosen] for path, column in columns.items()}
+            part = _measured(system, values, start, budget, needed, run_all, report)
             for name in (*ALWAYS, *(measure.name for measure in asked)):
                 if name not in found:
                     found[name] = np.empty(runs, dtype=object if part[name].dtype.kind == "U" else part[name].dtype)

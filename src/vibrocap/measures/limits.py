@@ -91,9 +91,8 @@ def steady_slope(law: LuGre | Exponential, load: float, velocity: float) -> floa
     drop = load * (law.static_coefficient - law.coulomb_coefficient)
     if isinstance(law, LuGre):
         x, exponent = speed / law.stribeck_velocity, law.stribeck_exponent
-        return law.viscous_damping - exponent * drop / law.stribeck_velocity * x ** (exponent - 1.0) * math.exp(
-            -(x**exponent)
-        )
+        fall = exponent * drop / law.stribeck_velocity * x ** (exponent - 1.0) * math.exp(-(x**exponent))
+        return law.viscous_damping - fall
     return -law.decay_rate * drop * math.exp(-law.decay_rate * speed)
 
 

@@ -18,6 +18,8 @@ from vibrocap.motion.equations import Equations
 from vibrocap.numerics.api import Integrands, integrands_source
 from vibrocap.numerics.expressions.graph import Expression, Graph
 
+Function = Callable[["Instant"], Any]
+
 
 @dataclasses.dataclass(frozen=True)
 class Standard:
@@ -37,7 +39,7 @@ class Reduction:
     """The mean, integral, largest or least value over the window of a function of the instant."""
 
     kind: Literal["mean", "integral", "largest", "least"]
-    function: Callable[["Instant"], Any]
+    function: Function
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,30 +70,22 @@ class Measure:
             raise ValueError(f"name of a measure should be a Python name such as 'peak_power', got {self.name!r}")
 
     @classmethod
-    def mean(
-        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
-    ) -> "Measure":
+    def mean(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
         """The mean over time of a function of the instant (`Instant`), over the window."""
         return cls(name, meaning, Reduction("mean", function), unit, si_unit)
 
     @classmethod
-    def integral(
-        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
-    ) -> "Measure":
+    def integral(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
         """The integral over time of a function of the instant, over the window."""
         return cls(name, meaning, Reduction("integral", function), unit, si_unit)
 
     @classmethod
-    def largest(
-        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
-    ) -> "Measure":
+    def largest(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
         """The largest value of a function of the instant in the window."""
         return cls(name, meaning, Reduction("largest", function), unit, si_unit)
 
     @classmethod
-    def least(
-        cls, name: str, meaning: str, function: Callable[["Instant"], Any], unit: str = "1", si_unit: str = "1"
-    ) -> "Measure":
+    def least(cls, name: str, meaning: str, function: Function, unit: str = "1", si_unit: str = "1") -> "Measure":
         """The least value of a function of the instant in the window."""
         return cls(name, meaning, Reduction("least", function), unit, si_unit)
 

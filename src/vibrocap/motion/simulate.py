@@ -140,27 +140,14 @@ def _run(
     system, start, periods, tolerance, max_events, max_steps, phase=0.0, progress=None, keep_pieces=True
 ) -> Recorded:
     try:
-        return recorded_run(
-            equations(system),
-            parameter_values(system),
-            list(start.values()),
-            system.drive.period,
-            periods,
-            tolerance,
-            max_events,
-            max_steps,
-            progress=progress,
-            keep_pieces=keep_pieces,
-            phase=phase,
-        )
+        begin, limits = list(start.values()), (periods, tolerance, max_events, max_steps)
+        how = {"progress": progress, "keep_pieces": keep_pieces, "phase": phase}
+        return recorded_run(equations(system), parameter_values(system), begin, system.drive.period, *limits, **how)
     except TooMuchMemory as error:
         fitting = periods * error.available / error.needed
-        raise ArgumentError(
-            "periods",
-            f"{periods:g} drive periods of this motion take some {in_words(error.needed)} of memory, "
-            f"{in_words(error.available)} are free; ask for some {fitting:.1g} at most, or for its measures alone "
-            "(ensemble, sweep), which are taken as it runs",
-        ) from None
+        taken = f"{periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
+        instead = f"some {fitting:.1g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
+        raise ArgumentError("periods", f"{taken}, {in_words(error.available)} are free; ask for {instead}") from None
 
 
 def _trajectory(system, start, periods, tolerance, limits, time, phase, samples, recorded) -> Trajectory:

@@ -62,9 +62,8 @@ def _share_to_rest(recording: Equations, t, states, change, side, parameters) ->
     along = [recording.graph.node("side") * recording.contact_velocity] if recording.kinked else []
     along += [recording.switches[number] for number in recording.turning]
     for velocity in along:
-        before, after = (
-            _filled(evaluate([velocity], t, at, side, parameters), len(side))[0] for at in (states, states + change)
-        )
+        values = (evaluate([velocity], t, at, side, parameters) for at in (states, states + change))
+        before, after = (_filled(each, len(side))[0] for each in values)
         beyond = after < 0.0
         share = np.divide(before, before - after, out=np.zeros(len(side)), where=beyond & (before > 0.0))
         found = np.minimum(found, np.where(beyond, INSIDE * share, 1.0))

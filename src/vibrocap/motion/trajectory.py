@@ -293,14 +293,9 @@ class Trajectory(Result):
         """What to add to the states of stiff pieces before the law is asked: array [states, n]."""
         from vibrocap.motion.stiff_pieces import correction
 
-        return correction(
-            self.system,
-            *self.drive_at(index, s),
-            self.piece_states(index, s),
-            self.piece_slopes(index, s),
-            self.piece_side[index],
-            self.piece_length[index],
-        )
+        series = self.piece_states(index, s), self.piece_slopes(index, s)
+        pieces = self.piece_side[index], self.piece_length[index]
+        return correction(self.system, *self.drive_at(index, s), *series, *pieces)
 
     def states(self, t: Any) -> np.ndarray:
         """States at times t: array [states, len(t)]."""

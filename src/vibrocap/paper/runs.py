@@ -145,15 +145,8 @@ class Runs:
         """Where the steady drift over the mass ratio of Fig. 9 is zero, or equals that of the other law."""
         other = None if against is None else figures_9_to_11(against, stiffness=stiffness)
         system = figures_9_to_11(friction, stiffness=stiffness)
-        return crossing(
-            system,
-            "drift",
-            "machine.mass_ratio",
-            MASS_RATIOS,
-            against=other,
-            initial=start(system),
-            points=SWEEP_POINTS,
-        )
+        over, begin = ("machine.mass_ratio", MASS_RATIOS), start(system)
+        return crossing(system, "drift", *over, against=other, initial=begin, points=SWEEP_POINTS)
 
     def _sweep_row(self, system: System, twin: bool) -> tuple:
         motion = run(system, SWEEP_PERIODS, twin)

@@ -88,6 +88,5 @@ def steady_travel() -> SteadyTravel:
     mass_ratio, stiffness = np.linspace(*MASS_RATIOS, POINTS), np.linspace(*STIFFNESSES, POINTS)
     panels = tuple(steady_panel(FRICTION, load, mass_ratio, stiffness) for load in LOADS)
     followed = figures_5_to_8(FRICTION)
-    return SteadyTravel(
-        mass_ratio, stiffness, panels, branches(followed, "machine.stiffness", FOLLOWED, initial=start(followed))
-    )
+    diagram = branches(followed, "machine.stiffness", FOLLOWED, initial=start(followed))
+    return SteadyTravel(mass_ratio, stiffness, panels, diagram)

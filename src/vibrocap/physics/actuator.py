@@ -102,9 +102,8 @@ class ActuatedMachine:
         found, own = [], self._of_actuator(y)
         command = self.commanded(y, drive)
         limits = self.actuator_part.limit, self.actuator_part.command_limit
-        for name, limit, value, asked in zip(
-            (SATURATED, CLIPPED), limits, (self.output(y), drive), (command, drive), strict=True
-        ):
+        values, asked_for = (self.output(y), drive), (command, drive)
+        for name, limit, value, asked in zip((SATURATED, CLIPPED), limits, values, asked_for, strict=True):
             if limit is not None:
                 at, free = own[name] * own[name], 1.0 - own[name] * own[name]
                 found.append(at + free * (limit - value) / limit)

@@ -167,13 +167,9 @@ def _fetch(original: Original, folder: Path, sums: dict[str, str]) -> str:
     pooch.get_logger().setLevel("ERROR")
     target = folder / original.path
     wanted = original.sha256 or sums.get(original.path)
+    known = None if wanted is None else f"sha256:{wanted}"
     try:
-        pooch.retrieve(
-            original.url,
-            known_hash=None if wanted is None else f"sha256:{wanted}",
-            fname=target.name,
-            path=target.parent,
-        )
+        pooch.retrieve(original.url, known_hash=known, fname=target.name, path=target.parent)
     except ValueError as error:  # what came has another checksum; what was there before is left as it was
         whose = "the published file's" if original.sha256 else f"the one in {folder / SUMS}, of an earlier fetch"
         what = "" if original.sha256 else f" If the authors changed the file, delete {target} and its line there."

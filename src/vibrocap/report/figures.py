@@ -131,15 +131,8 @@ def _mark(ax: Any, mark: Mark, place: int) -> None:
     """A named point, or a named vertical line whose names take turns in height."""
     if mark.y is None:
         ax.axvline(mark.x, color="#777777", linewidth=0.8, linestyle=":")
-        ax.annotate(
-            mark.label,
-            (mark.x, 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(2, -9 - 11 * (place % 2)),
-            textcoords="offset points",
-            fontsize=8,
-            color="#444444",
-        )
+        beside: dict[str, Any] = {"xytext": (2, -9 - 11 * (place % 2)), "textcoords": "offset points", "fontsize": 8}
+        ax.annotate(mark.label, (mark.x, 1.0), xycoords=("data", "axes fraction"), color="#444444", **beside)
         return
     ax.plot([mark.x], [mark.y], marker="o", markersize=5, color="#111111", zorder=5)
     if mark.label:

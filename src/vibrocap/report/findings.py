@@ -87,27 +87,15 @@ NAMES = ("O1", "O2", "P1", "P2")
 # --- the half-period symmetry -----------------------------------------------------------------------------------------
 def main(finding: MainFinding, symmetry: Drawn | None) -> str:
     """Why the capsule of Fig. 9 does not travel."""
-    asymmetries = table(
-        ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror twin"),
-        (
-            (escape(row.case), number(row.largest_difference), number(row.drift), number(row.drift_of_twin))
-            for row in finding.asymmetries
-        ),
-    )
-    points = table(
-        ("average over", *NAMES),
-        ((escape(window), *(number(places[name]) for name in NAMES)) for window, places in finding.points.items()),
-    )
-    soft = table(
-        ("steady state at", *NAMES),
-        (
-            ("printed (ρ = 4)", *(number(value) for value in finding.points["printed"].values())),
-            *(
-                (f"ρ = {row.stiffness:g}", *(_place(row.at[name], row.error[name]) for name in NAMES))
-                for row in (finding.stiff, *finding.soft)
-            ),
-        ),
-    )
+    head = ("settled motion", "largest |X'(τ) + X'(τ + T/2)|", "drift per period", "drift of the mirror twin")
+    numbers_of = ((each.case, each.largest_difference, each.drift, each.drift_of_twin) for each in finding.asymmetries)
+    asymmetries = table(head, ((escape(case), *map(number, values)) for case, *values in numbers_of))
+    rows = ((escape(window), *(number(places[name]) for name in NAMES)) for window, places in finding.points.items())
+    points = table(("average over", *NAMES), rows)
+    springs = [("printed (ρ = 4)", *map(number, finding.points["printed"].values()))]
+    for each in (finding.stiff, *finding.soft):
+        springs.append((f"ρ = {each.stiffness:g}", *(_place(each.at[name], each.error[name]) for name in NAMES)))
+    soft = table(("steady state at", *NAMES), springs)
     shown = "" if symmetry is None else figure("symmetry", symmetry[0].title, symmetry[1], symmetry[0].caption)
     ranges = [found for each in finding.stiff.equal.values() for found in each]
     nothing = f"from λ = {number(max(low for low, _ in ranges))} to {number(min(high for _, high in ranges))}"
@@ -148,16 +136,10 @@ def _place(at: float, error: float) -> str:
 # --- the load that the pendulum makes ---------------------------------------------------------------------------------
 def load(figures: Mapping[str, Drawn], found: Mapping[str, LoadedFigure], motions: tuple[LoadedMotion, ...]) -> str:
     """Figs 5-11 under the load that the pendulum makes."""
-    parts = "".join(
-        figure(
-            key,
-            f"Fig. {int(key[4:])} under the dynamic load",
-            path,
-            made.caption,
-            f'<p class="result">{escape(found[key].sentence)}</p>' if key in found else "",
-        )
-        for key, (made, path) in figures.items()
-    )
+    parts = ""
+    for key, (made, path) in figures.items():
+        result = f'<p class="result">{escape(found[key].sentence)}</p>' if key in found else ""
+        parts += figure(key, f"Fig. {int(key[4:])} under the dynamic load", path, made.caption, result)
     return f"""
 <p>The paper keeps the normal load constant, N&nbsp;=&nbsp;1, which is the weight of the pendulum alone
 (<a href="#erratum-1">erratum 1</a>). On a real floor the load is what the ground has to give: it carries both bodies,
@@ -173,16 +155,10 @@ def _loads(motions: tuple[LoadedMotion, ...]) -> str:
     if not motions:
         return ""
     words = {1.0: "N = 1, as printed", "weight": "λ + 1, constant", "dynamic": "dynamic"}
-    rows = (
-        (
-            law(row.friction),
-            words[row.load],
-            number(row.travel),
-            _drift(row.drift),
-            f"{number(row.least_load)} to {number(row.largest_load)}",
-        )
-        for row in motions
-    )
+    rows = []
+    for each in motions:
+        loads = f"{number(each.least_load)} to {number(each.largest_load)}"
+        rows.append((law(each.friction), words[each.load], number(each.travel), _drift(each.drift), loads))
     head = ("law", "normal load", f"X after {SHOWN_PERIODS} periods", "drift per period, settled", "true load, settled")
     return (
         '<p class="before">The motion of Figs 5-8 under three loads. The true load is the reaction of the ground, '
@@ -199,15 +175,11 @@ def _drift(value: float) -> str:
 def travel(found: SteadyTravel, maps: Path, branches: Path) -> str:
     """The map of steady travel, and the branches on which travel is born."""
     words = {1.0: "N = 1", "dynamic": "dynamic load"}
-    rows = (
-        (
-            f"{law(panel.friction)}, {words[panel.load]}",
-            f"{100.0 * panel.travelling:.1f} %",
-            ", ".join(f"{count} {escape(status)}" for status, count in panel.ended.items()) or "none",
-            str(panel.hidden) if panel.hidden else "none",
-        )
-        for panel in found.panels
-    )
+    rows = []
+    for panel in found.panels:
+        ended = ", ".join(f"{count} {escape(status)}" for status, count in panel.ended.items()) or "none"
+        share, hidden = f"{100.0 * panel.travelling:.1f} %", str(panel.hidden) if panel.hidden else "none"
+        rows.append((f"{law(panel.friction)}, {words[panel.load]}", share, ended, hidden))
     diagram = found.branches
     born = {round(diagram.branches[join.parent].special_points[join.special].parameter, 6) for join in diagram.joins}
     places = " and ".join(f"{place:g}" for place in sorted(born))

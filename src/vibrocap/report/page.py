@@ -146,10 +146,8 @@ def _presets() -> str:
     for name in ("lugre", "exponential"):
         friction = figures_5_to_8(name).friction
         for info in parameter_table(friction):
-            value = escape(str(getattr(friction, info.name)))
-            rows.append(
-                (escape(info.symbol), f"<code>{friction.name}.{info.name}</code>", escape(info.meaning), value, value)
-            )
+            value, path = escape(str(getattr(friction, info.name))), f"{friction.name}.{info.name}"
+            rows.append((escape(info.symbol), f"<code>{path}</code>", escape(info.meaning), value, value))
     start = f"Start: angle {number(START_ANGLE)} (pi/3), bristle {START_BRISTLE}, all else 0."
     return (
         '<p class="before">The paper prints neither h nor ω for Figs 5-8; the values printed for Figs 9-11 are used, '

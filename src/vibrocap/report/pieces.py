@@ -59,9 +59,8 @@ def numbers(found: Mapping[str, float]) -> str:
     """Named numbers, folded away where they are many."""
     if not found:
         return ""
-    rows = "".join(
-        f"<tr><th scope='row'>{escape(name)}</th><td>{number(float(value))}</td></tr>" for name, value in found.items()
-    )
+    cells = ((escape(name), number(float(value))) for name, value in found.items())
+    rows = "".join(f"<tr><th scope='row'>{name}</th><td>{value}</td></tr>" for name, value in cells)
     inner = f"<table class='numbers'>{rows}</table>"
     return inner if len(found) <= FEW else f"<details><summary>{len(found)} numbers</summary>{inner}</details>"
 

@@ -22,6 +22,7 @@ from vibrocap.report.page import TRAVEL_PICTURES, Result, write_report
 __all__ = ["KEYS", "Reproduction", "reproduce"]
 
 Progress = Callable[[str, float], None]
+COLUMNS = ("key", "where", "says", "test", "tolerance", "tolerance_origin", "outcome", "verdict", "why", "nearest")
 FIGURES_SHARE, CLAIMS_SHARE = 0.5, 0.85  # of the time, at the end of each, roughly
 
 
@@ -120,19 +121,7 @@ def write_claims(claims: tuple[Verdict, ...], path: Path) -> None:
     write_text(path, json.dumps(rows, indent=2, ensure_ascii=False) + "\n")
     with replacing(path.with_suffix(".csv")) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        names = (
-            "key",
-            "where",
-            "says",
-            "test",
-            "tolerance",
-            "tolerance_origin",
-            "outcome",
-            "verdict",
-            "why",
-            "nearest",
-        )
-        writer.writerow((*names, "figures", "found"))
+        writer.writerow((*COLUMNS, "figures", "found"))
         for row in rows:
             found = "; ".join(f"{name} = {value!r}" for name, value in row["found"].items())
-            writer.writerow((*(row[name] for name in names), " ".join(row["figures"]), found))
+            writer.writerow((*(row[name] for name in COLUMNS), " ".join(row["figures"]), found))

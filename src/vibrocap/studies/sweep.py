@@ -120,24 +120,10 @@ def sweep(
         scheduler=scheduler,
     )
     execution.require_packages()
-    settings = {
-        "window": window,
-        "settle": settle,
-        "periods": periods,
-        "tolerance": tolerance,
-        "max_events_per_period": max_events_per_period,
-        "max_steps": max_steps,
-    }
-    study = planned_study(
-        system,
-        over,
-        measures=measures,
-        cases=cases,
-        design=design,
-        initial=initial,
-        settings=settings,
-        also=execution.complaints(),
-    )
+    settings = {"window": window, "settle": settle, "periods": periods, "tolerance": tolerance}
+    settings |= {"max_events_per_period": max_events_per_period, "max_steps": max_steps}
+    asked: dict[str, Any] = {"measures": measures, "cases": cases, "design": design, "initial": initial}
+    study = planned_study(system, over, **asked, settings=settings, also=execution.complaints())
     return carried_out(study, execution, progress).dataset()
 
 
@@ -194,10 +180,8 @@ def _check_room(study: Study, out: Path | None, yes: bool) -> None:
         size = f"{in_words(needed)} of memory, {in_words(free)} are free"
         raise CaseError([f"{study.plan.count:,} runs need {size}; give a folder for the results, out"], "the study")
     if out is not None and not yes and STORED * needed > (free := free_disk(out)):
-        size = f"roughly {in_words(STORED * needed)}, {in_words(free)} are free there"
-        raise CaseError(
-            [f"{study.plan.count:,} runs take {size}; give another folder, or say --yes (yes=True) to try"], str(out)
-        )
+        size = f"{study.plan.count:,} runs take roughly {in_words(STORED * needed)}, {in_words(free)} are free there"
+        raise CaseError([f"{size}; give another folder, or say --yes (yes=True) to try"], str(out))
 
 
 def spread(tiles: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
@@ -292,11 +276,9 @@ def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progr
             store.check_whole()
             store.clean()
         except KeyboardInterrupt:
-            left = len(store.pending())
+            stored = f"{total - len(store.pending())} of {total} tiles are stored in {out}"
             store.clean()
-            raise Stopped(
-                f"Stopped: {total - left} of {total} tiles are stored in {out}; go on with --resume (resume=True)"
-            ) from None
+            raise Stopped(f"Stopped: {stored}; go on with --resume (resume=True)") from None
 
 
 def _run_here(store: Store, pending: Sequence[tuple[int, ...]], threads: int | None, report: Report) -> None:

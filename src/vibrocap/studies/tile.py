@@ -95,15 +95,9 @@ def measured_runs(
         if not over:  # kinds alone vary: all these runs are alike
             name = system.state_names[0]
             over = {INITIAL + name: np.full(len(members), initial.get(name, 0.0))}
-        results = ensemble(
-            system,
-            over,
-            measures=study.measures,
-            initial=initial,
-            threads=threads,
-            progress=progress and (lambda count, before=begun: progress((before + count) / runs)),
-            **study.settings,
-        )
+        report = progress and (lambda count, before=begun: progress((before + count) / runs))
+        settings = {"measures": study.measures, "initial": initial, **study.settings}
+        results = ensemble(system, over, threads=threads, progress=report, **settings)
         begun += len(members)
         for each in specifications:
             if each.measured:

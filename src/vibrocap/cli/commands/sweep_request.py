@@ -64,15 +64,10 @@ class SweepRequest(Execution):
         if self.design is not None and not unusable:
             design = Design(self.design, 1 if self.runs is None else self.runs, self.seed or 0)
         try:
-            study = planned_study(
-                case.system,
-                {"drive.amplitude": "1:2:2"} if unusable else over or None,
-                measures=self.measures,
-                cases=None if unusable or cases is None else cases.rows,
-                design=design,
-                initial=case.initial,
-                settings=self._settings(case),
-            )
+            rows = None if unusable or cases is None else cases.rows
+            asked: dict[str, Any] = {"measures": self.measures, "cases": rows, "design": design}
+            axes = {"drive.amplitude": "1:2:2"} if unusable else over or None
+            study = planned_study(case.system, axes, initial=case.initial, settings=self._settings(case), **asked)
         except CaseError as error:
             complaints += self._by_option(error.complaints, cases)
         else:

@@ -73,25 +73,17 @@ def bootstrap(
             if report is not None:
                 report((done + 1) / replicates)
     values = np.array(found)
-    low, high = np.quantile(values, [0.025, 0.975], axis=0)
-    names = base.law_names
-    return Bootstrap(
-        names,
-        values,
-        over,
-        dict(zip(names, low.tolist(), strict=True)),
-        dict(zip(names, high.tolist(), strict=True)),
-        failed,
-    )
+    names, ends = base.law_names, np.quantile(values, [0.025, 0.975], axis=0).tolist()
+    low, high = (dict(zip(names, each, strict=True)) for each in ends)
+    return Bootstrap(names, values, over, low, high, failed)
 
 
 def _drawn(prediction: Prediction, over: str, rng: np.random.Generator) -> Prediction:
     """The same records, in which a sample that was drawn k times counts k times."""
     units: list[Any] = []
     if over == "records":
-        counts = np.bincount(
-            rng.integers(0, len(prediction.records), len(prediction.records)), minlength=len(prediction.records)
-        )
+        number = len(prediction.records)
+        counts = np.bincount(rng.integers(0, number, number), minlength=number)
         units = [_unit(unit, np.array(float(k))) for unit, k in zip(prediction.units, counts, strict=True)]
     else:
         for record, unit in zip(prediction.records, prediction.units, strict=True):

@@ -141,9 +141,8 @@ def _folds(fitted: list[Samples], unseen: list[Samples]) -> tuple[list[tuple[lis
     if len(fitted) <= FEW:
         return [([each for each in fitted if each is not one], [one]) for one in fitted], "each record in turn"
     folds = [fitted[i::FEW] for i in range(FEW)]
-    return [
-        ([each for each in fitted if each not in hidden], hidden) for hidden in folds
-    ], f"an {FEW}th of the records in turn"
+    split = [([each for each in fitted if each not in hidden], hidden) for hidden in folds]
+    return split, f"an {FEW}th of the records in turn"
 
 
 def _ranked(rows: list[tuple[str, Fit, float, float]], method: str) -> Comparison:

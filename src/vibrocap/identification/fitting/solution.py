@@ -77,9 +77,8 @@ def solution(
     all_options = {**options, **dataclasses.asdict(settings)}
     all_options["loss_scale"] = rule.scale if settings.loss != "linear" else None
     further = also(rule) if also is not None else []
-    best, ended = search(
-        prediction, draft, first, further, starts=settings.starts, loss=rule, seed=settings.seed, progress=progress
-    )
+    how = {"starts": settings.starts, "seed": settings.seed}
+    best, ended = search(prediction, draft, first, further, loss=rule, progress=progress, **how)
     if best.status == SearchStatus.FAILED:
         seconds = clock.perf_counter() - begin
         return failed_fit(prediction.template.name, ended, prediction.size, all_options, seconds)
@@ -88,12 +87,10 @@ def solution(
         best = descent(prediction, ordered, rule, stop=1e-8)
     smooth = away_from_jumps(prediction, best.u)
     jumps = smooth is not prediction
-    thin, low = (
-        (away_from_jumps(draft, best.u), descent(smooth, best.u, rule, stop=COARSE_STOP)) if jumps else (draft, best)
-    )
-    low, spread, found = with_intervals(
-        smooth, thin, low, rule, settings.intervals, lambda done: said(0.8 + 0.2 * done)
-    )
+    thin = away_from_jumps(draft, best.u) if jumps else draft
+    low = descent(smooth, best.u, rule, stop=COARSE_STOP) if jumps else best
+    last = (settings.intervals, lambda done: said(0.8 + 0.2 * done))
+    low, spread, found = with_intervals(smooth, thin, low, rule, *last)
     problem = Problem(smooth, thin, rule, low, spread)
     said(1.0)
     end = best if jumps else low  # a profile may have come upon a lower minimum

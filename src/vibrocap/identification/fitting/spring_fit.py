@@ -80,9 +80,8 @@ def _pulled(law: Any, load: float, stiffness: np.ndarray, steps: Sequence[Step],
     for i, step in enumerate(steps[1:], 1):
         end = steps[i + 1].time if i + 1 < len(steps) else float(time[-1])
         grid, states = _transient(law, load, stiffness, step.speed, state, end - step.time)
-        values = np.stack(
-            [np.asarray(law.force(np.exp(s[0].view(Column)), (s[1].view(Column),), 1.0, load)[0]) for s in states]
-        )
+        columns = ((speed.view(Column), phi.view(Column)) for speed, phi in states)
+        values = np.stack([np.asarray(law.force(np.exp(speed), (phi,), 1.0, load)[0]) for speed, phi in columns])
         slopes = stiffness * (step.speed - np.exp(states[:, 0]))
         inside = (time >= step.time) & (time <= end)
         found[:, inside] = _hermite(grid, values, slopes, time[inside] - step.time)

@@ -122,9 +122,8 @@ class _Profile:
         signed = self.prediction.space.coordinates[self.j].form == "linear"
         low = (-math.inf if signed else 0.0) if below_open else below
         high = math.inf if above_open else above
-        return Interval(
-            low, high, below_open, above_open, tuple(sorted(self.curve)), self.threshold, below_limit or above_limit
-        )
+        curve, limit = tuple(sorted(self.curve)), below_limit or above_limit
+        return Interval(low, high, below_open, above_open, curve, self.threshold, limit)
 
     def _side(self, side: int) -> tuple[float, bool, str]:
         """Value at which the data object on one side, whether they do not up to the bound, and the limit in the way.

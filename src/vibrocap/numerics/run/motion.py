@@ -95,25 +95,15 @@ def series_order(tolerance: float) -> int:
 @functools.lru_cache(maxsize=64)
 def kernel(equations: Any, order: int, plain: bool = False, literal: bool = False) -> tuple[Layout, Callable]:
     """(layout, entry) of the kernel for one motion of these equations, compiled or as plain Python."""
-    states = len(equations.rates)
-    switches = len(equations.guards)
-    corners = equations.corners
-    coefficients = 0 if corners is None else corners.coefficients
-    imposed = len(equations.imposed_velocities)
-    shifts = len(equations.shifts) if equations.maybe_stiff else 0
-    parameters = len(equations.parameter_paths)
-    layout = Layout(
-        1,
-        states,
-        states,
-        order,
-        parameters,
-        switches=switches,
-        coefficients=coefficients,
-        imposed=imposed,
-        shifts=shifts,
-    )
-    recipe = motion_recipe(equations.maybe_stiff, switches > 0, corners is not None)
+    states, parameters, corners = len(equations.rates), len(equations.parameter_paths), equations.corners
+    more = {
+        "switches": len(equations.guards),
+        "coefficients": 0 if corners is None else corners.coefficients,
+        "imposed": len(equations.imposed_velocities),
+        "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
+    }
+    layout = Layout(1, states, states, order, parameters, **more)
+    recipe = motion_recipe(equations.maybe_stiff, layout.switches > 0, corners is not None)
     text = linked_source(generated_source(equations, layout), recipe)
     return layout, plain_kernel(text)["advance"] if plain else compiled_kernel(text, literal)
 

@@ -166,16 +166,14 @@ def _checked_plane(system: System, plane: Any) -> tuple[tuple[str, str], list[tu
         if name != PHASE:
             check_state("plane", system, name)
     first, second = plane
-    pairs = [None if pair is None else _checked_axis(system, name, pair) for name, pair in plane.items()]
+    pairs: list[tuple[float, float] | None] = []
+    for name, pair in plane.items():
+        if pair is not None and name == PHASE:
+            pair = checked_pair(f"plane: {name}", pair)
+        elif pair is not None:
+            pair = checked_start_range(f"plane: {name}", system, name, pair)
+        pairs.append(pair)
     return (first, second), pairs
-
-
-def _checked_axis(system: System, name: str, pair: Any) -> tuple[float, float]:
-    return (
-        checked_pair(f"plane: {name}", pair)
-        if name == PHASE
-        else checked_start_range(f"plane: {name}", system, name, pair)
-    )
 
 
 def _checked_resolution(resolution: Any) -> tuple[int, int]:

@@ -105,13 +105,8 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     n, largest = orbit.response_period, orbit.multipliers[0]
     size = float(np.abs(largest))
     drift = None if orbit.drift is None else orbit.drift / n
-    known: dict = {
-        "drift": drift,
-        "drift_error": 0.0,
-        "symmetric": orbit.symmetric,
-        "state": orbit.state,
-        "orbit": Orbit.of(orbit),
-    }
+    known: dict = {"drift": drift, "drift_error": 0.0, "symmetric": orbit.symmetric}
+    known |= {"state": orbit.state, "orbit": Orbit.of(orbit)}
     if orbit.status is not OrbitStatus.CONVERGED:
         reason = f"it settled, but no orbit closes there (residual {orbit.residual:.2g})"
         return MotionClass("not settled", reason, **known)
@@ -171,10 +166,8 @@ def _decided(growth: LyapunovExponents, chaos: ZeroOneTest, period: float, stays
     stays: whether both halves of them fill the same set. A slow way to or from an orbit has a small exponent too
     """
     value, error = growth.value * period, growth.error * period
-    numbers = (
-        f"largest Lyapunov exponent {growth.value:.3g} +- {growth.error:.1g} over {growth.periods} drive periods, "
-        f"0-1 test {chaos.value:.3f}"
-    )
+    exponent = f"largest Lyapunov exponent {growth.value:.3g} +- {growth.error:.1g}"
+    numbers = f"{exponent} over {growth.periods} drive periods, 0-1 test {chaos.value:.3f}"
     if not stays:
         return "not settled", f"the second half of the iterates lies elsewhere than the first: {numbers}"
     if value > max(SURE * error, FAINT) and chaos.value > CHAOTIC:

@@ -137,16 +137,9 @@ class Branch(Result):
     def table(self) -> list[dict[str, Any]]:
         """The special points as rows of a table."""
         return [
-            {
-                "kind": special.kind.value,
-                self.over: special.parameter,
-                "error": special.error,
-                "drift": special.drift,
-                "stability": special.stability,
-                "word before": special.word_before,
-                "word after": special.word_after,
-                "remarks": special.remarks,
-            }
+            {"kind": special.kind.value, self.over: special.parameter, "error": special.error, "drift": special.drift}
+            | {"stability": special.stability}
+            | {"word before": special.word_before, "word after": special.word_after, "remarks": special.remarks}
             for special in self.special_points
         ]
 
@@ -264,7 +257,7 @@ def branch(
     mirrored = mirrored_all_over(system, over, (low, high))
     if half and not mirrored:
         raise ValueError("half should be False: the system has no half-period symmetry (drive, machine or law)")
-    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
+    begun = first_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     if half is None:
         half = bool(begun.symmetric) and mirrored
     period = begun.response_period
@@ -331,7 +324,7 @@ def check_options(towards: str, points: int, step: float) -> None:
         raise ValueError(f"step should be a share of the range, from 1e-6 to 0.5, got {step!r}")
 
 
-def starting_orbit(
+def first_orbit(
     system: System,
     over: str,
     between: tuple[float, float],

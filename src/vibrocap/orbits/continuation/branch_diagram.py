@@ -1,7 +1,7 @@
 """branches(...): a motion followed over a parameter together with all that branches off from it."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -9,14 +9,7 @@ import numpy as np
 from vibrocap.arguments import check_whole
 from vibrocap.orbits.closing.orbit import Orbit, shoot
 from vibrocap.orbits.closing.periodic_solution import OrbitStatus
-from vibrocap.orbits.continuation.branch import (
-    Branch,
-    branch,
-    check_options,
-    leaving,
-    mirrored_all_over,
-    starting_orbit,
-)
+from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
 from vibrocap.orbits.continuation.special_points import CORNERS, SpecialKind, SpecialPoint
@@ -116,7 +109,7 @@ def branches(
     """
     check_options("both", points, step)
     check_whole("depth", depth, 0)
-    begun = starting_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
+    begun = first_orbit(system, over, between, orbit, initial, settle_periods, tolerance)
     options = {"points": points, "step": step, "tolerance": tolerance}
     diagram = _Growing(depth, points, step, told(progress))
     if mirrored_all_over(system, over, between) and not begun.symmetric:
@@ -146,17 +139,21 @@ class _Growing:
         self.branches.append(new)
         self.generation.append(generation)
         if self.progress is not None:
-            left = sum(_leaves(special) for each in self.branches for special in each.special_points)
+            left = sum(_leaves(special) for _, special in self._special())
             self.progress(len(self.branches) / max(len(self.branches) + left - len(self.tried), 1))
         return len(self.branches) - 1
+
+    def _special(self) -> Iterator[tuple[tuple[int, int], SpecialPoint]]:
+        """((branch, number on it), special point) of all that are known."""
+        for i, each in enumerate(self.branches):
+            yield from (((i, j), special) for j, special in enumerate(each.special_points))
 
     def grow(self) -> None:
         """Follow what leaves: smooth bifurcations first, of which what leaves at an angle may be the other end."""
         while len(self.branches) < MOST_BRANCHES:
             waiting = [
                 (special.discontinuous, self.generation[i], i, j)
-                for i, each in enumerate(self.branches)
-                for j, special in enumerate(each.special_points)
+                for (i, j), special in self._special()
                 if self.generation[i] < self.depth and (i, j) not in self.tried and _leaves(special)
             ]
             if not waiting:
@@ -173,12 +170,9 @@ class _Growing:
     def _known(self, child: Branch) -> bool:
         """Whether a branch is one of those followed already, or the mirror twin of one."""
         place = len(child) // 2
-        return any(
-            each.response_period == child.response_period
-            and each.symmetric == child.symmetric
-            and branch_distance(each, child.states[place], float(child.parameter[place])) <= ON_BRANCH
-            for each in self.branches
-        )
+        kind, middle = (child.response_period, child.symmetric), (child.states[place], float(child.parameter[place]))
+        alike = [each for each in self.branches if (each.response_period, each.symmetric) == kind]
+        return any(branch_distance(each, *middle) <= ON_BRANCH for each in alike)
 
     def _join(self, child: int) -> None:
         """Note where a branch begins and ends on others."""
@@ -186,20 +180,14 @@ class _Growing:
         for end, how in ((0, new.ends[0]), (-1, new.ends[1])):
             if how not in AT_PARENT:
                 continue
-            for i, parent in enumerate(self.branches):
-                for j, special in enumerate(parent.special_points):
-                    if i != child and _leaves(special) and _meets(parent, special, new, end):
-                        self.joins.append(Join(i, j, child, end))
+            for (i, j), special in self._special():
+                if i != child and _leaves(special) and _meets(self.branches[i], special, new, end):
+                    self.joins.append(Join(i, j, child, end))
 
     def finished(self, system: System, over: str, between: tuple[float, float]) -> BranchDiagram:
         """The record."""
         joined = {(join.parent, join.special) for join in self.joins}
-        unfollowed = tuple(
-            (i, j)
-            for i, each in enumerate(self.branches)
-            for j, special in enumerate(each.special_points)
-            if _leaves(special) and (i, j) not in joined
-        )
+        unfollowed = tuple(place for place, special in self._special() if _leaves(special) and place not in joined)
         low, high = between
         found = tuple(self.branches), tuple(self.joins), unfollowed
         return BranchDiagram(system, over, (float(low), float(high)), *found)

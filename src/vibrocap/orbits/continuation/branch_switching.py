@@ -86,9 +86,8 @@ def _seen_from(closure: Closure, last: BranchPoint, special: Found) -> Found:
     """The record of a bifurcation on the coarser branch, seen from the branch that ends there."""
     towards = special.point.x - last.x
     size = float(np.linalg.norm(towards))
-    point = BranchPoint(
-        closure.attempt(special.point.x, special.point.closing), towards / size if size > 0.0 else last.tangent
-    )
+    tangent = towards / size if size > 0.0 else last.tangent
+    point = BranchPoint(closure.attempt(special.point.x, special.point.closing), tangent)
     words, change = (last.closing.word, point.closing.word), None
     if special.kind in CORNERS:
         change = special.change if same_cycle(*words) else word_change(*words)[0]

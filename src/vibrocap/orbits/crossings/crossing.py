@@ -113,9 +113,8 @@ def crossing(
         motions.append(scanned(systems, starts, difference, place))
         if report is not None:
             report((i + 1) / points)
-    values = np.array(
-        [[math.nan] * len(systems) if each is None else [one.value(measure) for one in each] for each in motions]
-    )
+    nothing = [math.nan] * len(systems)
+    values = np.array([nothing if each is None else [one.value(measure) for one in each] for each in motions])
     differences = values[:, 0] - values[:, 1:].sum(axis=1) - value
     size = float(np.max(np.abs(values), initial=1.0, where=np.isfinite(values)))
     same = np.abs(differences) <= NOTHING * size

@@ -188,9 +188,8 @@ class ClosingMap:
         if self.path.startswith("drive."):
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
         budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD)
-        ended = map_.run(
-            budget, start, rows, recording=variational_equations(map_.equations), order=ORDER, mark_distance=lengths
-        )
+        recording = variational_equations(map_.equations)
+        ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes

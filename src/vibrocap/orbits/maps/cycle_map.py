@@ -95,14 +95,9 @@ class CycleMap(ClosingMap):
         sizes = self.sizes[self.unknowns]
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
-        ended = map_.run(
-            Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD),
-            start,
-            rows,
-            recording=variational_equations(map_.equations),
-            order=ORDER,
-            mark_distance=np.full(m + 2, length),
-        )
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD)
+        recording, lengths = variational_equations(map_.equations), np.full(m + 2, length)
+        ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state
         image = ends[:, self.unknowns] / sizes
         at_rest = np.zeros(m + 1, dtype=bool)

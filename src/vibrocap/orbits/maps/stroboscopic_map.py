@@ -249,11 +249,7 @@ def at_next_section(
         return ends, ended
     period = np.array([map_.period(row) for row in np.unique(parameters, axis=0)])
     length = period[0] if len(period) == 1 else np.array([map_.period(row) for row in parameters[waiting]])
-    found = map_.run(
-        Budget(1, 1, 0.0, TOLERANCE, MOST_EVENTS, MOST_STEPS),
-        states[waiting],
-        parameters[waiting],
-        start=share[waiting] * length,
-    )
+    budget = Budget(1, 1, 0.0, TOLERANCE, MOST_EVENTS, MOST_STEPS)
+    found = map_.run(budget, states[waiting], parameters[waiting], start=share[waiting] * length)
     ends[waiting], ended[waiting] = found.state, found.status
     return ends, ended

@@ -148,9 +148,8 @@ def _crossing(runs: Runs, windows: dict[str, float], point: str, tolerance: floa
     if np.isnan(low):
         none = "In the steady state it is not nothing throughout."
     some = f"With a softer spring, rho = {SOFT:g}, there is one, at lambda = {soft.at[point]:.10f}."
-    return Finding(
-        restricted(len(hits) == len(windows), bool(hits)), found, STEADY, in_words(hits), f"{nearest} {none} {some}"
-    )
+    outcome = restricted(len(hits) == len(windows), bool(hits))
+    return Finding(outcome, found, STEADY, in_words(hits), f"{nearest} {none} {some}")
 
 
 @claim(

@@ -89,9 +89,8 @@ def _motions(runs: Runs, ratio: float) -> dict[tuple[str, float | str], Trajecto
 
 
 def _histories(motions: dict[tuple[str, float | str], Trajectory], quantity: str, periods: int) -> tuple[Curve, ...]:
-    return tuple(
-        history(motion, SHORT[name], quantity, periods, *_look(name, load)) for (name, load), motion in motions.items()
-    )
+    by_law = motions.items()
+    return tuple(history(motion, SHORT[name], quantity, periods, *_look(name, load)) for (name, load), motion in by_law)
 
 
 def _look(name: str, load: float | str) -> tuple[str, float]:

@@ -99,9 +99,8 @@ class MaxwellSlip(Law):
         attraction = load * self.attraction_rate
         rate_of_following = attraction / stribeck_level(self, side * velocity, load)
         found = []
-        for (stiffness, share), force, slipping in zip(
-            self._elements(), internal[:ELEMENTS], internal[ELEMENTS:], strict=True
-        ):
+        states = zip(self._elements(), internal[:ELEMENTS], internal[ELEMENTS:], strict=True)
+        for (stiffness, share), force, slipping in states:
             sticking = stiffness * velocity
             following = side * (attraction * share) - rate_of_following * force
             found.append((sticking, sticking + slipping * (following - sticking)))
@@ -120,11 +119,10 @@ class MaxwellSlip(Law):
     def switches(self, velocity, internal, side, load):
         """The force of a sticking element reaches its share of the level; one that slips does so until the reversal."""
         level, unit = stribeck_level(self, side * velocity, load), 1.0 / (load * self.static_coefficient)
+        states = zip(self._elements(), internal[:ELEMENTS], internal[ELEMENTS:], strict=True)
         return tuple(
             slipping + (1.0 - slipping) * (level - side * force / share) * unit
-            for (_, share), force, slipping in zip(
-                self._elements(), internal[:ELEMENTS], internal[ELEMENTS:], strict=True
-            )
+            for (_, share), force, slipping in states
         )
 
     def after_switch(self, which, velocity, internal, side, load):

@@ -162,9 +162,8 @@ def study_view(
     gridded = all(dim in dataset.coords for dim in chosen["status"].dims)
     if gridded:
         facets, dims = _facets(chosen)
-        axes = tuple(
-            ViewAxis(dim, np.sort(chosen[dim].values.astype(float)), axis_label(dim, chosen[dim].attrs)) for dim in dims
-        )
+        values = {dim: np.sort(chosen[dim].values.astype(float)) for dim in dims}
+        axes = tuple(ViewAxis(dim, values[dim], axis_label(dim, chosen[dim].attrs)) for dim in dims)
         points = None
     else:
         facets, dims = [], tuple(chosen["status"].dims)

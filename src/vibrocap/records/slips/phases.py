@@ -162,16 +162,8 @@ def stick_bend(time: np.ndarray, found: Falls, given: tuple[Phase, ...]) -> floa
 
 
 def _phase(kind: str, start: Corner, end: Corner) -> Phase:
-    return Phase(
-        kind=kind,
-        start=start.time,
-        end=end.time,
-        start_force=start.force,
-        end_force=end.force,
-        start_error=start.time_error,
-        end_error=end.time_error,
-        force_error=max(start.force_error, end.force_error),
-    )
+    times, errors = (start.time, end.time), (start.time_error, end.time_error)
+    return Phase(kind, *times, start.force, end.force, *errors, max(start.force_error, end.force_error))
 
 
 def _without_spikes(force: np.ndarray, noise: float) -> tuple[np.ndarray, int]:

@@ -215,13 +215,8 @@ def read_pulls(
 def _of(record: Record) -> PulledRecord:
     settings: dict[str, Any] = {field: record.conditions.get(name) for field, name in CONDITIONS.items()}
     load = record.normal_force
-    return PulledRecord(
-        record.name,
-        record.time,
-        record.force,
-        settings | {"normal_force": None if load is None else float(np.mean(load))},
-        record.notes,
-    )
+    settings["normal_force"] = None if load is None else float(np.mean(load))
+    return PulledRecord(record.name, record.time, record.force, settings, record.notes)
 
 
 def _tables(path: Path) -> list[Table]:
@@ -269,14 +264,8 @@ def _pulls(
             how = f"time: column {chosen['time'].column!r} in {chosen['time'].unit.name}"
         else:
             time, how = np.arange(len(force)) / (rate or 1.0), f"time: {rate:.6g} samples a second"
-        said = "a friction coefficient" if unit.dimension == "number" else unit.name
-        found.append(
-            PulledRecord(
-                name,
-                time,
-                force,
-                settings | {"coefficient": unit.dimension == "number"},
-                (how, f"force: column {column!r} in {said}", *assumed),
-            )
-        )
+        coefficient = unit.dimension == "number"
+        said = "a friction coefficient" if coefficient else unit.name
+        own, notes = settings | {"coefficient": coefficient}, (how, f"force: column {column!r} in {said}", *assumed)
+        found.append(PulledRecord(name, time, force, own, notes))
     return found

@@ -5,6 +5,7 @@ study of any size needs memory for one block only.
 """
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -62,10 +63,7 @@ class Runs:
     @property
     def count(self) -> int:
         """How many runs."""
-        count = 1
-        for length in self.shape:
-            count *= length
-        return count
+        return math.prod(self.shape)
 
 
 def values_array(values: Any) -> np.ndarray:

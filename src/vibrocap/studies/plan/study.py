@@ -53,16 +53,10 @@ class Study:
     def record(self) -> dict[str, Any]:
         """The study as JSON can hold it: enough to run it again (with measures and parts of one's own given again)."""
         parts = {what: part_fingerprint(part) for what, part in self.own_parts.items()}
-        return {
-            "case": case_text(self.case),
-            "plan": self.plan.record(),
-            "measures": [_measure_record(measure) for measure in self.measures],
-            "window": self.window,
-            "settle": self.settle,
-            "device": self.device,
-            "code": dict(self.code),
-            **({"parts": parts} if parts else {}),
-        }
+        measures = [_measure_record(measure) for measure in self.measures]
+        how = {"window": self.window, "settle": self.settle, "device": self.device, "code": dict(self.code)}
+        what = {"case": case_text(self.case), "plan": self.plan.record(), "measures": measures}
+        return what | how | ({"parts": parts} if parts else {})
 
     @functools.cached_property
     def own_parts(self) -> dict[str, type]:

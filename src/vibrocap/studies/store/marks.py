@@ -63,24 +63,22 @@ def read_mark(path: Path, record: Mapping[str, Any], index: Index) -> Mark | Non
 
 def read_chunk(path: Path, record: Mapping[str, Any], name: str, index: Index, mark: Mark) -> bytes:
     """A chunk of a marked tile; DamageError where it is missing or not as it was written."""
-    place = chunk_place(name, index)
-    try:
-        data = _read(path / RESULTS / place, LARGEST_CHUNK, name)
-    except FileNotFoundError:
-        raise DamageError(f"{name} is missing") from None
-    if record["format"] != FIRST_FORMAT and mark.chunks.get(name) != checksum(record["identity"], place, data):
-        raise DamageError(f"{name} is altered: its checksum is of another content")
-    return data
+    return _checked(path, record, chunk_place(name, index), mark.chunks.get(name), name)
 
 
 def read_first(path: Path, record: Mapping[str, Any], place: str) -> bytes:
     """A file of the results that belongs to no tile; DamageError where it is missing or not as it was written."""
+    return _checked(path, record, place, record.get("files", {}).get(place), f"{RESULTS}/{place}")
+
+
+def _checked(path: Path, record: Mapping[str, Any], place: str, wanted: str | None, what: str) -> bytes:
+    """A file of the results that has the checksum that is wanted of it."""
     try:
-        data = _read(path / RESULTS / place, LARGEST_CHUNK, f"{RESULTS}/{place}")
+        data = _read(path / RESULTS / place, LARGEST_CHUNK, what)
     except FileNotFoundError:
-        raise DamageError(f"{RESULTS}/{place} is missing") from None
-    if record["format"] != FIRST_FORMAT and record["files"].get(place) != checksum(record["identity"], place, data):
-        raise DamageError(f"{RESULTS}/{place} is altered: its checksum is of another content")
+        raise DamageError(f"{what} is missing") from None
+    if record["format"] != FIRST_FORMAT and wanted != checksum(record["identity"], place, data):
+        raise DamageError(f"{what} is altered: its checksum is of another content")
     return data
 
 

@@ -79,9 +79,8 @@ class ZarrFiles:
             found[f"{path}/{METADATA}"] = _array_text(values.dtype, fill, shape, shape, (path,), described)
             found[f"{path}/c.0"] = _chunk(values)
         for each in self._variables:
-            found[f"{each.name}/{METADATA}"] = _array_text(
-                each.dtype, each.fill, plan.shape, self.tile, plan.dims, each.stored_attributes
-            )
+            form = (plan.shape, self.tile, plan.dims, each.stored_attributes)
+            found[f"{each.name}/{METADATA}"] = _array_text(each.dtype, each.fill, *form)
         return found
 
     def chunks(self, index: tuple[int, ...], arrays: Mapping[str, np.ndarray]) -> dict[str, bytes]:
@@ -268,24 +267,17 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
             raise CaseError(["holds a study already; go on with --resume, or give another folder"], str(path))
         record = read_record(path)
         if record["format"] != FORMAT:
-            raise CaseError(
-                [f"is of an earlier format ({record['format']!r}), which can be read but not gone on with: begin anew"],
-                str(path),
-            )
+            reason = "which can be read but not gone on with: begin anew"
+            raise CaseError([f"is of an earlier format ({record['format']!r}), {reason}"], str(path))
         begun = dataclasses.replace(study, code=record["study"]["code"])
         if record["identity"] != begun.identity:
             found = differences(record["study"], study.record()) or ["its identity"]
             raise CaseError([f"holds another study: {text}" for text in found], str(path))
         other = code_differences(begun.code, study.code)
         if other and not mixed:
-            raise CaseError(
-                [
-                    *(f"was begun with something else: {text}" for text in other),
-                    "the rest would not have the bits that it had there; begin anew, or go on with --mixed "
-                    "(mixed=True), which marks what is computed now",
-                ],
-                str(path),
-            )
+            found = [f"was begun with something else: {text}" for text in other]
+            ways = "begin anew, or go on with --mixed (mixed=True), which marks what is computed now"
+            raise CaseError([*found, f"the rest would not have the bits that it had there; {ways}"], str(path))
         store = Store(path, begun, tuple(record["tile"]), lock, study.code if other else None)
         store.clean()
         if other:
@@ -316,10 +308,8 @@ def _refuse_foreign(path: Path) -> None:
         listed = ", ".join(strange[:3])
         raise CaseError([f"is not the folder of a study, it holds {listed}; give a new or empty folder"], str(path))
     if BEGINNING not in names and names - {LOCK}:
-        raise CaseError(
-            [f"holds results, but its {STUDY} is lost; nothing there was touched. Give another folder, or remove it"],
-            str(path),
-        )
+        reason = f"its {STUDY} is lost; nothing there was touched. Give another folder, or remove it"
+        raise CaseError([f"holds results, but {reason}"], str(path))
 
 
 def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:

@@ -149,13 +149,12 @@ def expected_arrays(record: Mapping[str, Any]) -> dict[str, ExpectedArray]:
     """The arrays of a study, from its record."""
     plan, tile = plan_of(record), tuple(record["tile"])
     found: dict[str, ExpectedArray] = {}
-    if plan.gridded:
-        for path, length in zip(plan.dims, plan.shape, strict=True):
-            kind = TEXT if plan.is_text(path) else NUMBERS
-            found[path] = ExpectedArray((path,), (length,), (length,), (kind,), False)
-    else:
-        for path in plan.paths:
-            kind = TEXT if plan.is_text(path) else NUMBERS
+    lengths = dict(zip(plan.dims, plan.shape, strict=True))
+    for path in plan.paths:
+        kind = TEXT if plan.is_text(path) else NUMBERS
+        if plan.gridded:
+            found[path] = ExpectedArray((path,), (lengths[path],), (lengths[path],), (kind,), False)
+        else:
             found[path] = ExpectedArray(plan.dims, plan.shape, tile, (kind,), True)
     for name in (*ALWAYS, *measure_names(record)):
         types = (ALWAYS[name],) if name in ALWAYS else (NUMBERS, TEXT)
