@@ -218,6 +218,7 @@ def test_words_are_cycles():
     assert not same_cycle("FSB", "FBS")
 
 
+@pytest.mark.slow
 def test_closing_map_of_a_capsule_is_its_half_period_map():
     system = vc.System(vc.PendulumCapsule(), vc.Exponential(), vc.Harmonic())
     state = np.array([0.6096747808962684, 1.5054134360110965, 0.0, 0.2628086761790408])

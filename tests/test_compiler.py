@@ -289,6 +289,7 @@ def test_vectors_on_the_stack_are_aligned_where_they_are():
     "law",
     [pytest.param(vc.Exponential(), id="exponential", marks=pytest.mark.slow), pytest.param(vc.LuGre(), id="lugre")],
 )
+@pytest.mark.slow
 def test_a_motion_without_fused_operations_is_that_of_plain_python(law, monkeypatch):
     """Every piece and every event, to the last bit."""
     system = vc.System(vc.PendulumCapsule(mass_ratio=2.5), law, vc.Harmonic(amplitude=1.8))

@@ -57,6 +57,7 @@ def stored_motion(system, periods) -> Trajectory:
 
 
 @pytest.mark.parametrize("law", slow_but([0], [*LAWS]))
+@pytest.mark.slow
 def test_during_the_run_is_from_the_stored_motion(law):
     """Every standard measure. Both take the same steps, so they differ by rounding, which the motion may amplify.
 

@@ -79,6 +79,7 @@ def node(data, tmp_path_factory):
 
 
 @needs_node
+@pytest.mark.slow
 def test_motions_of_the_page_are_those_of_the_plain_kernel(data, node):
     """The checked end of each preset to the last bit; and the pieces between, by what is seen of them."""
     found = node("""

@@ -340,6 +340,7 @@ def test_a_load_that_is_negative_at_the_start_ends_the_command_before_any_work(t
     ("law", "amplitude", "hidden"),
     slow_but([0], [(vc.Exponential(), 2.033690010115348, 0.05), (vc.LuGre(), 2.038711113022009, 0.02)]),
 )
+@pytest.mark.slow
 def test_runs_that_would_lift_off_are_told_from_those_that_touch_zero(law, amplitude, hidden):
     system = vc.System(vc.PendulumCapsule(normal_load=3.5), law, vc.Harmonic(amplitude=amplitude))
     options = {"periods": 3, "window": 3, "initial": START, "measures": ["hidden_lift_off"]}

@@ -127,6 +127,7 @@ def test_a_width_counts_only_if_narrower_ones_are_as_good(made_up):
     assert found.width <= 5e-4
 
 
+@pytest.mark.slow
 def test_picture_shows_every_error_above_the_noise(made_up, tmp_path):
     made_up(lambda width: -width if width > 1e-6 else 1e-13)
     report = regularisation_error(SYSTEM)

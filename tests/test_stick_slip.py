@@ -468,6 +468,7 @@ def paper():
 
 
 @shared
+@pytest.mark.slow
 def test_paper_has_the_earlier_estimates_and_regimes(paper):
     slow = paper["k168_v42"]
     assert slow.period.mean == pytest.approx(2.27, rel=0.03)

@@ -61,6 +61,7 @@ def test_period_doubling_of_the_vibro_impact_capsule():
     assert flip.parameter == pytest.approx(0.99623822467202370, abs=2e-11)
 
 
+@pytest.mark.slow
 def test_a_start_inside_a_stop_chooses_its_branch_in_silence():
     """It is pressed in, and leaves the stop: nothing happens before; so it is counted in an ensemble, too."""
     inside = {"displacement": 0.5, "displacement_rate": -1.0, "velocity": 0.2}
