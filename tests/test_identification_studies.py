@@ -248,6 +248,7 @@ def test_a_velocity_step_through_a_spring_gives_back_its_parameters(velocity_ste
     assert held["direct_effect"].standard_error < one["direct_effect"].standard_error
 
 
+@pytest.mark.slow
 def test_the_spring_prediction_is_that_of_an_independent_integrator(velocity_step):
     time, friction, displacement = velocity_step
     exact = Record("step", time, friction, displacement=displacement, normal_force=1.0)

@@ -282,6 +282,7 @@ def systems():
 
 
 @needs_node
+@pytest.mark.slow
 def test_rules_of_the_page_are_those_of_the_parts(node, tmp_path):
     """Refused there is what is refused here, in the same words, whatever the numbers; and alike forward and back."""
     draw, cases, wanted = random.Random(1), [], []

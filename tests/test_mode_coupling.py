@@ -63,6 +63,7 @@ def test_vibrations_grow_beyond_the_critical_coefficient_only():
     assert np.max(np.angle(grown)) == pytest.approx(frequency.real, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_growing_vibration_sticks_and_its_balances_close():
     """On a slow belt the vibration is bounded by sticking; on a fast one the block lifts off."""
     machine = vc.ModeCouplingBlock(belt_speed=0.02, damping=0.02)

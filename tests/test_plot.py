@@ -176,6 +176,7 @@ def lines_of(ax):
     return {line.get_label(): np.asarray(line.get_xydata()) for line in ax.lines}
 
 
+@pytest.mark.slow
 def test_load_is_drawn_from_pieces_with_its_zero(loaded):
     motion = loaded["dynamic"]
     ax = vc.plot(motion, "load")

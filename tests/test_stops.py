@@ -338,6 +338,7 @@ def test_a_run_ends_where_the_pendulum_reaches_its_stop(load):
         vc.simulate(stopped, initial={"angle": -0.9})
 
 
+@pytest.mark.slow
 def test_a_pendulum_bounces_off_its_capsule():
     """Each impact keeps the momentum, turns the angular velocity to -e times it, and takes its share of energy."""
     machine = vc.PendulumCapsuleWithStops(limit_angle=0.8, restitution=0.6)
