@@ -333,7 +333,7 @@ def test_numbers_in_the_errata_are_those_found(runs):
     assert f"alike at {soft['P1']:.4f} and {soft['P2']:.4f}" in texts[8]
 
 
-SLOW_FIGURES = ("fig09", "load05", "load06", "load07", "load09")  # sweeps, and kernels of their own
+SLOW_FIGURES = ("fig09", "load05", "load06", "load07", "load08", "load09")  # sweeps, and kernels of their own
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,9 @@ differed by 1e-15): which product of a sum is fused depends on the blocks that p
 one function alone, behind that, would take half as long (0.39 + 0.38) and run as fast, but changed the last places of
 motions with Dahl's, Bouc and Wen's and four other laws.
 
-Functions called several times are put in the place of a call only where they are small: with LLVM's own measure (225)
-passes and code took a fifth longer (LM, three kernels: 2.8 against 3.5 s), and runs were no faster (sweeps and motions
-of EM, LM, a crawler and a worm: 0.95 to 1.00 of the time). The bits of these were the same; an orbit of LM differed in
-the last place. Without unrolling loops, or a measure of 25, sweeps took 3 to 8 percent longer.
+To put functions called several times in the place of a call only where they are small (60 by LLVM's measure, not 225)
+would save a fifth of both and run as fast, but changed the last places of motions with Dahl's law and an orbit of LM.
+Without unrolling loops, or with a measure of 25, sweeps took 3 to 8 percent longer.
 """
 
 import contextlib
@@ -34,7 +33,6 @@ import llvmlite.binding as llvm
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
 SHORT = "; by few passes\n"  # first line of a text that is to be made quickly, put together and by O1; others take O2
-SMALL = 60  # LLVM's measure of a function up to which it is put in the place of its calls
 _FUNCTION = re.compile(r"^(define internal [^@\n]*(@[\w.]+)\([^\n]*)\{$", re.MULTILINE)
 _CALL = re.compile(r"call [^@\n]*(@[\w.]+)\(")
 
@@ -130,8 +128,6 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     options = llvm.create_pipeline_tuning_options(speed_level=1 if short else 2)
     options.loop_vectorization = True
     options.slp_vectorization = False
-    if short:
-        options.inlining_threshold = SMALL
     builder = llvm.create_pass_builder(machine, options)
     if short:
         first = llvm.create_new_module_pass_manager()
