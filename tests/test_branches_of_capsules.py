@@ -197,7 +197,7 @@ def test_section_goes_from_sticking_to_sliding():
         assert same_cycle(vc.shoot(system, found.special_points[0].state, half=True).word, word)
 
 
-@pytest.mark.exhaustive
+@pytest.mark.slow
 def test_period_doubling_over_a_parameter_of_the_law():
     system = system_with("lugre")
     found = vc.branches(system, "friction.bristle_damping", (4.0, 12.0), initial=START)

@@ -176,7 +176,6 @@ def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
         assert again[name] == pytest.approx(found.state[name], abs=1e-11)
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_a_branch_over_a_parameter_of_the_second_law():
     system = crawler(friction_2=vc.Coulomb(0.06, 0.09))

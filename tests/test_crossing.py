@@ -256,7 +256,6 @@ def test_crossings_are_found_where_the_branch_is_unstable():
     assert again == pytest.approx(speed + 1e-4, abs=1e-10)
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_crossings_are_found_past_a_fold():
     """The travelling LuGre capsule: unstable twins between the pitchfork and the fold, stable ones beyond it."""

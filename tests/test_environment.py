@@ -444,7 +444,6 @@ def test_a_slope_or_a_force_breaks_the_half_period_symmetry_and_drag_does_not():
     assert not capsule(force=0.01).mirrored
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_symmetry_of_settled_motions_is_asked_only_where_there_is_one():
     found = vc.ensemble(

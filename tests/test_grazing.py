@@ -63,7 +63,6 @@ def test_grazing_of_a_rigid_stop_ends_the_branch_without_impacts():
     assert "grazes" in found.ends[0].advice
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_grazing_behind_a_fold_and_after_an_impact():
     folded = vc.branch(elastic(1.5, gap=2.2), "drive.frequency", (1.3, 1.6), step=0.05)

@@ -245,7 +245,6 @@ def test_statuses_of_ensembles_are_those_of_single_runs():
     assert {vc.Status.FINISHED, vc.Status.LIFT_OFF, vc.Status.PARADOX} == set(single)
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_orbit_and_its_multipliers_follow_the_load():
     """The monodromy with saltation against differences of the stroboscopic map."""

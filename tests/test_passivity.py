@@ -227,7 +227,6 @@ def test_wrong_arguments_are_named(arguments, words):
         passivity("lugre")  # type: ignore[arg-type]
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_laws_of_several_states_and_pieces():
     slip = passivity(laws()["maxwell-slip"]())

@@ -172,7 +172,6 @@ def test_errors_that_cannot_be_asked_for():
         width_for(SYSTEM, error=1e-14, initial=START, periods=2)
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_travel_of_the_reference_motion():
     """docs/model.md: -62 % at 1e-2, -9.2 % at 1e-3, -1.3 % at 1e-4, -0.02 % at 1e-6."""

@@ -44,7 +44,6 @@ def test_against_an_independent_stiff_solver(name):
     assert [time for time, _ in found] == pytest.approx([time for time, _ in given["events"]], abs=1e-8)
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_that_solver_itself():
     """What is stored is what it computes: the shortest of its motions again, for a while."""

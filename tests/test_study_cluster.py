@@ -243,7 +243,6 @@ def test_the_same_study_goes_into_two_folders_of_one_cluster(tmp_path, cheap, de
     assert verify_study(tmp_path / "b").finished
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_a_scheduler_that_goes_away_ends_a_study_in_words(tmp_path, monkeypatch):
     """So does a worker without the package. The scheduler is a process of its own, which is killed."""

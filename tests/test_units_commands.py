@@ -153,7 +153,6 @@ def test_a_branch_in_si(place, capsys):
     assert "over machine.capsule_mass_kg" in printed(capsys, *words)
 
 
-@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_special_points_of_a_branch_are_in_si():
     from vibrocap.io.steady_in_si import diagram_in_si
