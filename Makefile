@@ -64,7 +64,7 @@ $(READY): requirements.lock pyproject.toml .ci/environment
 
 $(SITE_READY): $(READY) .ci/site-requirements.txt
 	@echo 'Installing what makes the site into .venv ...'
-	@$(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes -r .ci/site-requirements.txt
+	@$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile --require-hashes -r .ci/site-requirements.txt
 	@touch $@
 
 # names, versions and hashes of what is asked for, for all Pythons and systems
