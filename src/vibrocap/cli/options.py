@@ -154,8 +154,9 @@ def writable_film(option: str, path: Path | None) -> None:
         writable_file(option, path, FILMS)
         needs(option, "matplotlib")
         if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-            wanted = "an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
-            raise Refusal(f"{option}: {wanted}")
+            raise Refusal(
+                f"{option}: an .mp4 film needs ffmpeg, which is not found; install it, or give a name in .gif"
+            )
 
 
 def writable_table(option: str, path: Path | None, *packages: str) -> None:

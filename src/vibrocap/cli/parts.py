@@ -89,8 +89,9 @@ def _parts(names: tuple[str, ...]) -> list[Any]:
 
     if not names:
         if not registered():
-            wanted = "a law, a machine or a drive, such as lugre, or a file of your own by --parts mylaws.py"
-            raise Refusal(f"Name {wanted}.")
+            raise Refusal(
+                "Name a law, a machine or a drive, such as lugre, or a file of your own by --parts mylaws.py."
+            )
         return list(registered())
     catalogues = (laws(), machines(), drives())
     known = [name for catalogue in catalogues for name in catalogue]

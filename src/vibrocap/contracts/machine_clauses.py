@@ -162,13 +162,15 @@ def _load(machine: Any, t: float, y: tuple, drive: float, force: float) -> float
 
 def load_made(given: Any) -> str | None:
     """A load that follows the motion is its mean and the rate of the momentum normal to the ground."""
+    rising = None
     for machine, t, y, drive, force in _moving(given, SAMPLES if given.follows_load else 0):
         if not machine.reaction(t, y, drive)[0] > 0.0:
             return f"reaction: its first number should be positive, got {machine.reaction(t, y, drive)[0]:g}"
         if machine.vertical_momentum(t, y) is None:
             continue
+        rising = rising or along(machine.vertical_momentum, len(y))
         rates = machine.rates(t, y, drive, force)
-        found, lift = _load(machine, t, y, drive, force), along(machine.vertical_momentum, len(y))(t, y, rates)
+        found, lift = _load(machine, t, y, drive, force), rising(t, y, rates)
         size = 1.0 + max(map(abs, (*rates, found))) ** 2
         if not abs(found - machine.load() - lift) <= 64 * EPSILON * size:
             made = machine.load() + lift

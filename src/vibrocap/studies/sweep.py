@@ -122,8 +122,16 @@ def sweep(
     execution.require_packages()
     settings = {"window": window, "settle": settle, "periods": periods, "tolerance": tolerance}
     settings |= {"max_events_per_period": max_events_per_period, "max_steps": max_steps}
-    asked: dict[str, Any] = {"measures": measures, "cases": cases, "design": design, "initial": initial}
-    study = planned_study(system, over, **asked, settings=settings, also=execution.complaints())
+    study = planned_study(
+        system,
+        over,
+        measures=measures,
+        cases=cases,
+        design=design,
+        initial=initial,
+        settings=settings,
+        also=execution.complaints(),
+    )
     return carried_out(study, execution, progress).dataset()
 
 

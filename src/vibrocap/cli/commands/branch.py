@@ -58,8 +58,15 @@ def branch(
     writable_picture("--plot", plot)
     names = ("depth", "points", "settle_periods")
     with progress(f"Following steady motions over {along.path}"), refusing(*names, over="--over", between="--over"):
-        limits: dict[str, Any] = {"depth": depth, "points": points, "settle_periods": settle_periods}
-        found = branches(given.system, along.plain, (low, high), initial=given.initial, **limits)
+        found = branches(
+            given.system,
+            along.plain,
+            (low, high),
+            initial=given.initial,
+            depth=depth,
+            points=points,
+            settle_periods=settle_periods,
+        )
     record, shown = _diagram_record(found), found
     if given.system.units is not None:
         shown, plain = diagram_in_si(found, along), record
@@ -123,8 +130,15 @@ def basins(
     writable_picture("--plot", plot)
     names = ("plane", "resolution", "phase", "settle_periods")
     with progress("Running the starts of the plane") as report, refusing(*names):
-        start: dict[str, Any] = {"phase": phase, "initial": given.initial}
-        found = basins_of(given.system, axes, resolution, settle_periods=settle_periods, progress=report, **start)
+        found = basins_of(
+            given.system,
+            axes,
+            resolution,
+            phase=phase,
+            initial=given.initial,
+            settle_periods=settle_periods,
+            progress=report,
+        )
     record = _basin_record(found)
     if given.system.units is not None:
         record = in_si(record, {"attractors": {"drift": "m"}}, given.system)

@@ -288,8 +288,9 @@ def beyond_friction(system: System, breakaway: float) -> list[str]:
     factor, unit = (1.0, "") if system.units is None else (system.si.factor("friction"), "N")
     push = at_rest * factor
     if push:
-        words = f"Slope and outer force push with {said(push, unit)} at rest, positive forward"
-        words += ", which friction holds too: "
+        words = (
+            f"Slope and outer force push with {said(push, unit)} at rest, positive forward, which friction holds too: "
+        )
         if abs(push) > breakaway:
             words += f"more than it can, so the contact slides {'forward' if push > 0.0 else 'back'} by itself."
         else:

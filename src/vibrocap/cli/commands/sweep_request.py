@@ -65,9 +65,16 @@ class SweepRequest(Execution):
             design = Design(self.design, 1 if self.runs is None else self.runs, self.seed or 0)
         try:
             rows = None if unusable or cases is None else cases.rows
-            asked: dict[str, Any] = {"measures": self.measures, "cases": rows, "design": design}
             axes = {"drive.amplitude": "1:2:2"} if unusable else over or None
-            study = planned_study(case.system, axes, initial=case.initial, settings=self._settings(case), **asked)
+            study = planned_study(
+                case.system,
+                axes,
+                measures=self.measures,
+                cases=rows,
+                design=design,
+                initial=case.initial,
+                settings=self._settings(case),
+            )
         except CaseError as error:
             complaints += self._by_option(error.complaints, cases)
         else:

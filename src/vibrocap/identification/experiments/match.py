@@ -73,8 +73,9 @@ def match(
         raise ValueError(f"to: should be a friction law with its parameters, got {to!r}")
     if motion is not None:
         record = synthetic_record(to, motion, load=load)
-        settings: dict[str, Any] = {"free": free, "fixed": fixed, "starts": starts, "seed": seed}
-        found = fit(record, law, start="relaxed", intervals="covariance", **settings)
+        found = fit(
+            record, law, free=free, fixed=fixed, starts=starts, start="relaxed", intervals="covariance", seed=seed
+        )
         over, time, speeds, target = f"the motion {motion.name}", record.time, record.velocity, record.force
     else:
         assert velocity is not None

@@ -15,7 +15,7 @@ from vibrocap.numerics.compiler.kinds import (
     numbers,
     tuple_of,
 )
-from vibrocap.numerics.compiler.typed.nodes import OF, Function, Typed
+from vibrocap.numerics.compiler.typed.nodes import WRITERS, Function, Typed
 
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.lowering import Module
@@ -73,7 +73,7 @@ class Code:
 
     def value(self, node: Typed) -> Value:
         """The code of a value of the typed tree."""
-        return getattr(self, OF[type(node)])(node)
+        return getattr(self, WRITERS[type(node)])(node)
 
     def as_kind(self, value: Value, kind: Kind) -> Value:
         """A value as one of another kind that can hold it."""

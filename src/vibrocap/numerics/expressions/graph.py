@@ -36,7 +36,7 @@ class Graph:
         self.nodes: list[tuple] = []
         self._known: dict[tuple, int] = {}
         self._constant: dict[int, bool] = {}
-        self._reached: dict[tuple[int, ...], list[int]] = {}
+        self._reached: dict[tuple[int, ...], list[int]] = {}  # what `reached_from` has found
         self._slopes: dict[tuple[int, int], int] = {}  # what `sensitivity` has found, by expression and node
 
     def __deepcopy__(self, memory: dict) -> "Graph":

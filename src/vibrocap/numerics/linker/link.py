@@ -138,7 +138,7 @@ class Linked(str):
     """Text of a kernel as plain Python, which knows its parts.
 
     They are checked before it runs as plain Python or is compiled: not again where its machine code is kept, as that
-    was made of the same text. The check takes as long as all else that a kernel that is kept costs.
+    was made of the same text: the check takes nearly as long as to write it.
     """
 
     recipe: Recipe

@@ -250,7 +250,9 @@ class Primitive(Typed):
     kinds: tuple[Kind, ...]
 
 
-OF = {each: f"_of_{each.__name__}" for each in Typed.__subclasses__()}  # the method that writes the code of a value
+WRITERS = {
+    each: f"_of_{each.__name__}" for each in Typed.__subclasses__()
+}  # the method that writes the code of a value
 
 
 # --- statements ------------------------------------------------------------------------------------------------------

@@ -127,7 +127,7 @@ class Program:
         return found
 
 
-DO = {each: f"_do_{each.__name__}" for each in ast.stmt.__subclasses__()}
+VISITORS = {each: f"_do_{each.__name__}" for each in ast.stmt.__subclasses__()}
 
 
 class Statements(Expressions):
@@ -167,7 +167,7 @@ class Statements(Expressions):
     def _block(self, statements: list[ast.stmt], into: list[Any]) -> bool:
         """Type statements; whether what follows them can be reached."""
         for statement in statements:
-            handler = getattr(self, DO.get(type(statement), ""), None)
+            handler = getattr(self, VISITORS.get(type(statement), ""), None)
             if handler is None:
                 raise self.refusal(
                     statement, f"no kernel has {named(statement)}; see compiler/subset.py for what it has"

@@ -32,7 +32,7 @@ from vibrocap.numerics.compiler.typed.nodes import (
 if TYPE_CHECKING:
     from vibrocap.numerics.compiler.typed.program import Program
 
-OF = {each: f"_of_{each.__name__}" for each in ast.expr.__subclasses__()}
+VISITORS = {each: f"_of_{each.__name__}" for each in ast.expr.__subclasses__()}
 
 
 class Values:
@@ -55,7 +55,7 @@ class Values:
 
     def value(self, node: ast.expr) -> Typed:
         """The value of an expression."""
-        handler = getattr(self, OF.get(type(node), ""), None)
+        handler = getattr(self, VISITORS.get(type(node), ""), None)
         if handler is None:
             raise self.refusal(node, f"no kernel has {named(node)}; see compiler/subset.py for what it has")
         return handler(node)

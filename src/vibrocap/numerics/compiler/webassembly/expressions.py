@@ -74,7 +74,7 @@ class Expressions:
     def value(self, node: nodes.Typed, kind: Kind | None = None) -> None:
         """A value, as one of a kind that can hold it."""
         if kind is None or kind is node.kind:
-            getattr(self, nodes.OF[type(node)])(node)
+            getattr(self, nodes.WRITERS[type(node)])(node)
         elif isinstance(node, nodes.Number):
             self._number(node.constant, kind)
         elif isinstance(node, nodes.Tuple):
