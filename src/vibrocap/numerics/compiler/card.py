@@ -1,16 +1,12 @@
 """Code for graphics cards: PTX, the language that the driver of every NVIDIA card makes into the card's own.
 
-Code for compute capability 7.0 runs on all cards since. LLVM ends the process on some errors of a foreign target, so
-the text is made in a process of its own, and kept like an object file.
+Code for compute capability 7.0 runs on all cards since.
 """
 
-import subprocess
-import sys
-
-from vibrocap.numerics.compiler import cache, own_source
+from vibrocap.numerics.compiler.foreign import foreign_code
 from vibrocap.numerics.compiler.kinds import FLOATS, INT, INTS
 from vibrocap.numerics.compiler.lowering import lowered
-from vibrocap.numerics.compiler.machine import Target, assembly
+from vibrocap.numerics.compiler.machine import Target
 from vibrocap.numerics.compiler.subset import LIBRARY
 
 CARD = Target("nvptx64-nvidia-cuda", "sm_70", "+ptx64")
@@ -49,19 +45,6 @@ def thread_code(text: str) -> str:
 
 def ptx(text: str, reals: int, wholes: int) -> str:
     """The code of all threads, each with so many floats and ints of its own; from the disk or made now."""
-    name = cache.key(CARD.name, own_source(), text, str((reals, wholes)))
-    found = cache.kept(name)
-    if found is None:
-        one = thread_code(text).replace("define i64 @kernel_entry", "define internal i64 @kernel_entry")
-        code = one + ALL_THREADS.format(entry=ENTRY, reals=reals, wholes=wholes)
-        command = [sys.executable, "-m", __name__]
-        done = subprocess.run(command, input=code.encode(), capture_output=True, check=False)
-        if done.returncode != 0:
-            raise RuntimeError(f"LLVM made no code for a card: {done.stderr.decode(errors='replace')[-2000:]}")
-        found = done.stdout
-        cache.keep(name, found)
-    return found.decode()
-
-
-if __name__ == "__main__":
-    sys.stdout.write(assembly(sys.stdin.read(), CARD))
+    one = thread_code(text).replace("define i64 @kernel_entry", "define internal i64 @kernel_entry")
+    code = one + ALL_THREADS.format(entry=ENTRY, reals=reals, wholes=wholes)
+    return foreign_code(code, CARD, "assembly").decode()

@@ -18,6 +18,7 @@ class Module:
     def __init__(self, width: int):
         self.width = width
         self.bodies: dict[str, str] = {}
+        self.names: dict[nodes.Function, str] = {}
         self.needed: dict[str, None] = {}  # declarations and helpers
 
     def table(self, table: nodes.Table) -> str:
@@ -26,8 +27,10 @@ class Module:
         kind = "double" if flat.dtype.kind == "f" else "i64"
         texts = (float_text(x) if kind == "double" else str(int(x)) for x in flat.tolist())
         items = ", ".join(f"{kind} {text}" for text in texts)
-        self.need(f"@{table.name} = internal unnamed_addr constant [{flat.size} x {kind}] [{items}], align 64")
-        return f"@{table.name}"
+        content = f"internal unnamed_addr constant [{flat.size} x {kind}] [{items}], align 64"
+        name = self.called(table.name, content)
+        self.need(f"@{name} = {content}")
+        return f"@{name}"
 
     def need(self, text: str) -> None:
         """Something to stand in the module once."""
@@ -43,9 +46,15 @@ class Module:
 
     def written(self, function: nodes.Function) -> str:
         """The name of a function, which is written when first called."""
-        if function.name not in self.bodies:
-            self.bodies[function.name] = Function(self, function).written()
-        return f"@{function.name}"
+        if function not in self.names:
+            body = Function(self, function).written()
+            name = self.names[function] = self.called(function.name, body)
+            self.bodies[name] = body.replace(f"@{function.name}(", f"@{name}(", 1)
+        return f"@{self.names[function]}"
+
+    def called(self, name: str, content: str) -> str:
+        """What a function or table of the kernel is called in the module."""
+        return name
 
     @property
     def text(self) -> str:
@@ -76,17 +85,24 @@ def lowered(
     return (SHORT if short else "") + module.text + entry_text(name, function.result, arguments)
 
 
-def entry_text(name: str, result: Kind, arguments: tuple[Kind, ...]) -> str:
-    """The function that is called from outside."""
-    head = ", ".join(f"{_argument(kind)} %a{i}" for i, kind in enumerate(arguments))
-    passed = ", ".join(f"{kind.llvm} %a{i}" for i, kind in enumerate(arguments))
-    lines = [f"\ndefine i64 @kernel_entry({head}) nounwind {{"]
+def entry_text(
+    name: str, result: Kind, arguments: tuple[Kind, ...], exported: str = "kernel_entry", whole: str = "i64"
+) -> str:
+    """The function that is called from outside, by ints of the type `whole`, of 64 bits or fewer."""
+    same = whole == INT.llvm
+    head = ", ".join(f"{whole if kind == INT else _argument(kind)} %a{i}" for i, kind in enumerate(arguments))
+    widened = [i for i, kind in enumerate(arguments) if kind == INT and not same]
+    passed = ", ".join(f"{kind.llvm} %{'w' if i in widened else 'a'}{i}" for i, kind in enumerate(arguments))
+    lines = [f"\ndefine {whole} @{exported}({head}) nounwind {{"]
+    lines += [f"  %w{i} = sext {whole} %a{i} to i64" for i in widened]
     if result == NOTHING:
-        lines += [f"  call void {name}({passed})", "  ret i64 0"]
+        lines += [f"  call void {name}({passed})", f"  ret {whole} 0"]
     else:
         lines += [f"  %found = call {result.llvm} {name}({passed})"]
-        lines += ["  %wide = zext i1 %found to i64"] if result == BOOL else []
-        lines += [f"  ret i64 {'%wide' if result == BOOL else '%found'}"]
+        as_is = same and result == INT
+        change = "zext i1" if result == BOOL else "trunc i64"
+        lines += [] if as_is else [f"  %wide = {change} %found to {whole}"]
+        lines += [f"  ret {whole} {'%found' if as_is else '%wide'}"]
     return "\n".join([*lines, "}", ""])
 
 

@@ -32,7 +32,8 @@ from typing import Any
 import llvmlite.binding as llvm
 
 BUSY = threading.RLock()  # LLVM's options are those of the whole process
-SHORT = "; by few passes\n"  # first line of a text that is to be made quickly, put together and by O1; others take O2
+# First line of a text that is to be made quickly, put together and by O1, or to be small; others take O2 as it is.
+SHORT, SMALL = "; by few passes\n", "; small\n"
 _FUNCTION = re.compile(r"^(define internal [^@\n]*(@[\w.]+)\([^\n]*)\{$", re.MULTILINE)
 _CALL = re.compile(r"call [^@\n]*(@[\w.]+)\(")
 
@@ -98,8 +99,9 @@ def _machine(target: Target) -> Any:
     """LLVM's target machine."""
     _initialised(target.triple != llvm.get_process_triple())
     made = llvm.Target.from_triple(target.triple)
+    reloc = "static" if target.triple.startswith("wasm") else "pic"  # a module's memory begins at 0
     return made.create_target_machine(
-        cpu=target.processor, features=target.features, opt=3, reloc="pic", codemodel="default"
+        cpu=target.processor, features=target.features, opt=3, reloc=reloc, codemodel="default"
     )
 
 
@@ -128,6 +130,8 @@ def optimised(text: str, target: Target) -> tuple[Any, Any]:
     options = llvm.create_pipeline_tuning_options(speed_level=1 if short else 2)
     options.loop_vectorization = True
     options.slp_vectorization = False
+    if text.startswith(SMALL):
+        options.loop_vectorization, options.inlining_threshold = False, 0
     builder = llvm.create_pass_builder(machine, options)
     if short:
         first = llvm.create_new_module_pass_manager()

@@ -250,10 +250,7 @@ class Expressions(Values):
         if any(argument.kind in (TABLE, NOTHING) for argument in arguments):
             raise self.refusal(node, "a table is no argument; name it in the function that reads it")
         asked = functools.partial(self.refusal, node)
-        constants = self.program.known_arguments(name, arguments)
-        function = self.program.function(name, tuple(argument.kind for argument in arguments), asked, constants)
-        if constants:
-            arguments = [each for each, constant in zip(arguments, constants, strict=True) if constant is None]
+        function = self.program.function(name, tuple(argument.kind for argument in arguments), asked)
         return Call(function.result, function, tuple(arguments))
 
     def _extreme(self, node: ast.AST, name: str, parts: list[Typed]) -> Typed:

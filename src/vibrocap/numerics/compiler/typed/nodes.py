@@ -360,12 +360,11 @@ class Return:
 class Function:
     """A function for one combination of kinds of arguments.
 
-    name: unlike that of any other of the kernel; variables: their kinds; assigned: arguments that are variables, too
+    name: unlike that of any other of the kernel; variables: their kinds
     """
 
     name: str
     arguments: tuple[tuple[str, Kind], ...]
-    assigned: tuple[str, ...]
     variables: dict[str, Kind]
     result: Kind
     body: list[Any]

@@ -58,12 +58,10 @@ class Program:
 
     width: lanes side by side, 0 where a target has none
     library: functions of the kernel that stand for those of `math`, and for `pow`
-    without_lane: whether loops of one round are none, and functions are typed anew for ints that are 0 where they are
-    called: for targets that do not optimise, so that the number of the lane goes, of which there is one
     """
 
-    def __init__(self, kernel: Kernel, width: int, library: Mapping[str, str] = NO_LIBRARY, without_lane: bool = False):
-        self.kernel, self.width, self.library, self.without_lane = kernel, width, library, without_lane
+    def __init__(self, kernel: Kernel, width: int, library: Mapping[str, str] = NO_LIBRARY):
+        self.kernel, self.width, self.library = kernel, width, library
         self._functions: dict[tuple, Function | None] = {}
         self._values: dict[str, Typed | None] = {}
         self._assigned: dict[str, tuple[set[str], set[str]]] = {}
@@ -93,27 +91,9 @@ class Program:
             self._assigned[name] = names_assigned(self.kernel.functions[name])
         return self._assigned[name]
 
-    def known_arguments(self, name: str, arguments: list[Typed]) -> tuple[int | None, ...]:
-        """The ints for which a function is typed: those that are 0 and that it gives no other value."""
-        zeros = [isinstance(each, Number) and each.kind is INT and each.constant == 0 for each in arguments]
-        if not self.without_lane or not any(zeros):
-            return ()
-        assigned, _ = self.assigned(name)
-        pairs = zip(zeros, self.kernel.functions[name].args.args, strict=True)
-        return tuple(0 if zero and argument.arg not in assigned else None for zero, argument in pairs)
-
-    def function(
-        self,
-        name: str,
-        kinds: tuple[Kind, ...],
-        asked: Callable[[str], Exception],
-        constants: tuple[int | None, ...] = (),
-    ) -> Function:
-        """A function of the kernel for arguments of these kinds; asked: what to raise where it is asked for.
-
-        constants: arguments that are known, and so no arguments of this one
-        """
-        key = (name, kinds, constants)
+    def function(self, name: str, kinds: tuple[Kind, ...], asked: Callable[[str], Exception]) -> Function:
+        """A function of the kernel for arguments of these kinds; asked: what to raise where it is asked for."""
+        key = (name, kinds)
         if key in self._functions:
             found = self._functions[key]
             if found is None:
@@ -121,7 +101,7 @@ class Program:
             return found
         self._functions[key] = None
         number = sum(before == name for before, *_ in self._functions)
-        statements = Statements(self, self.kernel.functions[name], kinds, constants or (None,) * len(kinds))
+        statements = Statements(self, self.kernel.functions[name], kinds)
         found = statements.typed(name if number == 1 else f"{name}.{number}")
         self._functions[key] = found
         return found
@@ -139,19 +119,15 @@ class Statements(Expressions):
         body = self._typed(arguments)
         while self.widened:
             body = self._typed(arguments)
-        assigned = tuple(argument for argument in arguments if argument in self._assigned)
-        given = zip(arguments, self.kinds, self.constants, strict=True)
-        pairs = tuple((argument, kind) for argument, kind, constant in given if constant is None)
-        return Function(name, pairs, assigned, self.variables, self.result or NOTHING, body)
+        pairs = tuple(zip(arguments, self.kinds, strict=True))
+        return Function(name, pairs, self.variables, self.result or NOTHING, body)
 
     def _typed(self, arguments: list[str]) -> list[Any]:
         self.bound, self.loops, self.widened = {}, [], False
         body: list[Any] = []
-        for argument, kind, constant in zip(arguments, self.kinds, self.constants, strict=True):
+        for argument, kind in zip(arguments, self.kinds, strict=True):
             value = Argument(kind, argument)
-            if constant is not None:
-                self.bound[argument] = Number(INT, constant=constant)
-            elif argument not in self._assigned:
+            if argument not in self._assigned:
                 self.bound[argument] = value
             elif kind in ELEMENTS:
                 raise self.refusal(self.node, f"the array `{argument}` cannot be given another value")
@@ -297,11 +273,6 @@ class Statements(Expressions):
             raise self.refusal(node, "the step of a range is a constant other than 0; write it as one")
         if first.constant is not None and last.constant is not None and not range(first.constant, last.constant, step):
             return None
-        if self.program.without_lane and first.constant is not None and last.constant is not None:
-            rounds = range(first.constant, last.constant, step)
-            if len(rounds) == 1 and not _leaves(node.body):
-                into += self._assign(node, node.target.id, Number(INT, constant=rounds[0]))
-                return self._block(node.body, into)
         counter = Counter(INT)
         loop = For(counter, first, last, step, self._assign(node, node.target.id, counter))
         into.append(loop)
@@ -328,12 +299,3 @@ class Statements(Expressions):
         self.result = both
         into.append(Return(value))
         return False
-
-
-def _leaves(body: list[ast.stmt]) -> bool:
-    """Whether a break or continue of this loop is in its body."""
-    return any(
-        isinstance(node, (ast.Break, ast.Continue))
-        or (isinstance(node, ast.If) and (_leaves(node.body) or _leaves(node.orelse)))
-        for node in body
-    )

@@ -38,10 +38,8 @@ VISITORS = {each: f"_of_{each.__name__}" for each in ast.expr.__subclasses__()}
 class Values:
     """One function for one combination of kinds of arguments, on its way into the typed tree."""
 
-    def __init__(
-        self, program: "Program", node: ast.FunctionDef, kinds: tuple[Kind, ...], constants: tuple[int | None, ...]
-    ):
-        self.program, self.node, self.kinds, self.constants = program, node, kinds, constants
+    def __init__(self, program: "Program", node: ast.FunctionDef, kinds: tuple[Kind, ...]):
+        self.program, self.node, self.kinds = program, node, kinds
         self.variables: dict[str, Kind] = {}
         self.result: Kind | None = None
         self.bound: dict[str, Typed] = {}  # names that are a value, no variable

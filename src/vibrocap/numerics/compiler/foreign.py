@@ -1,0 +1,35 @@
+"""Code for other processors than this one, made in a process of its own: LLVM ends it on some errors of theirs."""
+
+import subprocess
+import sys
+from typing import Literal
+
+from vibrocap.numerics.compiler import cache, own_source
+from vibrocap.numerics.compiler.machine import Target, assembly, object_code
+
+Form = Literal["assembly", "object"]
+
+
+def foreign_code(text: str, target: Target, form: Form) -> bytes:
+    """Code of a text in LLVM's language, as the text of an assembler or as an object file; from the disk or made now.
+
+    Raises RuntimeError, with LLVM's own words, where it makes none.
+    """
+    name = cache.key(target.name, own_source(), form, text)
+    found = cache.kept(name)
+    if found is None:
+        command = [sys.executable, "-m", __name__, form, target.triple, target.processor, target.features]
+        done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
+        if done.returncode != 0:
+            said = done.stderr.decode(errors="replace")[-2000:]
+            raise RuntimeError(f"LLVM made no code for {target.triple}: {said}")
+        found = done.stdout
+        cache.keep(name, found)
+    return found
+
+
+if __name__ == "__main__":
+    wanted, *rest = sys.argv[1:]
+    given, chosen = sys.stdin.read(), Target(*rest)
+    made = assembly(given, chosen).encode() if wanted == "assembly" else object_code(given, chosen)
+    sys.stdout.buffer.write(made)
