@@ -454,6 +454,8 @@ def test_new_parts_are_found_compiled_and_certified(new_parts, workplace, capsys
     Path("case.toml").write_text(fence.text, encoding="utf-8")
     run_command("vibrocap simulate case.toml --json --out run.nc --plot run.png")
     run_command("vibrocap simulate run.nc")
+    for part in (case.system.machine, case.system.friction, case.system.drive):
+        run_command(f"vibrocap check {part.name}")
     capsys.readouterr()
     assert cli.main(["limits", "case.toml"]) == WRONG_INPUT
     assert "Hyperbolic" in capsys.readouterr().err
