@@ -6,10 +6,11 @@ with its status and what was computed until then; 130 interrupted.
 
 import collections
 import contextlib
+import inspect
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
@@ -114,6 +115,12 @@ def completion(shell: Literal["bash", "zsh", "fish", "powershell"], /, *, instal
     return OK
 
 
+def paragraphs(command: Callable) -> str:
+    """What a command does, a line for each paragraph, so that the terminal wraps it."""
+    said, _, _ = (inspect.getdoc(command) or "").partition("\n\nParameters\n")
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in said.split("\n\n"))
+
+
 app = App(
     name="vibrocap",
     help="Vibro-driven capsules: machines that travel by shaking an inner mass against friction.",
@@ -134,7 +141,8 @@ for command in (
         app.command(command)
     else:
         shown = examples_of(command.__name__.replace("_", "-"))
-        app.command(command if command in WITHOUT_PARTS else taking_parts(command), help_epilogue=shown)
+        run = command if command in WITHOUT_PARTS else taking_parts(command)
+        app.command(run, help=paragraphs(command), help_epilogue=shown)
 
 
 def _silence() -> None:

@@ -31,7 +31,7 @@ def branch(
     stick/slip word are located. If the case's own value is outside the range, the
     search begins at the nearer end.
 
-    Exit code 3: a branch goes on but could not be followed.
+    Exit code 3: a branch continues but could not be followed.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def branch(
     over
         PATH=LEAST:LARGEST, such as drive.amplitude=1:3, or drive.frequency_Hz=0.5:2 of a case in SI
     depth
-        how many times to follow branches that leave a branch
+        recursion depth at branch points
     points
         points of a branch in each direction, at most
     settle_periods

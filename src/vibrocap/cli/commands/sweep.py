@@ -56,7 +56,7 @@ def sweep(
     Exit codes: 0 done, also if some runs failed: they have their status, and the
     summary counts them. 2 wrong input, all of it named before any work. 3 the work
     could not be completed (a full disk, for example). 130 stopped by Ctrl-C. After
-    3 and 130 the same command with --resume goes on where it ended.
+    3 and 130, with --resume, the command continues where it stopped.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ def sweep(
     out
         folder for the results, stored as they come
     resume
-        go on with the study in --out, and mend it if it is damaged; begin one if there is none
+        continue the study in --out, repairing it if it is damaged; start one if there is none
     mixed
-        with --resume, go on though the study was begun by another version or processor; new tiles are marked
+        with --resume, continue even if the study was started by another version or processor; new tiles are marked
     export
         write the results to FILE.nc (NetCDF) or FILE.csv too
     cases
