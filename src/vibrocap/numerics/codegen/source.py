@@ -350,7 +350,7 @@ class ScalarWriter:
     def _name(self, index: int) -> str:
         if index not in self._names:
             op, *operands = self.graph.nodes[index]
-            leaf = {"time": "t", "side": "side"}.get(op)
+            leaf = {"time": "t", "side": "side", "delay": "floats[DELAY + lane]"}.get(op)
             if op == "constant":
                 leaf = repr(operands[0])
             if leaf is None:

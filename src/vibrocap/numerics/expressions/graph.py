@@ -14,6 +14,7 @@ from vibrocap.numerics.expressions.refusals import Recordable
 
 LARGEST_PRODUCT = 8  # exponent up to which a whole power is a product, as in `vibrocap.physics.elementary.power`
 POWER_ROUNDING = 1e-10  # where other powers are rounded off, as there, so that they have a series at zero too
+LEAVES = ("constant", "time", "side", "delay", "state", "parameter")
 FUNCTIONS = {
     "sin": math.sin,
     "cos": math.cos,
@@ -28,7 +29,7 @@ FUNCTIONS = {
 class Graph:
     """The nodes of recorded expressions, in an order in which each comes after its operands.
 
-    A node is (op, operands): ("constant", value), ("time",), ("side",), ("state", i), ("parameter", i),
+    A node is (op, operands): ("constant", value), ("time",), ("side",), ("delay",), ("state", i), ("parameter", i),
     ("add" | "sub" | "mul" | "div", a, b), ("neg", a), or (function, a) with a function of FUNCTIONS.
     """
 
@@ -79,7 +80,7 @@ class Graph:
         """Whether a node depends on neither time nor state."""
         if index not in self._constant:
             op, *operands = self.nodes[index]
-            leaf = op in ("constant", "side", "parameter", "time", "state")
+            leaf = op in LEAVES
             constant = op not in ("time", "state") if leaf else all(map(self.is_constant_in_time, operands))
             self._constant[index] = constant
         return self._constant[index]
@@ -224,7 +225,7 @@ def sensitivity(expression: Expression, node: int) -> Expression:
     if known is not None:
         return Expression(graph, known)
     op, *operands = graph.nodes[expression.index]
-    if op in ("constant", "side", "parameter", "time", "state"):
+    if op in LEAVES:
         result = graph.constant(0.0)
     else:
         args = [Expression(graph, i) for i in operands]
@@ -311,7 +312,7 @@ def reachable(graph: Graph, roots: Sequence[int]) -> list[int]:
 def operands_of(graph: Graph, index: int) -> list[int]:
     """Indices of the nodes on which a node depends at once."""
     op, *operands = graph.nodes[index]
-    return [] if op in ("constant", "time", "side", "state", "parameter") else operands
+    return [] if op in LEAVES else operands
 
 
 def depends_on_time(expressions: Sequence[Expression]) -> bool:

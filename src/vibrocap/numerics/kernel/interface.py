@@ -99,6 +99,11 @@ def leave_piece(floats, ints, lane, event, h) -> None:
     raise NotImplementedError
 
 
+def stay_in_piece(ints, lane) -> None:
+    """A contact is set to rest by what moves no event: the tangent enters the same piece once more."""
+    raise NotImplementedError
+
+
 def enter_piece(floats, ints, lane) -> None:
     """A piece begins, whose series stands in memory: the change at the event becomes one at one time."""
     raise NotImplementedError

@@ -30,7 +30,7 @@ CORNERS = Slot(
 )
 TANGENT = Slot(
     "tangent",
-    ("tangent_waits", "leave_piece", "enter_piece", "tangents_wait"),
+    ("tangent_waits", "leave_piece", "stay_in_piece", "enter_piece", "tangents_wait"),
     ("events.no_tangents", "events.tangents"),
 )
 OBSERVER = Slot(

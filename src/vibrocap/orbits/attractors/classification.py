@@ -107,6 +107,8 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     drift = None if orbit.drift is None else orbit.drift / n
     known: dict = {"drift": drift, "drift_error": 0.0, "symmetric": orbit.symmetric}
     known |= {"state": orbit.state, "orbit": Orbit.of(orbit)}
+    if orbit.status is OrbitStatus.NOT_CERTIFIED:
+        return MotionClass("not settled", "an orbit closes, but runs beside it contradict its multipliers", **known)
     if orbit.status is not OrbitStatus.CONVERGED:
         reason = f"it settled, but no orbit closes there (residual {orbit.residual:.2g})"
         return MotionClass("not settled", reason, **known)

@@ -10,13 +10,16 @@ from vibrocap.arguments import check_whole
 from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.numerics.api import Budget
 from vibrocap.orbits.closing.periodic_solution import FORGOTTEN
+from vibrocap.orbits.maps.differences import differ, slopes_along
 from vibrocap.orbits.maps.settling_runs import iterates
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, StroboscopicMap, driven_map
+from vibrocap.orbits.maps.variations import LEEWAY
 from vibrocap.physics.system import System
 
 ALIGNING = 0.1  # share of the periods in which directions turn towards those that grow most; not averaged
 BATCHES = 16  # of the periods, from whose means the error is estimated
 BLOCK = 4096  # periods of which derivatives are computed at a time
+ASKED = 8  # periods whose derivative is compared with differences
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,9 +61,10 @@ def lyapunov_exponent(
 
     initial: the start (states that are not named are zero); periods: averaged over, after `transient` others
     tolerance: of the runs, error per step over the natural size of each state
-    The error is the larger of the standard error of 16 batch means and half the difference of the two halves' means: a
-    motion that visits its attractor evenly gives an error that falls as 1/sqrt(N), a periodic one as 1/N. Exponents
-    below log(tolerance)/period are lost in rounding.
+    The error is the largest of the standard error of 16 batch means, half the difference of the two halves' means, and
+    what the tolerance leaves open of the derivatives: a motion that visits its attractor evenly gives an error that
+    falls as 1/sqrt(N), a periodic one as 1/N. Differences over eight of the periods have to agree with the derivatives;
+    where they do not, the error is what they make of it. Exponents below log(tolerance)/period are lost in rounding.
     Returns `LyapunovExponents`. Raises ValueError naming the argument; so it does for a system that nothing drives in
     time.
     """
@@ -96,19 +100,46 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
     size = map_.scales(parameters)[moving]
     growth = np.empty((len(states), len(moving)))
     directions = np.linalg.qr(np.random.default_rng(0).normal(size=(len(moving), len(moving))))[0]
+    asked = dict.fromkeys(np.linspace(ALIGNING * len(states), len(states) - 1, ASKED).astype(int).tolist())
     for first in range(0, len(states), BLOCK):
         part = states[first : first + BLOCK]
         found = map_.images(part, np.tile(parameters, (len(part), 1)))
         assert found.jacobian is not None
         slopes = found.jacobian[:, moving][:, :, moving] * size / size[:, None]
         for k, slope in enumerate(slopes):
+            if first + k in asked:
+                asked[first + k] = directions[:, 0], slope @ directions[:, 0], found.state[k]
             directions, upper = np.linalg.qr(slope @ directions)
             growth[first + k] = np.abs(np.diag(upper))
-    return _averaged(map_, growth, map_.period(parameters), finished)
+    doubt = _doubt(map_, states, asked, parameters)
+    return _averaged(map_, growth, map_.period(parameters), finished, doubt)
 
 
-def _averaged(map_: StroboscopicMap, growth: np.ndarray, period: float, finished: bool) -> LyapunovExponents:
-    """Means of the logarithms of growth [periods, directions] per time, and their errors."""
+def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: np.ndarray) -> float:
+    """By how much the logarithm of the growth over a period is wrong, as far as differences tell; 0 where they agree.
+
+    asked: by number of a state, (direction, its image by the derivative, image of the state)
+    """
+    moving, chosen, size = map_.smooth_states, list(asked), map_.scales(parameters)
+    along, said, images = (np.stack(column) for column in zip(*asked.values(), strict=True))
+    directions = np.zeros((len(chosen), map_.states))
+    directions[:, moving] = along * size[moving]
+    directions *= map_.free(states[chosen], parameters[None])
+    rows = np.tile(parameters, (len(chosen), 1))
+    found, sure = slopes_along(map_, states[chosen], directions, images, rows)
+    found = found[:, moving]
+    wrong = [
+        abs(math.log(max(float(np.linalg.norm(one)), FORGOTTEN) / max(float(np.linalg.norm(other)), FORGOTTEN)))
+        for one, other, certain in zip(said, found, sure, strict=True)
+        if certain and differ(one, other)
+    ]
+    return sum(wrong) / max(1, int(np.sum(sure)))
+
+
+def _averaged(
+    map_: StroboscopicMap, growth: np.ndarray, period: float, finished: bool, doubt: float
+) -> LyapunovExponents:
+    """Means of the logarithms of growth [periods, directions] per time, and their errors, at least `doubt`."""
     least = FORGOTTEN if map_.equations.hold is not None else 0.0
     used = growth[round(ALIGNING * len(growth)) :]
     lost = np.any(used <= least, axis=0)
@@ -116,7 +147,9 @@ def _averaged(map_: StroboscopicMap, growth: np.ndarray, period: float, finished
     mean = rates.mean(axis=0)
     batches = np.array([batch.mean(axis=0) for batch in np.array_split(rates, BATCHES)])
     halves = np.array([half.mean(axis=0) for half in np.array_split(rates, 2)])
+    open_ = LEEWAY * map_.tolerance * np.mean(1.0 / np.where(used <= least, 1.0, used), axis=0)
     error = np.maximum(batches.std(axis=0, ddof=1) / math.sqrt(BATCHES), 0.5 * np.abs(halves[0] - halves[1]))
+    error = np.maximum(error, (open_ + doubt) / period)
     mean, error = np.where(lost, -np.inf, mean), np.where(lost, 0.0, error)
     order = np.argsort(-mean, kind="stable")
     mean, error = mean[order], error[order]

@@ -11,7 +11,8 @@ from vibrocap.orbits.closing.periodic_solution import (
     named_states,
 )
 from vibrocap.orbits.closing.shooting import CLOSED, MOST_STEPS, ROUNDING
-from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.orbits.maps.differences import contradicted
+from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
 from vibrocap.physics.system import System
 
 SIMULATED = 1e-10  # tolerance of the run that looks for a cycle
@@ -69,6 +70,10 @@ def _closed(map_: StroboscopicMap, state: np.ndarray, side: float, period: float
     status = OrbitStatus.CONVERGED if best[0] <= ROUNDING else OrbitStatus.NOT_CONVERGED
     if not np.isfinite(best[0]):
         status = OrbitStatus.RUN_FAILED
+    elif status is OrbitStatus.CONVERGED:
+        images = Images(best[1][None], best[2][None], np.array([True]))
+        if contradicted(map_, state, images, parameters, mark_distance=np.array([period])):
+            status = OrbitStatus.NOT_CERTIFIED
     return _record(map_, state, period, best[2], best[0], status, steps)
 
 

@@ -28,6 +28,11 @@ class OrbitStatus(Advised):
         "The simulation did not settle to a periodic motion. Raise `settle_periods`, start elsewhere, or name the "
         "period and a start; the motion may be quasi-periodic or chaotic.",
     )
+    NOT_CERTIFIED = (
+        "not certified",
+        "The orbit closes, but runs beside it contradict its multipliers, so that nothing is said of its stability. "
+        "Shoot it again at another `tolerance`; simulate from its state to see its certificate.",
+    )
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

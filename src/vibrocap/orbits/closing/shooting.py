@@ -11,6 +11,7 @@ from vibrocap.orbits.closing.periodic_solution import (
     named_states,
     state_vector,
 )
+from vibrocap.orbits.maps.differences import contradicted
 from vibrocap.orbits.maps.stroboscopic_map import Images, StroboscopicMap
 
 CLOSED = 1e-11  # residual at which an orbit is closed; Newton goes on while it pays
@@ -39,7 +40,8 @@ def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, h
 
     The fixed points of the second are exactly the symmetric orbits, also unstable ones among pairs of mirror twins. The
     velocity of a contact that sticks at the section is left out too. Derivatives come from the variational equations,
-    through events. Steps are halved while they do not reduce the mismatch.
+    through events. Steps are halved while they do not reduce the mismatch. A few runs beside the orbit have to agree
+    with its derivative; where they contradict it, it is not certified.
     """
     state = state.copy()
     if map_.cyclic >= 0:
@@ -153,6 +155,8 @@ def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -
     system = map_.system
     whole = map_.images(found.state[None], parameters[None], response_period)
     assert whole.jacobian is not None
+    if status is OrbitStatus.CONVERGED and contradicted(map_, found.state, whole, parameters, response_period):
+        status = OrbitStatus.NOT_CERTIFIED
     symmetric, twin = None, None
     if system.mirrored:
         # With tangents that nobody asks for: the kernel that has them is compiled, one without them may not be.

@@ -8,6 +8,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import Budget, RunResults, codes
+from vibrocap.orbits.maps.differences import BACKWARDS, keeps_order
 from vibrocap.orbits.maps.itinerary import closed_word, same_cycle
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, MOST_STEPS, ORDER, StroboscopicMap
 from vibrocap.orbits.maps.variations import variational_equations
@@ -197,13 +198,15 @@ class ClosingMap:
         at_rest = np.isin(self.unknowns, (*first, *map_.equations.resting)) & (image[0] == 0.0)
         words, impacts = self._words(ended, [0, m, m + 1]), self.impacts_of(ended)
         alike = [f"{word} {impacts[run]}" for word, run in zip(words, (0, m, m + 1), strict=True)]
+        jacobian = ends[:m, n + self.unknowns].T / sizes[:, None]
+        possible = not keeps_order(map_) or bool(np.all(self.mirror[self.unknowns] * jacobian >= BACKWARDS))
         return Closing(
             x=x,
             mismatch=image[0] - x[:-1],
-            jacobian=ends[:m, n + self.unknowns].T / sizes[:, None],
+            jacobian=jacobian,
             slope=nudged_slope(image[0], image[m], image[m + 1], alike),
             at_rest=at_rest,
-            finished=bool(np.all(ended.finished)),
+            finished=bool(np.all(ended.finished)) and possible,
             word=words[0],
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],

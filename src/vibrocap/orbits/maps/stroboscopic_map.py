@@ -14,7 +14,7 @@ from vibrocap.physics.system import System
 
 MOST_EVENTS = 100_000  # in one period
 MOST_STEPS = 2_000_000
-AT_REST = 1e-11  # speed of a contact at an imposed distance, which is at rest to rounding
+AT_REST = 1e-11  # speed of a contact whose velocity is imposed in part, which is at rest as far as orbits are closed
 PUSHES = 1e-5, 1e-6  # over the natural size, of the differences that check a derivative through turns at one instant
 AGREE = 1e-3  # of derivatives that are the same, relative
 ORDER = 12  # of the series: one kernel serves all tolerances
@@ -52,6 +52,8 @@ class StroboscopicMap:
         self.states = len(system.state_names)
         self.mirror = np.array(self.equations.symmetry, dtype=float)
         self.cyclic = self.equations.cyclic_state
+        contact = ("state", self.equations.contact_state)
+        self.imposed = self.equations.graph.nodes[self.equations.contact_velocity.index] != contact  # in part
         switched = [name in system.switched for name in system.state_names]
         self.section_states = np.flatnonzero(np.arange(self.states) != self.cyclic)  # all but the cyclic coordinate
         self.smooth_states = self.section_states[~np.array(switched)[self.section_states]]  # nor what a law switches
@@ -103,9 +105,8 @@ class StroboscopicMap:
         """
         free = np.ones(states.shape, dtype=bool)
         if self.equations.hold is not None:
-            values = self.equations.filled(parameters).T
-            (velocity,) = evaluate([self.equations.contact_velocity], 0.0, states.T, 1.0, values)
-            free[:, self.equations.contact_state] = velocity != 0.0
+            velocity, none = self._contact_velocity(states, parameters, 0.0)
+            free[:, self.equations.contact_state] = np.abs(velocity) > none
         for contact in self.equations.resting:
             free[:, contact] = states[:, contact] != 0.0
         # a further contact at rest leaves the one coordinate of all no freedom
@@ -118,6 +119,14 @@ class StroboscopicMap:
             for name in names:
                 free[closed, self.system.state_names.index(name)] = False
         return free
+
+    def _contact_velocity(self, states: np.ndarray, parameters: np.ndarray, time: Any) -> tuple[Any, Any]:
+        """(velocity of the first contact, how much of it is none): nothing where it is a state itself."""
+        recorded, contact = self.equations, self.equations.contact_state
+        values = recorded.filled(parameters, time).T
+        wanted = [recorded.contact_velocity, recorded.scales[contact]]
+        velocity, size = evaluate(wanted, time, states.T, 1.0, values)
+        return velocity, AT_REST * (np.abs(states[:, contact]) + size) if self.imposed else 0.0
 
     def at_rest(self, states: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """Which further contacts at imposed distances stand, or turn, at states [runs, states]: [runs, contacts]."""
@@ -144,6 +153,10 @@ class StroboscopicMap:
         """
         options = {"threads": self.threads, "plain": self.plain, "order": order, "progress": progress}
         recording = self.equations if recording is None else recording
+        if self.imposed and self.equations.hold is not None:  # a contact at rest, but for rounding, rests
+            velocity, none = self._contact_velocity(states, parameters, 0.0 if start is None else start)
+            states, contact = states.copy(), self.equations.contact_state
+            states[:, contact] -= np.where(np.abs(velocity) <= none, velocity, 0.0)
         times = {"mark_distance": mark_distance, "start": start}
         return ensemble_run(recording, parameters, states, budget, **times, **options)
 

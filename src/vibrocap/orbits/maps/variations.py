@@ -38,6 +38,11 @@ def variational_equations(equations: Equations) -> Equations:
     def both(states: Sequence[Expression]) -> tuple[Expression, ...]:
         return (*map(moved, states), *map(along, states))
 
+    def reset(states: Sequence[Expression]) -> tuple[Expression, ...]:
+        """What an event makes of the states, which comes later by the delay in the direction of the tangent."""
+        later = (derivative(moved(state), -1) * graph.node("delay") for state in states)
+        return (*map(moved, states), *(along(state) + more for state, more in zip(states, later, strict=True)))
+
     return dataclasses.replace(
         equations,
         graph=graph,
@@ -58,8 +63,8 @@ def variational_equations(equations: Equations) -> Equations:
         loads=tuple(map(moved, equations.loads)),
         bounds=tuple(map(moved, equations.bounds)),
         balance=None if equations.balance is None else equations.balance.on(graph),
-        after_switch=tuple(map(both, equations.after_switch)),
-        after_reversal=both(equations.after_reversal),
+        after_switch=tuple(map(reset, equations.after_switch)),
+        after_reversal=reset(equations.after_reversal),
         observables={name: moved(value) for name, value in equations.observables.items()},
         guard_tangents=tuple(
             map(along, (equations.contact_velocity, equations.hold, equations.limit, *equations.guards))

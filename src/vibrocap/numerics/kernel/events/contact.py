@@ -35,7 +35,7 @@ from vibrocap.numerics.kernel.generated.lane import (
 )
 from vibrocap.numerics.kernel.generated.rows import GUARD, HOLD, LIMIT, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
-from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, turned
+from vibrocap.numerics.kernel.interface import begin_branch, leave_piece, on_event, stay_in_piece, turned
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step
 
 DOUBT = 1e-3  # share of the limit by which a holding force known from the slide before may err, with much to spare
@@ -216,6 +216,7 @@ def jumped(floats, ints, trace, lane):
             floats[CAME_FROM + lane] = before
             floats[SIDE + lane] = 0.0
             ints[ARRIVING + lane] = 1
+            stay_in_piece(ints, lane)
         return
     floats[CAME_FROM + lane] = 0.0
     ints[ARRIVING + lane] = 0

@@ -10,6 +10,10 @@ def leave_piece(floats, ints, lane, event, h):
     """Nothing to carry over."""
 
 
+def stay_in_piece(ints, lane):
+    """Nothing waits."""
+
+
 def enter_piece(floats, ints, lane):
     """Nothing to carry over."""
 

@@ -1,15 +1,18 @@
 """Tangents of motions: how a small change of the start grows, through events too.
 
 After the states of a motion stand those of its tangent, which follow the variational equations delta' = J delta within
-a piece. An event moves: with the guard g and the rates f- before and f+ after it (Leine and Nijmeijer 2004, ch. 7),
+a piece. An event moves: with the guard g(t, y), what it changes y := D(t, y), and the rates f- before and f+ after it
+(Leine and Nijmeijer 2004, ch. 7),
 
-    delay   dt = -(grad g . delta)/(dg/dt)
+    delay   dt = -(g_y delta)/(dg/dt),          dg/dt = g_t + g_y f-
     leaving       delta := delta + f- dt        the change of the state at the event
-    resetting     delta := D delta              where the law changes its states there
+    resetting     delta := D_y delta + D_t dt   where the states change there
     entering      delta := delta - f+ dt        back to one time for all
 
 which is the saltation matrix in three steps: which piece follows is known only after the second. A contact that comes
-to rest and sticks has lost one direction for good: its change of velocity is exactly zero from there on.
+to rest and sticks has lost one direction for good: its change of velocity v_y delta is exactly zero from there on. Only
+then: at a reversal v_y delta = -v_t dt is left of it, which is zero where the velocity v(t, y) is a state, and is not
+where a part of it is imposed.
 """
 
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import whole_equal
@@ -17,7 +20,7 @@ from vibrocap.numerics.kernel.codes import FIRST_SWITCH
 from vibrocap.numerics.kernel.generated.branches import SWITCH
 from vibrocap.numerics.kernel.generated.ensemble import DELAY
 from vibrocap.numerics.kernel.generated.equations import guard_tangents
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, SET_VALUED
 from vibrocap.numerics.kernel.generated.lane import PENDING, SERIES, SIDE, STATE, TIME, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER, STATES
@@ -30,10 +33,9 @@ def tangent_waits(ints, lane):
 
 def leave_piece(floats, ints, lane, event, h):
     """At an event, at time h of the series: the tangent becomes the change of the state at the event."""
-    for i in range(STATES):
-        floats[WORK + i] = floats[STATE + i * LANES + lane]
-    out = WORK + STATES
-    guard_tangents(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, out)
+    if ints[PENDING + lane] == 1:  # two events at one instant, to rounding
+        enter_piece(floats, ints, lane)
+    out = guards_along(floats, lane)
     if event == 1:
         change, slope = floats[out], series_slope(floats, VELOCITY + lane, h)
     elif event >= FIRST_SWITCH:
@@ -47,9 +49,14 @@ def leave_piece(floats, ints, lane, event, h):
     for i in range(BASE):
         rate = series_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, h)
         floats[STATE + (BASE + i) * LANES + lane] += rate * delay
-    if event == 1:
+    if event == 1 and VELOCITY == SERIES + CONTACT_STATE * (ORDER + 1) * LANES:
         floats[STATE + (BASE + CONTACT_STATE) * LANES + lane] = 0.0  # to rounding
     floats[DELAY + lane] = delay
+    ints[PENDING + lane] = 1
+
+
+def stay_in_piece(ints, lane):
+    """The contact is set to rest by what moves no event, a corner of the drive: its tangent waits, without a delay."""
     ints[PENDING + lane] = 1
 
 
@@ -58,7 +65,18 @@ def enter_piece(floats, ints, lane):
     for i in range(BASE):
         rate = floats[SERIES + (i * (ORDER + 1) + 1) * LANES + lane]
         floats[STATE + (BASE + i) * LANES + lane] -= rate * floats[DELAY + lane]
+    if SET_VALUED and floats[SIDE + lane] == 0.0:
+        floats[STATE + (BASE + CONTACT_STATE) * LANES + lane] -= floats[guards_along(floats, lane)]
+    floats[DELAY + lane] = 0.0
     ints[PENDING + lane] = 0
+
+
+def guards_along(floats, lane):
+    """Where `guard_tangents` of the present state were written."""
+    for i in range(STATES):
+        floats[WORK + i] = floats[STATE + i * LANES + lane]
+    guard_tangents(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, WORK + STATES)
+    return WORK + STATES
 
 
 def series_slope(floats, row, s):

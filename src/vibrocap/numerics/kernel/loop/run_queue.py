@@ -5,6 +5,7 @@ Each run has its own steps, modes and events, so lanes end at different times; n
 
 from vibrocap.numerics.kernel.codes import RUNNING
 from vibrocap.numerics.kernel.generated.ensemble import (
+    DELAY,
     INVERSE_SCALE,
     LAST_RUN,
     MEASURED,
@@ -123,6 +124,7 @@ def begin_run(floats, ints, trace, lane, run):
     ints[EVENTS + lane] = 0
     ints[IDLE + lane] = 0
     ints[PENDING + lane] = 0
+    floats[DELAY + lane] = 0.0
     ints[RESPONSE + lane] = 0
     ints[SINCE + lane] = 0
     ints[WHOLE_PERIODS + lane] = ints[PERIOD_BUDGET]

@@ -1,0 +1,323 @@
+"""Tangents through events: multipliers against differences of maps that know no tangent.
+
+Where a part of the contact velocity is imposed, a reversal leaves of a push what the imposed part makes of its delay.
+"""
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+import vibrocap as vc
+from independent_crawler import period_map
+from thinned import exhaustive_but
+from vibrocap.numerics.linker import link
+from vibrocap.numerics.run import ensemble as numerics
+from vibrocap.orbits.attractors.lyapunov import lyapunov_exponent
+from vibrocap.orbits.closing.periodic_solution import state_vector
+from vibrocap.orbits.maps import differences
+from vibrocap.orbits.maps.closing_map import ClosingMap
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
+from vibrocap.physics.catalogue import law as law_of
+
+TURNING = vc.System(
+    vc.TwoMassCrawler(mass_ratio=1.5), vc.anisotropic(vc.Coulomb)(0.05, 0.05, back_ratio=2.0), vc.Harmonic(1.0, 1.0)
+)
+MULTIPLIER = 0.70436105  # by differences of tests/independent_crawler.py, at pushes of 1e-4 and 1e-5
+
+
+@pytest.fixture
+def plain():
+    """The map of TURNING without a compiler; free lanes are computed along."""
+    with np.errstate(all="ignore"):
+        yield StroboscopicMap(TURNING, 1e-10, threads=1, plain=True)
+
+
+# --- crawlers, whose contact velocity is that of the centre and an imposed part -------------------------------------
+
+
+def test_a_crawler_that_turns_forgets_a_part_of_a_push(plain):
+    """Two reversals in a period: the derivative is that of an independent map, and nothing else closes the orbit."""
+    found = vc.shoot(TURNING, {"centre_velocity": 0.23}, map_=plain)
+    assert found.status is vc.OrbitStatus.CONVERGED
+    assert found.multipliers == pytest.approx([MULTIPLIER], abs=2e-8)
+    assert found.iterations <= 4
+
+
+def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
+    """Planted: a derivative half as large, and one of the wrong sign where runs beside the orbit do not agree."""
+    map_, sound = plain, StroboscopicMap.images
+    state = np.array([0.0, 0.2275240469])
+    images = map_.images(state[None], map_.parameters()[None])
+    assert not differences.contradicted(map_, state, images, map_.parameters())
+    for factor, sure in ((0.5, True), (1.05, True), (-1.0, False)):
+        wrong = type(images)(images.state, factor * images.jacobian, images.finished)
+        with monkeypatch.context() as planted:
+            if not sure:
+                planted.setattr(differences, "slopes_along", lambda *_: (images.state, np.array([False])))
+            assert differences.contradicted(map_, state, wrong, map_.parameters())
+    monkeypatch.setattr(
+        StroboscopicMap,
+        "images",
+        lambda *given: (got := sound(*given)) and type(got)(got.state, 0.5 * got.jacobian, got.finished),
+    )
+    found = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
+    assert found.status is vc.OrbitStatus.NOT_CERTIFIED
+    assert "multipliers" in found.status.advice
+
+
+def test_a_slope_against_the_order_of_motions_closes_nothing(monkeypatch):
+    """Planted: a saltation that overdoes what follows a reversal, so that motions pass one another at one of two."""
+    original, right = link.kernel_source, "-= rate * floats[DELAY + lane]"
+    assert right in original("events.tangents")
+    found = []
+    for text in (right, "-= 12.0 * rate * floats[DELAY + lane]"):
+        with monkeypatch.context() as planted, np.errstate(all="ignore"):
+            planted.setattr(link, "kernel_source", lambda name, text=text: original(name).replace(right, text))
+            numerics.ensemble_kernel.cache_clear()
+            closing = ClosingMap(TURNING, "drive.amplitude", (0.5, 2.0), tolerance=1e-10, plain=True)
+            found.append(closing.attempt(closing.point(np.array([0.0, 0.23]), 1.0)))
+    numerics.ensemble_kernel.cache_clear()
+    sound, faulty = found
+    assert sound.finished
+    assert sound.jacobian == pytest.approx(MULTIPLIER, abs=0.02)  # beside the orbit
+    assert faulty.jacobian < -0.01
+    assert not faulty.finished
+
+
+def test_a_corner_that_brings_the_body_to_rest_forgets_a_push():
+    """Two phases of one unit of time: p' = k until z' jumps to where the body just rests, and then stays."""
+    system = vc.System(vc.TwoMassCrawler(), vc.Coulomb(0.5, 0.5), vc.Triangle(0.3, math.pi))
+    map_ = StroboscopicMap(system, 1e-10, threads=1, plain=True)
+    with np.errstate(all="ignore"):
+        found = map_.images(np.array([[0.0, -0.3 - 0.25]]), map_.parameters()[None])
+    assert found.state[0, 1] == pytest.approx(-0.3, abs=1e-14)
+    assert found.jacobian[0, 1, 1] == 0.0
+
+
+@pytest.mark.slow
+def test_the_exponent_of_a_crawler_that_turns_and_its_error(monkeypatch):
+    """log(multiplier)/T, within an error that is not nothing; with wrong tangents the error says so."""
+    expected = math.log(MULTIPLIER) / (2.0 * math.pi)
+    found = lyapunov_exponent(TURNING, periods=60, transient=60)
+    assert found.value == pytest.approx(expected, abs=2e-9)
+    assert 1e-13 < found.error < 1e-9
+    sound = StroboscopicMap.images
+
+    def planted(*given, **more):
+        got = sound(*given, **more)
+        return got if got.jacobian is None else type(got)(got.state, 0.1 * got.jacobian, got.finished)
+
+    monkeypatch.setattr(StroboscopicMap, "images", planted)
+    wrong = lyapunov_exponent(TURNING, periods=60, transient=60)
+    assert abs(wrong.value - expected) <= wrong.error
+
+
+@pytest.mark.slow
+def test_three_phases_below_the_best_keep_their_orbits():
+    """With w1 below w* the body rests in the first phase: what it did before is forgotten (multiplier 0)."""
+    share, friction, total = 0.3, 0.2, 1.0 / 0.3
+    slow = friction / share
+    for part in (0.7, 0.9, 0.97):
+        drive = vc.ThreePhase(1.0, part * slow, 4.0 * slow, slow)
+        law = vc.Coulomb(friction * total, friction * total)
+        found = vc.orbit(vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive))
+        assert found.status is vc.OrbitStatus.CONVERGED
+        assert np.all(found.multipliers == 0.0)
+
+
+@pytest.mark.slow
+def test_branches_of_crawlers_go_through():
+    """Over the whole range in some hundred points, not a thousand; rests at the section make no change of word."""
+    branch = vc.branch(TURNING, "drive.amplitude", (0.2, 3.0))
+    assert [end.value for end in branch.ends] == ["parameter bound"] * 2
+    assert len(branch) < 200
+    assert np.all((branch.multipliers.real >= 0.0) & (branch.multipliers.real < 1.0))
+    slow, total = 0.2 / 0.3, 1.0 / 0.3
+    law, drive = vc.Coulomb(0.2 * total, 0.2 * total), vc.ThreePhase(1.0, 0.9 * slow, 4.0 * slow, slow)
+    system = vc.System(vc.TwoMassCrawler(mass_ratio=total - 1.0), law, drive)
+    branch = vc.branch(system, "drive.first_acceleration", (0.5 * slow, 4.0 * slow))
+    assert [end.value for end in branch.ends] == ["parameter bound"] * 2
+    changes = [point.parameter for point in branch.special_points]
+    assert changes == pytest.approx([slow], abs=1e-8)  # from where on the body slides back in the first phase
+
+
+# --- random crawlers against an independent integrator --------------------------------------------------------------
+
+FORMS = {  # how many systems of each: 40 in all, most of the law whose slides are known in closed form
+    ("two-mass-crawler", "coulomb", "biharmonic"): 10,
+    ("two-mass-crawler", "coulomb", "three-phase"): 8,
+    ("two-mass-crawler", "exponential", "trapezoid"): 3,
+    ("two-mass-crawler", "lugre", "three-phase"): 2,
+    ("pendulum-crawler", "coulomb", "biharmonic"): 8,
+    ("pendulum-crawler", "coulomb", "trapezoid"): 5,
+    ("pendulum-crawler", "exponential", "biharmonic"): 3,
+    ("pendulum-crawler", "lugre", "biharmonic"): 1,
+}
+PUSH = 1e-4  # of the velocity, and of the bristles over their natural size
+EXACT = 1e-12  # to which both integrators end
+
+
+def drawn(machine, law, drive, number):
+    """The numbers of a random crawler that slides: friction is a part of the largest force at rest."""
+    random = np.random.default_rng([len(machine), len(law), len(drive), number])
+
+    def between(low, high):
+        return float(random.uniform(low, high))
+
+    p = {"machine": machine, "law": law, "drive": drive, "mass_ratio": between(0.5, 3.0)}
+    if drive == "three-phase":
+        p |= {"stroke": between(0.4, 1.2), "first": between(0.3, 1.0), "third": between(0.3, 1.0)}
+        p["second"] = between(1.0, 3.0)
+        strength = p["second"]
+    else:
+        p |= {"amplitude": between(0.4, 1.2), "frequency": between(0.7, 1.4)}
+        strength = p["amplitude"] * p["frequency"] ** 2
+        if drive == "biharmonic":  # the plain harmonic every second time
+            p |= {"second_amplitude": between(0.1, 0.5) * (number % 2), "second_phase": between(0.0, 6.0)}
+        else:
+            p |= {"rise": between(0.15, 0.3), "hold": between(0.1, 0.25), "fall": between(0.15, 0.3)}
+    p["coulomb_coefficient"] = between(0.03, 0.35) * strength
+    p["static_coefficient"] = p["coulomb_coefficient"] * between(1.0, 1.6)
+    if law == "coulomb":  # isotropic every second time
+        p |= {"forward_ratio": 1.0, "back_ratio": 1.0 if number % 2 else between(1.2, 2.5)}
+    elif law == "exponential":
+        p["decay_rate"] = between(2.0, 12.0)
+    else:
+        p |= {"bristle_stiffness": between(20.0, 100.0), "bristle_damping": between(0.5, 5.0)}
+        p["stribeck_velocity"] = between(0.1, 0.4)
+    return p
+
+
+def as_system(p):
+    """The same as a system of the package."""
+    machine = {"two-mass-crawler": vc.TwoMassCrawler, "pendulum-crawler": vc.PendulumCrawler}[p["machine"]]
+    levels = {name: p[name] for name in ("coulomb_coefficient", "static_coefficient")}
+    if p["law"] == "coulomb":
+        ratios = {"forward_ratio": p["forward_ratio"], "back_ratio": p["back_ratio"]}
+        law = law_of("anisotropic-coulomb")(**levels, **ratios)
+    elif p["law"] == "exponential":
+        law = vc.Exponential(**levels, decay_rate=p["decay_rate"])
+    else:
+        law = vc.LuGre(
+            **levels, **{name: p[name] for name in ("bristle_stiffness", "bristle_damping", "stribeck_velocity")}
+        )
+    if p["drive"] == "three-phase":
+        drive = vc.ThreePhase(p["stroke"], p["first"], p["second"], p["third"])
+    elif p["drive"] == "biharmonic":
+        drive = vc.Biharmonic(p["amplitude"], p["frequency"], p["second_amplitude"], p["second_phase"])
+    else:
+        drive = vc.Trapezoid(p["amplitude"], p["frequency"], p["rise"], p["hold"], p["fall"])
+    return vc.System(machine(mass_ratio=p["mass_ratio"]), law, drive)
+
+
+def difference(function, state, sizes, push):
+    """Central differences of a map, column by column."""
+    found = np.empty((len(state), len(state)))
+    for j, size in enumerate(sizes):
+        ahead, behind = state.copy(), state.copy()
+        ahead[j] += push * size
+        behind[j] -= push * size
+        found[:, j] = (function(ahead) - function(behind)) / (2.0 * push * size)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", FORMS, ids="-".join)
+def test_multipliers_are_those_of_an_independent_map(form):
+    """Differences at two pushes, extrapolated, know the derivative to their own difference and EXACT over the push."""
+    turned = 0
+    for number in range(FORMS[form]):
+        p = drawn(*form, number)
+        system = as_system(p)
+        map_ = StroboscopicMap(system)
+        settled = map_.images(np.zeros((1, map_.states)), map_.parameters()[None], 60).state[0]
+        found = vc.shoot(system, dict(zip(system.state_names, settled.tolist(), strict=True)))
+        assert found.status is vc.OrbitStatus.CONVERGED, p
+        state = state_vector(system, found.state)[1:]
+        sizes = map_.scales(map_.parameters())[1:]
+        independent = functools.partial(period_map, p)
+        image, events = independent(state)
+        assert image == pytest.approx(state, abs=EXACT)
+        wide, narrow = (difference(lambda y: independent(y)[0], state, sizes, push) for push in (2.0 * PUSH, PUSH))
+        derivative = narrow + (narrow - wide) / 3.0
+        error = np.abs(narrow - wide).max() + 4.0 * EXACT * np.max(sizes[:, None] / sizes) / PUSH
+        assert np.abs(found.derivative[1:, 1:] - derivative).max() <= error, p
+        expected = np.sort(np.abs(np.linalg.eigvals(derivative)))[::-1]
+        assert np.abs(found.multipliers) == pytest.approx(expected, abs=2.0 * len(state) * error), p
+        turned += events
+    assert turned >= FORMS[form]
+
+
+# --- other machines against their own simulation --------------------------------------------------------------------
+
+SLOPE = vc.Environment(inclination=0.05, linear_drag=0.1, quadratic_drag=0.1, force=0.02, gravity=1.0)
+OTHERS = {
+    "worm": (
+        vc.System(vc.TwoBodyWorm(mass_2=0.6), law_of("anisotropic-coulomb")(0.1, 0.1, back_ratio=2.0), vc.Harmonic(0.8)),
+        {"centre_velocity": 0.05},
+    ),
+    "crawler on a slope": (
+        vc.System(vc.TwoMassCrawler(), vc.Coulomb(0.1, 0.12), vc.Harmonic(0.8), environment=SLOPE),
+        {"centre_velocity": 0.1},
+    ),
+    "worm with bristles": (
+        vc.System(vc.TwoBodyWorm(mass_2=0.6), vc.LuGre(20.0, 2.0, 0.0, 0.1, 0.15), vc.Biharmonic(0.8, 1.0, 0.3)),
+        {"centre_velocity": 0.05},
+    ),
+    "bristles with play": (
+        vc.System(vc.TwoMassCrawler(), law_of("backlash-lugre")(), vc.Harmonic(0.8)),
+        {"centre_velocity": 0.05},
+    ),
+    "rigid stops": (
+        vc.System(vc.RigidStopCapsule(), vc.Coulomb(0.1, 0.12), vc.Harmonic(1.0)),
+        {"displacement_rate": 0.4, "velocity": 0.05},
+    ),
+    "belt": (
+        vc.System(vc.Oscillator(belt_speed=0.5), vc.Exponential(0.1, 0.2), vc.Harmonic(0.7)),
+        {"position": 0.3, "sliding_velocity": 0.1},
+    ),
+    "load that follows": (
+        vc.System(vc.PendulumCapsule(normal_load="dynamic"), vc.Exponential(0.05, 0.1), vc.Harmonic(1.2)),
+        {"angle": 0.2, "velocity": 0.1},
+    ),
+    "elastic link": (
+        vc.System(vc.TwoBodyCrawler(), vc.Coulomb(0.1, 0.12), vc.Harmonic(1.0)),
+        {"velocity": 0.1, "velocity_2": -0.05},
+    ),
+    "linkage": (vc.System(vc.LinkageCrawler(), vc.Coulomb(0.1, 0.12), vc.Harmonic(0.5)), {"velocity": 0.1}),
+    "actuator": (
+        vc.System(
+            vc.PendulumCapsule(), vc.Coulomb(0.1, 0.12), vc.Harmonic(1.2), actuator=vc.Actuator(0.2, 0.9, 1.1)
+        ),
+        {"angle": 0.2, "velocity": 0.1},
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", exhaustive_but([0, 1], list(OTHERS)))
+def test_derivatives_are_those_of_simulated_motions(name):
+    """The map over two periods: differences of whole simulations at two pushes, as above."""
+    system, start = OTHERS[name]
+    map_ = StroboscopicMap(system)
+    parameters, state = map_.parameters(), state_vector(system, start)
+    sizes, free = map_.scales(parameters), map_.free(state[None], parameters[None])[0]
+    kept = [i for i in map_.smooth_states if free[i]]
+    found = map_.images(state[None], parameters[None], 2)
+    assert found.finished[0]
+
+    def simulated(y):
+        whole = state.copy()
+        whole[kept] = y
+        initial = dict(zip(system.state_names, whole.tolist(), strict=True))
+        motion = vc.simulate(system, periods=2, initial=initial, tolerance=1e-12)
+        assert motion.status.ok
+        return np.array([motion.state[name] for name in system.state_names])[kept]
+
+    wide, narrow = (difference(simulated, state[kept], sizes[kept], push) for push in (2.0 * PUSH, PUSH))
+    derivative = narrow + (narrow - wide) / 3.0
+    error = np.abs(narrow - wide).max() + 4.0 * EXACT * np.max(sizes[kept][:, None] / sizes[kept]) / PUSH
+    assert np.abs(found.jacobian[0][np.ix_(kept, kept)] - derivative).max() <= error
+    assert error < 1e-3
