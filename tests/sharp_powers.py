@@ -34,6 +34,8 @@ except ImportError:
 
 
 TABLE = Path(__file__).with_suffix(".json")
+# Of issue 24: seeds of oscillators whose law is given another exponent and speed.
+EXAMPLES = ((13, 1.5, 1.2e-4), (200004, 3.0, 2.5e-4), (100000, 6.0, 7e-4))
 PERIODS = 4
 SYSTEMS = 200
 SHIFT = 1e-9
@@ -294,9 +296,14 @@ def event_name(before: float, after: float) -> str:
     return {0.0: "stick", 1.0: "slip_forward", -1.0: "slip_back"}[after]
 
 
-def table_row(seed: int) -> dict | None:
-    """A system with its motion and how sensitive that is; None where a small shift changes the events."""
+def table_row(seed: int, example: tuple[float, float] | None = None) -> dict | None:
+    """A system with its motion and how sensitive that is; None where a small shift changes the events.
+
+    example: exponent and speed of a Stribeck law that takes the place of the random one
+    """
     p, start = random_system(seed)
+    if example is not None:
+        p[LAW], p[EXPONENT], p[WIDTH], p[DROOP] = STRIBECK, *example, example[1]
     states = kept(p)
     marks, events = sharp_motion(p, start)
     growth = 1.0
@@ -316,6 +323,7 @@ def table_row(seed: int) -> dict | None:
 
 if __name__ == "__main__":
     rows, seed = [], 0
+    examples = ",\n".join(json.dumps(table_row(seed, tuple(example))) for seed, *example in EXAMPLES)
     while len(rows) < SYSTEMS:
         row = table_row(seed)
         if row is None:
@@ -323,4 +331,5 @@ if __name__ == "__main__":
         else:
             rows.append(json.dumps(row))
         seed += 1
-    TABLE.write_text(f'{{"periods": {PERIODS}, "systems": [\n' + ",\n".join(rows) + "\n]}\n")
+    head = f'{{"periods": {PERIODS}, "examples": [\n{examples}\n], "systems": [\n'
+    TABLE.write_text(head + ",\n".join(rows) + "\n]}\n")

@@ -9,7 +9,12 @@ law, it is asked over the whole step:
     seen        G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
     gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
 
-with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
+From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): a node of it is not seen by the last terms there, and
+what the first power of its argument that is beyond the order would add is held to the tolerance besides. In laws that
+stick all this is held to less than the tolerance near rest where a power of the speed has no series, see
+`resolved.faint`.
+
+G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
 yet (a level that a stuck element will reach). All values over the step are enclosures by interval arithmetic, from
 those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. That of G may be far too large, which is safe for "unseen" only:
@@ -218,10 +223,11 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
     imposed = {velocity.index: i for i, velocity in enumerate(equations.imposed_velocities)}
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
-    graph_gaps, strict = ({} if simd else gaps(equations)), "tolerance"
-    if equations.hold is not None and (graph_gaps or rough(equations)):
+    lost, strict = {} if simd else gaps(equations), "tolerance"
+    if equations.hold is not None and (lost or rough(equations)):  # as `resolved.faint`
         fastest = f"{text.size(('low', 'high'))} / {text.entry(f'SCALE + {equations.contact_state} * LANES')}"
-        strict = text.name(f"tolerance * {text.function('sqrt', text.smaller(text.name(fastest), '1.0'))}")
+        share = text.smaller(text.name(f"LEAVING * {text.function('sqrt', text.name(fastest))}"), "1.0")
+        strict = text.name(f"tolerance * {share}")
     felt_from = strict if rough(equations) else "tolerance"
 
     def over_step(index: int) -> Interval | None:
@@ -307,14 +313,10 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
         unseen = text.name(f"{share} <= {felt_from}")
         fine = f"{shown} | {unseen}" if simd else f"{shown} or {unseen}"
         text.lines.append(f"worst = where({fine}, worst, worst + 1.0)" if simd else f"worst += 0.0 if {fine} else 1.0")
-        if node in graph_gaps:
-            factorial = graph.nodes[node][0] == "exp"
-            for zeros in (1, 2):
-                kept = (order - 1) // (zeros * graph_gaps[node])  # powers of the argument that the series holds
-                ratio = varies if factorial else text.name(f"{varies} / {text.size(start.of(node))}")
-                lost = " * ".join([varies] + [ratio] * kept) + (f" * {1.0 / math.factorial(kept + 1)!r}" if factorial else "")
-                text.lines.append(f"if leaving == {float(zeros)!r} and not ({least} * ({lost}) <= {strict}):")
-                text.lines.append("    worst += 1.0")
+        for zeros in (1, 2) if node in lost else ():
+            kept = (order - 1) // (zeros * lost[node])
+            missed = f"{least} * {_missed(graph, node, text, step, start, kept)} <= {strict}"
+            text.lines += [f"if leaving == {float(zeros)!r} and not ({missed}):", "    worst += 1.0"]
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 
@@ -324,6 +326,21 @@ def _largest(text: Lines, sizes: Sequence[str]) -> list[str]:
     for other in sizes[1:]:
         largest = [text.larger(largest[0], other)]
     return largest
+
+
+def _missed(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosures, kept: int) -> str:
+    """How much of a sharp node is not in its series from rest, which holds this many powers of its argument's change.
+
+    By the next power: of an exponential over its factorial, else over that of the argument at the start.
+    """
+    op, *operands = graph.nodes[node]
+    least, most = step.of(node)
+    varies = text.name(f"{most} - {least}")
+    if op == "exp":
+        return " * ".join([varies] * (kept + 1) + [repr(1.0 / math.factorial(kept + 1))])
+    below, above = step.of(operands[-1])
+    ratio = text.name(f"({above} - {below}) / ({text.size(start.of(operands[-1]))} + 1e-300)")
+    return " * ".join([varies] + [text.smaller(ratio, "1.0")] * kept)
 
 
 def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosures) -> tuple[str, str, str]:

@@ -37,6 +37,7 @@ from vibrocap.numerics.kernel.step.taylor import NO_SPEED
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
 FAINT = 0.01  # share of the velocity that the last terms of its series may have
+LEAVING = 5.0  # times tolerance sqrt(v), see `faint`: the ends of 40 oscillators then are within 0.3 tolerances
 FAR_RANGE = 4.0  # far is from FAR_SPEED to so many times as much
 
 
@@ -91,13 +92,14 @@ def resolved(floats, lane, h):
 def faint(floats, lane, speed):
     """Largest last terms of the velocity's series in a step that reaches this speed.
 
-    Leaving rest as v = c t^2, a contact follows a velocity that is off by d later by d/v' = d/sqrt(4 c v): with a power
-    of the speed, where steps begin at a speed of a tolerance and less, its error is held to tolerance sqrt(v).
+    An error d of the velocity of a contact that leaves rest as v = c t^2 makes all that follows late by d/v', which is
+    d/sqrt(4 c v). Where friction falls sharply its velocity grows to that of the fall, and the error with it. So with a
+    power of the speed, whose steps begin at speeds below the tolerance, the error is held to tolerance sqrt(v).
     """
     least = FAINT * speed
     if ROUGH:
         scale = floats[SCALE + CONTACT_STATE * LANES + lane]
-        least = min(least, floats[TOLERANCE + lane] * math.sqrt(speed * scale))
+        least = min(least, LEAVING * floats[TOLERANCE + lane] * math.sqrt(speed * scale))
     return least
 
 

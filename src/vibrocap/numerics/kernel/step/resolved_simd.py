@@ -7,7 +7,7 @@ from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, ROUG
 from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, SAFE_SPEED, SCALE, TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.step.resolved import FAINT, FAR_RANGE, excursion, learn
+from vibrocap.numerics.kernel.step.resolved import FAINT, FAR_RANGE, LEAVING, excursion, learn
 from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser
 
 
@@ -47,7 +47,7 @@ def resolved_simd(floats, side, start, change, h, moving):
         least = FAINT * most
         if ROUGH:  # as `resolved.faint`
             scale = load(floats, SCALE + CONTACT_STATE * LANES)
-            least = lesser(least, load(floats, TOLERANCE) * square_root(most * scale))
+            least = lesser(least, LEAVING * load(floats, TOLERANCE) * square_root(most * scale))
         telling = ~moving | (side == 0.0) | ~(velocity_tail_simd(floats, h) > least)
     if bits(~fine) == 0:
         return fine & telling
