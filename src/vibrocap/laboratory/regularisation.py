@@ -10,13 +10,14 @@ import numpy as np
 from vibrocap.laboratory.checks import check_numbers, checked_list
 from vibrocap.measures.during_run import measured
 from vibrocap.measures.measure import Measure
-from vibrocap.motion.simulate import COMPANION, simulate
+from vibrocap.motion.simulate import simulate
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.friction.smoothed import smoothed
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.system import System
 
 Shape = Literal["tanh", "arctan"]
+LOOSER = 10.0  # times the tolerance: that of the run beside each, which tells the noise
 DECADES, PER_DECADE = 6, 2  # of widths looked at by default, below a tenth of the fastest sliding
 ABOVE_NOISE = 5.0  # times the error of integration: an error of smoothing that is known
 EVEN = 0.1  # by which the slopes between neighbouring widths may differ within one order
@@ -242,7 +243,7 @@ class _Meter:
         return self._measured(smooth, width, simulate(smooth, tolerance=self._tolerance, **self._run))
 
     def _measured(self, system: System, width: float, motion: Any) -> SmoothedRun:
-        loose = simulate(system, tolerance=min(COMPANION * self._tolerance, 1e-2), **self._run)
+        loose = simulate(system, tolerance=min(LOOSER * self._tolerance, 1e-2), **self._run)
         value, second = (self._value(each) for each in (motion, loose))
         return SmoothedRun(width, value, abs(value - second), len(motion.piece_start), motion.status)
 

@@ -36,8 +36,8 @@ class Certificate:
     event_velocity: largest |contact velocity| at located events, before it was set to zero.
     sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
     energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.
-    estimated_error: of the states (over their natural size) at the period marks and the end, from a second run at ten
-    times the tolerance: their difference over nine. None where the two runs have no later instant in common.
+    estimated_error: of the states (over their natural size) at the period marks and the end, from a second run at a
+    tenth of the tolerance: their difference over 0.9. None where the two runs have no later instant in common.
     defect: largest h |y' - f(t, y)| over the natural size of a state, h the length of the step: what the polynomials of
     the motion leave of the equations. Asked at nine points of every step, and of Taylor steps about where the contact
     is slowest. Of an implicit step it is the distance to the state that fits to the slopes (`stiff_pieces.correction`):

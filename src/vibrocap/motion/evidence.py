@@ -30,8 +30,8 @@ STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the lim
 INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
 
 
-def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_of_tolerances: float) -> Certificate:
-    """Evidence for a motion, from points within every piece and from a second run whose tolerance is looser."""
+def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio_of_tolerances: float) -> Certificate:
+    """Evidence for a motion, from points within every piece and from a second run whose tolerance is tighter."""
     if not len(motion.piece_start):
         return Certificate(None, 0.0, True, 0.0, 0.0, 0.0, None, 0, 0, 0.0)
     recording, parameters = equations(motion.system), parameter_values(motion.system)
@@ -66,7 +66,7 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
         ratio = further.ratio if ratio is None else max(ratio, further.ratio or 0.0)
         least, event_velocity = min(least, further.least_velocity), max(event_velocity, further.event_velocity)
     defect = _defect(motion, scales, DEFECT_BOUND * tolerance)
-    estimate = _estimated_error(recorded, loose, scales, _lasting(motion), ratio_of_tolerances)
+    estimate = _estimated_error(recorded, tighter, scales, _lasting(motion), ratio_of_tolerances)
     verdicts = []
 
     def judge(field: str, value: float, bound: float | None, text: str = "") -> None:
@@ -341,19 +341,19 @@ def _outer_impulse(motion: Trajectory) -> Any:
 
 
 def _estimated_error(
-    recorded: Recorded, loose: Recorded, scales: np.ndarray, kept: Sequence[int], ratio_of_tolerances: float
+    recorded: Recorded, tighter: Recorded, scales: np.ndarray, kept: Sequence[int], ratio_of_tolerances: float
 ) -> float | None:
-    """Error of a run from a looser one, at the period marks that both reached, and at the end if both did.
+    """Error of a run from a tighter one, at the period marks that both reached, and at the end if both did.
 
-    kept: the states that are compared
+    kept: the states that are compared; ratio_of_tolerances: the share of the error that the tighter run has, too
     """
-    count = min(len(recorded.sections), len(loose.sections))
-    differences = list(recorded.sections[1:count] - loose.sections[1:count])
-    if recorded.status == loose.status == codes.DONE:
-        differences.append(recorded.final - loose.final)
+    count = min(len(recorded.sections), len(tighter.sections))
+    differences = list(recorded.sections[1:count] - tighter.sections[1:count])
+    if recorded.status == tighter.status == codes.DONE:
+        differences.append(recorded.final - tighter.final)
     if not differences:
         return None
-    return float(np.max((np.abs(differences) / scales)[:, kept])) / (ratio_of_tolerances - 1.0)
+    return float(np.max((np.abs(differences) / scales)[:, kept])) / (1.0 - ratio_of_tolerances)
 
 
 def _lasting(motion: Trajectory) -> list[int]:

@@ -14,7 +14,7 @@ from vibrocap.motion.equations import equations, parameter_values
 from vibrocap.motion.evidence import certificate
 from vibrocap.motion.start import Start, begun, initial_state
 from vibrocap.motion.trajectory import Status, Trajectory
-from vibrocap.numerics.api import Recorded, codes, recorded_run
+from vibrocap.numerics.api import Recorded, codes, recorded_run, series_order
 from vibrocap.numerics.expressions.graph import Expression, evaluate
 from vibrocap.physics.system import BOUNDS, System
 from vibrocap.progress import Progress, reporting
@@ -64,7 +64,8 @@ STATUSES = {
     **{codes.BEYOND_BOUND + i: Status(kind.replace("_", " ")) for i, kind in enumerate(BOUNDS)},
 }
 NOTHING = np.empty((0, 0))
-COMPANION = 10.0  # the second run of the error estimate has this many times the tolerance
+MORE_STEPS = 2  # times as many as the run may take; a tenth of the tolerance takes up to 10^(1/5) times as many
+COMPANION = 0.1  # times the tolerance: that of the second run, with which the error is estimated
 
 
 def simulate(
@@ -137,11 +138,11 @@ def check_run(*, periods: Any, tolerance: Any, max_events_per_period: Any, max_s
 
 
 def _run(
-    system, start, periods, tolerance, max_events, max_steps, phase=0.0, progress=None, keep_pieces=True
+    system, start, periods, tolerance, max_events, max_steps, phase=0.0, progress=None, keep_pieces=True, order=None
 ) -> Recorded:
     try:
         begin, limits = list(start.values()), (periods, tolerance, max_events, max_steps)
-        how = {"progress": progress, "keep_pieces": keep_pieces, "phase": phase}
+        how = {"progress": progress, "keep_pieces": keep_pieces, "phase": phase, "order": order}
         return recorded_run(equations(system), parameter_values(system), begin, system.drive.period, *limits, **how)
     except TooMuchMemory as error:
         fitting = periods * error.available / error.needed
@@ -254,7 +255,7 @@ def _joint_events(system: System, recorded: Recorded, kinds: np.ndarray, kept: n
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Certifier:
-    """Makes the certificate of a motion when it is asked for, from what its run left and from a second, looser run.
+    """Makes the certificate of a motion when it is asked for, from what its run left and from a second, tighter run.
 
     limits: most events per period and most steps of the run
     """
@@ -267,7 +268,8 @@ class Certifier:
         return type(self), (dataclasses.replace(self.recorded, pieces=NOTHING, events=NOTHING), self.limits)
 
     def __call__(self, motion: Trajectory) -> Certificate:
-        tolerance = min(COMPANION * motion.tolerance, 0.05)
-        given = dict(motion.initial), motion.periods, tolerance, *self.limits, motion.start_phase
-        loose = _run(motion.system, *given, keep_pieces=False)
-        return certificate(motion, self.recorded, loose, COMPANION)
+        events, steps = self.limits
+        given = dict(motion.initial), motion.periods, COMPANION * motion.tolerance, events, MORE_STEPS * steps
+        order = series_order(motion.tolerance)  # of the same kernel
+        tighter = _run(motion.system, *given, motion.start_phase, keep_pieces=False, order=order)
+        return certificate(motion, self.recorded, tighter, COMPANION)

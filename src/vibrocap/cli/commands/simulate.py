@@ -296,7 +296,7 @@ CERTIFICATE = {
     "energy_residual": "energy less all works",
     "momentum_residual": "momentum less impulses",
     "defect": "what steps leave of f",
-    "estimated_error": "of states: a looser run",
+    "estimated_error": "of states: a tighter run",
 }
 
 

@@ -9,7 +9,12 @@ law, it is asked over the whole step:
     seen        G h (its size at the start)  >= theta tolerance             its own terms tell, and bound the step
     gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
 
-with G the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
+From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): a node of it is not seen by the last terms there, and
+what the first power of its argument that is beyond the order would add is held to the tolerance besides. In laws that
+stick all this is held to less than the tolerance near rest where a power of the speed has no series, see
+`resolved.faint`.
+
+G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
 yet (a level that a stuck element will reach). All values over the step are enclosures by interval arithmetic, from
 those of the states: |y(s) - y(0)| <= sum of |c_k| h^k. That of G may be far too large, which is safe for "unseen" only:
@@ -36,6 +41,7 @@ SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
 BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is seen
+SLOW = 2.0**-5  # of the speeds at which a law is looked at near rest
 VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
 
 
@@ -148,6 +154,21 @@ def mirrored(equations: Any) -> bool:
     return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
 
 
+def near_rest(equations: Any, value: Expression) -> tuple[np.ndarray, float]:
+    """(values at a contact velocity of 0 and two small ones, one twice the other; slope by it at rest), anywhere."""
+    draw = np.random.default_rng(0)
+    states = list(draw.uniform(0.1, 0.9, len(equations.rates)))
+    values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
+    contact = equations.contact_state
+    slope = sensitivity(value, equations.contact_velocity.index)
+    with np.errstate(all="ignore"):
+        found = [
+            evaluate([value, slope], 0.3, [*states[:contact], speed, *states[contact + 1 :]], 1.0, values)
+            for speed in (0.0, SLOW, 2.0 * SLOW)
+        ]
+    return np.array([each[0] for each in found]), found[0][1]
+
+
 def sparse(equations: Any) -> bool:
     """Whether some sharp function knows at rest nothing of the sign of the velocity, or is a logarithm.
 
@@ -155,26 +176,45 @@ def sparse(equations: Any) -> bool:
     four vanish.
     """
     graph = equations.graph
-    draw = np.random.default_rng(0)
-    states = draw.uniform(0.1, 0.9, len(equations.rates))
-    states[equations.contact_state] = 0.0
-    values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in system_sharpness(equations).nodes:
         op, *operands = graph.nodes[node]
-        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index)
-        with np.errstate(all="ignore"):
-            if op == "log" or evaluate([slope], 0.3, states, 1.0, values)[0] == 0.0:
-                return True
+        if op == "log" or near_rest(equations, Expression(graph, operands[-1]))[1] == 0.0:
+            return True
     return False
 
 
-def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
-    """`unresolved` of one lane, or `unresolved_simd` of all."""
+def rough(equations: Any) -> bool:
+    """Whether a law that sticks has a power of the speed without a Taylor series at rest: an exponential of a log."""
+    graph, contact = equations.graph, equations.contact_velocity.index
+    logs = [node for node in system_sharpness(equations).nodes if graph.nodes[node][0] == "log"]
+    return equations.hold is not None and any(contact in reachable(graph, [node]) for node in logs)
+
+
+def gaps(equations: Any) -> dict[int, int]:
+    """Of the sharp nodes whose argument vanishes at rest like |v|^m, m = 3, 4 ..., this m.
+
+    From v = c t, or c t^2, their series is one in t^m, or t^2m: the last terms may vanish, or no term be left.
+    """
+    graph, found = equations.graph, {}
+    for node in system_sharpness(equations).nodes:
+        op, *operands = graph.nodes[node]
+        values, _ = near_rest(equations, Expression(graph, operands[-1]))
+        one, two = np.abs(values[1:] - values[0])
+        if op != "log" and 0.0 < one < two and math.log2(two / one) > 2.5:
+            found[node] = round(math.log2(two / one))
+    return found
+
+
+def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool) -> str:
+    """`unresolved` of one lane, or `unresolved_simd` of all, of which none starts from rest where there are gaps.
+
+    order: of the series
+    """
     sharp = system_sharpness(equations)
     head = (
         "def unresolved_simd(floats, h, lasting, start_low, start_high, low, high):"
         if simd
-        else "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):"
+        else "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened, leaving):"
     )
     if not sharp.nodes:
         return "\n".join([head, f"    return {'0.0 * h' if simd else '0.0'}", ""])
@@ -183,6 +223,12 @@ def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
     imposed = {velocity.index: i for i, velocity in enumerate(equations.imposed_velocities)}
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
+    lost, strict = {} if simd else gaps(equations), "tolerance"
+    if equations.hold is not None and (lost or rough(equations)):  # as `resolved.faint`
+        fastest = f"{text.size(('low', 'high'))} / {text.entry(f'SCALE + {equations.contact_state} * LANES')}"
+        share = text.smaller(text.name(f"LEAVING * {text.function('sqrt', text.name(fastest))}"), "1.0")
+        strict = text.name(f"tolerance * {share}")
+    felt_from = strict if rough(equations) else "tolerance"
 
     def over_step(index: int) -> Interval | None:
         op, *operands = graph.nodes[index]
@@ -259,14 +305,18 @@ def resolution_source(equations: Any, simd: bool, polynomials: bool) -> str:
             least = text.smaller(most, text.larger(*at_ends))
         varies, size, gentle = _node(graph, node, text, step, start)
         theta = VISIBLE[graph.nodes[node][0]]
-        either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
+        either = [f"({least} * {size} >= {theta!r} * {felt_from})"] if theta < math.inf else []
         either += [f"({gentle})"] if gentle else []
         shown = text.name((" | " if simd else " or ").join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        unseen = text.name(f"{share} <= tolerance")
+        unseen = text.name(f"{share} <= {felt_from}")
         fine = f"{shown} | {unseen}" if simd else f"{shown} or {unseen}"
         text.lines.append(f"worst = where({fine}, worst, worst + 1.0)" if simd else f"worst += 0.0 if {fine} else 1.0")
+        for zeros in (1, 2) if node in lost else ():
+            kept = (order - 1) // (zeros * lost[node])
+            missed = f"{least} * {_missed(graph, node, text, step, start, kept)} <= {strict}"
+            text.lines += [f"if leaving == {float(zeros)!r} and not ({missed}):", "    worst += 1.0"]
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 
@@ -276,6 +326,21 @@ def _largest(text: Lines, sizes: Sequence[str]) -> list[str]:
     for other in sizes[1:]:
         largest = [text.larger(largest[0], other)]
     return largest
+
+
+def _missed(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosures, kept: int) -> str:
+    """How much of a sharp node is not in its series from rest, which holds this many powers of its argument's change.
+
+    By the next power: of an exponential over its factorial, else over that of the argument at the start.
+    """
+    op, *operands = graph.nodes[node]
+    least, most = step.of(node)
+    varies = text.name(f"{most} - {least}")
+    if op == "exp":
+        return " * ".join([varies] * (kept + 1) + [repr(1.0 / math.factorial(kept + 1))])
+    below, above = step.of(operands[-1])
+    ratio = text.name(f"({above} - {below}) / ({text.size(start.of(operands[-1]))} + 1e-300)")
+    return " * ".join([varies] + [text.smaller(ratio, "1.0")] * kept)
 
 
 def _node(graph: Graph, node: int, text: Lines, step: Enclosures, start: Enclosures) -> tuple[str, str, str]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vibrocap.numerics.codegen.jets import JetWriter
-from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
+from vibrocap.numerics.codegen.resolution import gaps, mirrored, resolution_source, rough, sparse, system_sharpness
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
@@ -55,7 +55,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
-    constants["SPARSE"] = sparse(equations)
+    constants |= {"SPARSE": sparse(equations), "ROUGH": rough(equations), "GAPS": bool(gaps(equations))}
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
     constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
@@ -67,10 +67,10 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         holding_source(equations),
         branches_source(equations),
         jacobian_source(equations, integrals),
-        resolution_source(equations, simd=False, polynomials=loop in ("single", "card", "browser")),
+        resolution_source(equations, layout.order, simd=False, polynomials=loop in ("single", "card", "browser")),
     ]
     if loop == "simd":
-        functions.append(resolution_source(equations, simd=True, polynomials=True))
+        functions.append(resolution_source(equations, layout.order, simd=True, polynomials=True))
     return "\n".join([*lines, "", *functions, ""])
 
 

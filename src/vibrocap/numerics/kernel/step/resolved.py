@@ -9,14 +9,35 @@ import math
 
 from vibrocap.numerics.kernel.arithmetic.roots import EPSILON, later_terms
 from vibrocap.numerics.kernel.generated.equations import unresolved
-from vibrocap.numerics.kernel.generated.facts import KINKED, MIRRORED, SET_VALUED, SHARP, SHARP_INTERNAL, SPARSE
-from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, NEAR_SPEED, PERIOD, SAFE_SPEED, SIDE, UNSAFE_SPEED
+from vibrocap.numerics.kernel.generated.facts import (
+    CONTACT_STATE,
+    GAPS,
+    KINKED,
+    MIRRORED,
+    ROUGH,
+    SET_VALUED,
+    SHARP,
+    SHARP_INTERNAL,
+    SPARSE,
+)
+from vibrocap.numerics.kernel.generated.lane import (
+    FAR_SPEED,
+    NEAR_SPEED,
+    PERIOD,
+    SAFE_SPEED,
+    SCALE,
+    SIDE,
+    TOLERANCE,
+    UNSAFE_SPEED,
+)
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
+from vibrocap.numerics.kernel.step.taylor import NO_SPEED
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
 FAINT = 0.01  # share of the velocity that the last terms of its series may have
+LEAVING = 5.0  # times tolerance sqrt(v), see `faint`: the ends of 40 oscillators then are within 0.3 tolerances
 FAR_RANGE = 4.0  # far is from FAR_SPEED to so many times as much
 
 
@@ -40,9 +61,17 @@ def resolved(floats, lane, h):
     start = floats[VELOCITY + lane]
     change = excursion(floats, VELOCITY + lane, h)
     # An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn.
-    if SPARSE and velocity_tail(floats, VELOCITY + lane, h) > FAINT * (abs(start) + change):
-        return h <= 8.0 * EPSILON * floats[PERIOD + lane]
-    if not SHARP_INTERNAL:
+    resting = (GAPS or ROUGH) and abs(start) <= NO_SPEED * floats[SCALE + CONTACT_STATE * LANES + lane]
+    if SPARSE:
+        tail = velocity_tail(floats, VELOCITY + lane, h)
+        if ROUGH and resting:  # from rest the series of a power rounded off there is one in t^4
+            tail += velocity_tail(floats, VELOCITY - 2 * LANES + lane, h) / (h * h)
+        if tail > faint(floats, lane, abs(start) + change):
+            return h <= 8.0 * EPSILON * floats[PERIOD + lane]
+    leaving = 0.0
+    if GAPS and resting:
+        leaving = 1.0 if abs(floats[VELOCITY + LANES + lane]) >= abs(floats[VELOCITY + 2 * LANES + lane]) * h else 2.0
+    if not SHARP_INTERNAL and leaving == 0.0:
         if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
         learn(floats, lane, h, abs(start) - change, abs(start) + change)
@@ -55,9 +84,23 @@ def resolved(floats, lane, h):
         else:
             high = min(high, 0.0)
     return (
-        unresolved(floats, lane, h, h, start, start, low, high, 0.0) == 0.0
+        unresolved(floats, lane, h, h, start, start, low, high, 0.0, leaving) == 0.0
         or h <= 8.0 * EPSILON * floats[PERIOD + lane]
     )
+
+
+def faint(floats, lane, speed):
+    """Largest last terms of the velocity's series in a step that reaches this speed.
+
+    An error d of the velocity of a contact that leaves rest as v = c t^2 makes all that follows late by d/v', which is
+    d/sqrt(4 c v). Where friction falls sharply its velocity grows to that of the fall, and the error with it. So with a
+    power of the speed, whose steps begin at speeds below the tolerance, the error is held to tolerance sqrt(v).
+    """
+    least = FAINT * speed
+    if ROUGH:
+        scale = floats[SCALE + CONTACT_STATE * LANES + lane]
+        least = min(least, LEAVING * floats[TOLERANCE + lane] * math.sqrt(speed * scale))
+    return least
 
 
 def known(floats, lane, least, most):
@@ -92,13 +135,13 @@ def learn(floats, lane, h, least, most):
 def hidden(floats, lane, h, lasting, least, most):
     """How many functions might hide within some step whose speed stays between these two, to either side."""
     if not (KINKED or SET_VALUED) and least == 0.0:
-        return unresolved(floats, lane, h, lasting, -most, most, -most, most, WIDE)
+        return unresolved(floats, lane, h, lasting, -most, most, -most, most, WIDE, 0.0)
     side = floats[SIDE + lane]
     floats[SIDE + lane] = 1.0
-    count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
+    count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE, 0.0)
     if not MIRRORED:
         floats[SIDE + lane] = -1.0
-        count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
+        count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE, 0.0)
     floats[SIDE + lane] = side
     return count
 

@@ -1,13 +1,13 @@
 """Whether a step of all lanes sees all that the law holds, see `resolved.py`."""
 
-from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, store, where
+from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, square_root, store, where
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import unresolved_simd
-from vibrocap.numerics.kernel.generated.facts import KINKED, SET_VALUED, SHARP_INTERNAL, SPARSE
-from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, SAFE_SPEED
+from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, ROUGH, SET_VALUED, SHARP_INTERNAL, SPARSE
+from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, SAFE_SPEED, SCALE, TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.step.resolved import FAINT, FAR_RANGE, excursion, learn
+from vibrocap.numerics.kernel.step.resolved import FAINT, FAR_RANGE, LEAVING, excursion, learn
 from vibrocap.numerics.kernel.step.taylor_simd import greater, lesser
 
 
@@ -44,7 +44,11 @@ def resolved_simd(floats, side, start, change, h, moving):
             fine = fine | known_simd(floats, least, most)
     telling = moving | ~moving
     if SPARSE:
-        telling = ~moving | (side == 0.0) | ~(velocity_tail_simd(floats, h) > FAINT * (speed + change))
+        least = FAINT * most
+        if ROUGH:  # as `resolved.faint`
+            scale = load(floats, SCALE + CONTACT_STATE * LANES)
+            least = lesser(least, LEAVING * load(floats, TOLERANCE) * square_root(most * scale))
+        telling = ~moving | (side == 0.0) | ~(velocity_tail_simd(floats, h) > least)
     if bits(~fine) == 0:
         return fine & telling
     low, high = start - change, start + change
