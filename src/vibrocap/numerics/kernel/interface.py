@@ -43,6 +43,11 @@ def within_bounds(floats, ints, trace, lane) -> bool:
     raise NotImplementedError
 
 
+def further_sides_hold(floats, ints, trace, lane) -> bool:
+    """Whether further contacts with a force for every velocity move to their sides; if not, one of them turns."""
+    raise NotImplementedError
+
+
 def branch_holds(floats, ints, trace, lane) -> bool:
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     raise NotImplementedError

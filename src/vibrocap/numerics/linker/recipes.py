@@ -22,7 +22,10 @@ STEP = Slot(
 )
 BRANCHES = Slot(
     "law branches",
-    ("within_bounds", "branch_holds", "first_switch", "begin_branch", "turned", "interpolated_guards"),
+    (
+        *("within_bounds", "further_sides_hold", "branch_holds", "first_switch", "begin_branch", "turned"),
+        "interpolated_guards",
+    ),
     ("events.one_branch", "events.law_branches"),
 )
 CORNERS = Slot(

@@ -59,12 +59,13 @@ from vibrocap.numerics.kernel.generated.lane import (
     WORK,
 )
 from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT
-from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER, STATES
 from vibrocap.numerics.kernel.interface import on_event, on_jump
 from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
 NO_MOTION = 16.0 * EPSILON  # of the natural speed
+STILL = 1e-11  # of the natural speed: a further contact that turns is stopped, a faster one has jumped to its new side
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
@@ -82,18 +83,26 @@ def within_bounds(floats, ints, trace, lane):
     return True
 
 
+def further_sides_hold(floats, ints, trace, lane):
+    """Whether the further contacts with a force for every velocity move to their sides; if not, one of them turns.
+
+    They come before all that is decided by forces, as theirs depend on their sides.
+    """
+    for i in range(LAW_BRANCHES, BRANCHES):
+        if TURNING[i] >= 0 and floats[SWITCH + i * (ORDER + 1) * LANES + lane] < -NO_MOTION:
+            ints[IDLE + lane] += 1
+            begin_branch(floats, ints, trace, lane, i)
+            return False
+    return True
+
+
 def branch_holds(floats, ints, trace, lane):
     """Whether the present branch holds at the start of the step; if not, the next one begins."""
     for i in range(BRANCHES):
         row = SWITCH + i * (ORDER + 1) * LANES + lane
         if floats[row] > (0.0 if i < LAW_BRANCHES else ROUNDING):
             continue
-        turned_back = SEVERAL and TURNING[i] >= 0 and floats[row] < -NO_MOTION
-        if (
-            i >= LAW_BRANCHES
-            and not turned_back
-            and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane]))
-        ):
+        if i >= LAW_BRANCHES and begins(floats, row, min(taylor_step(floats, ints, lane), floats[PERIOD + lane])):
             continue
         ints[IDLE + lane] += 1
         begin_branch(floats, ints, trace, lane, i)
@@ -153,6 +162,9 @@ def begin_branch(floats, ints, trace, lane, which):
     for i in range(STATES):
         floats[WORK + i] = floats[STATE + i * LANES + lane]
     after_switch(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, which, WORK + STATES)
+    if SEVERAL and TURNING[which] >= 0 and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -STILL:
+        for i in range(TURNING[which], STATES, BASE):  # its velocity has jumped to this side, and so has its tangent
+            floats[WORK + STATES + i] = floats[WORK + i]
     for i in range(STATES):
         floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]
     strikes = False

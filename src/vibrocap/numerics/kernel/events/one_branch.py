@@ -6,6 +6,11 @@ def within_bounds(floats, ints, trace, lane):
     return True
 
 
+def further_sides_hold(floats, ints, trace, lane):
+    """Always."""
+    return True
+
+
 def branch_holds(floats, ints, trace, lane):
     """Always."""
     return True

@@ -41,6 +41,7 @@ from vibrocap.numerics.kernel.interface import (
     chosen_step,
     enter_piece,
     first_switch,
+    further_sides_hold,
     leave_implicit,
     on_event,
     on_period,
@@ -68,6 +69,8 @@ def step(floats, ints, trace, lane):
         ints[STATUS + lane] = UNDECIDED
         return
     if not within_bounds(floats, ints, trace, lane):
+        return
+    if SEVERAL and not further_sides_hold(floats, ints, trace, lane):
         return
     if (KINKED or SET_VALUED) and not side_holds(floats, ints, trace, lane):
         return  # the series must be made anew for the other side
