@@ -199,6 +199,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         outer=expression(flow.outer_force),
         friction=expression(flow.sliding_friction),
         share=expression(1.0) if flow.holding_limit is None else side * side,
+        middle=flow.holding_middle if isinstance(flow.holding_middle, Expression) else None,
         acceleration=expression(flow.rates[contact]),
         normal=_normal_balance(graph, placed, mechanical, flow),
     )

@@ -158,6 +158,12 @@ class BalanceWriter:
         value = self.writer.latency.sum(self._holding(k))
         return value if value == "0.0" else self.writer.named(("hold", k), f"hold_{k}", value)
 
+    def hold(self, k: int) -> str:
+        """The same over the middle of what the contact can hold, which moves with the load."""
+        middle = self.balance.middle
+        moved = "0.0" if middle is None else self.writer.coefficient(middle.index, k)
+        return self.holding(k) if moved == "0.0" else f"{self.holding(k)} - {moved}"
+
     def _load(self, index: int, k: int) -> str:
         """Coefficient k of the normal load while the contact slides, or but for what a_k adds."""
         writer, normal = self.writer, self.balance.normal

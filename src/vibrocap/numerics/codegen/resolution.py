@@ -76,15 +76,17 @@ def sharpness(
     """What in these rates could hide within a step.
 
     contact: the contact velocity; internal: the internal states of the law, and velocities of further contacts
-    bounded: quotients that are watched elsewhere
+    bounded: quotients whose divisors are watched elsewhere: no quotient by one of these is asked
     """
     on_contact, on_internal = {contact.index}, {state.index for state in internal}
+    divided = [graph.nodes[quotient.index] for quotient in bounded]
+    divisors = {operands[1] for op, *operands in divided if op == "div"}
     found, arguments, of_internal = [], [], False
     for index in reachable(graph, [rate.index for rate in rates]):
         op, *operands = graph.nodes[index]
         varying = operands[1:] if op == "div" else operands_of(graph, index)
         by_internal = any(i in on_internal for i in varying)
-        watched = any(index == other.index for other in bounded)
+        watched = op == "div" and operands[1] in divisors
         if op in SHARP_FUNCTIONS and not watched and (by_internal or any(i in on_contact for i in varying)):
             found.append(index)
             of_internal = of_internal or by_internal
@@ -102,7 +104,7 @@ def system_sharpness(equations: Any) -> Sharpness:
     internal += equations.imposed_velocities
     rates = (*equations.rates, *equations.switches)
     # A load that the motion makes is a quotient whose divisor is one of the equations' bounds: before it vanishes the
-    # load grows without end, and shortens the steps.
+    # load grows without end, and shortens the steps. So do its derivatives along a tangent, by the same divisor.
     bounded = (*equations.loads, *equations.quotients)
     return sharpness(equations.graph, rates, equations.contact_velocity, internal, bounded)
 

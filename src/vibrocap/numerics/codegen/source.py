@@ -117,7 +117,7 @@ def jet_source(equations: Any, integrals: Sequence[Expression], layout: Layout, 
             keep(rows, k, writer.coefficient(equations.contact_velocity.index, k))
         if equations.hold is not None and k < order:
             resting = writer.balance if k > 0 else None  # for a contact at rest; of one that slides it is not asked
-            held = writer.coefficient(equations.hold.index, k) if resting is None else resting.holding(k)
+            held = writer.coefficient(equations.hold.index, k) if resting is None else resting.hold(k)
             keep(rows + 1, k, held)
             keep(rows + 2, k, writer.coefficient(equations.limit.index, k))
         for number, term in watched.at_order(k) if watched else ():

@@ -41,14 +41,15 @@ class NormalBalance:
 class Balance:
     """momentum' = outer - slipping friction, and the acceleration of the contact that follows from it.
 
-    friction: while the contact slides; share: 1 where it slides, 0 where it sticks; normal: of a load that the motion
-    makes, or None
+    friction: while the contact slides; share: 1 where it slides, 0 where it sticks; middle: of the forces that the
+    contact can hold at rest, None where it is a number; normal: of a load that the motion makes, or None
     """
 
     momentum: Expression
     outer: Expression
     friction: Expression
     share: Expression
+    middle: Expression | None
     acceleration: Expression
     normal: NormalBalance | None = None
 
