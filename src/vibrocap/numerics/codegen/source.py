@@ -32,6 +32,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "TURNING": tuple(equations.turning.get(i, (-1,))[0] for i in range(len(equations.guards))) or (-1,),
         "SIDES_AT_REST": equations.sides_at_rest or (-1,),
         "SIDES_COUNT": len(equations.sides_at_rest),
+        "SPEEDS": speeds(equations) or (-1,),
+        "SPEEDS_COUNT": len(speeds(equations)),
         "STICKS": equations.sticks,
         "BASE": equations.base,
         "CONTACT_STATE": equations.contact_state,
@@ -72,6 +74,14 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     if loop == "simd":
         functions.append(resolution_source(equations, simd=True, polynomials=True))
     return "\n".join([*lines, "", *functions, ""])
+
+
+def speeds(equations: Any) -> tuple[int, ...]:
+    """The states that are velocities of contacts, where there are several and nothing but friction stops them."""
+    if not equations.several or equations.impact >= 0:
+        return ()
+    turning = (state for state, _ in equations.turning.values())
+    return tuple(sorted({equations.contact_state, *equations.resting, *turning}))
 
 
 def velocity_is_state(equations: Any) -> bool:
@@ -316,6 +326,22 @@ def integrands_source(
     body = [*writer.lines, *(f"floats[out + {i}] = {value}" for i, value in enumerate(values))]
     text = "\n".join([*lines, "", "def integrands(floats, t, point, side, lane, out):", *_indented(body, 4), ""])
     return Integrands(text, summed, len(own_extremes))
+
+
+def evidence_source(equations: Any) -> str:
+    """`evidence` of one lane, and what there is to ask."""
+    writer = ScalarWriter(equations.graph)
+    held = [value for _, hold, limit in equations.holds for value in (hold, limit)]
+    asked = (*equations.rates[: equations.base], *held, *equations.further_slides)
+    body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(asked)]
+    constants = {
+        "HOLDS": len(equations.holds),
+        "HOLD_SIDES": tuple(side for side, _, _ in equations.holds) or (-1,),
+        "FURTHER_SLIDES": len(equations.further_slides),
+    }
+    lines = [f"{name} = {value!r}" for name, value in constants.items()]
+    head = "def evidence(floats, t, point, side, lane, out):"
+    return "\n".join([*lines, "", head, *_indented([*writer.lines, *body], 4), ""])
 
 
 def instants_source(equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = ()) -> str:
