@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
-from vibrocap.motion.recorded_contacts import recorded_holds, resting, shifts, states_at_contacts, states_of_laws, turning
+from vibrocap.motion.recorded_contacts import (
+    recorded_holds,
+    resting,
+    shifts,
+    states_at_contacts,
+    states_of_laws,
+    turning,
+)
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.machines.machine import IMPACT, Machine

@@ -328,22 +328,6 @@ def integrands_source(
     return Integrands(text, summed, len(own_extremes))
 
 
-def evidence_source(equations: Any) -> str:
-    """`evidence` of one lane, and what there is to ask."""
-    writer = ScalarWriter(equations.graph)
-    held = [value for _, hold, limit in equations.holds for value in (hold, limit)]
-    asked = (*equations.rates[: equations.base], *held, *equations.further_slides)
-    body = [f"floats[out + {i}] = {writer.name(value)}" for i, value in enumerate(asked)]
-    constants = {
-        "HOLDS": len(equations.holds),
-        "HOLD_SIDES": tuple(side for side, _, _ in equations.holds) or (-1,),
-        "FURTHER_SLIDES": len(equations.further_slides),
-    }
-    lines = [f"{name} = {value!r}" for name, value in constants.items()]
-    head = "def evidence(floats, t, point, side, lane, out):"
-    return "\n".join([*lines, "", head, *_indented([*writer.lines, *body], 4), ""])
-
-
 def instants_source(equations: Any, observed: Sequence[Expression], room: Sequence[Expression] = ()) -> str:
     """`observables`, `beginning` and `drive_table` of one lane, for a page.
 

@@ -37,7 +37,9 @@ OBSERVER = Slot(
     "observer", ("has_room", "on_piece", "on_event", "on_jump", "on_period"), ("observe.record", "observe.window")
 )
 LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe.no_load_watch", "observe.load_watch"))
-POINT_OF_LAW = Slot("point of the law", ("fitting_point", "fit_to_slopes"), ("observe.taylor_point", "observe.stiff_point"))
+POINT_OF_LAW = Slot(
+    "point of the law", ("fitting_point", "fit_to_slopes"), ("observe.taylor_point", "observe.stiff_point")
+)
 EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
 MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.codegen.source import Integrands, evidence_source, generated_source, integrands_source
+from vibrocap.numerics.codegen.evidence import evidence_source
+from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
 from vibrocap.numerics.kernel.arithmetic.registers import lane_count

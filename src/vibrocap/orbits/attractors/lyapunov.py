@@ -28,6 +28,8 @@ class LyapunovExponents:
     spectrum: all of them [moving states], largest first, without that of the cyclic coordinate (which is 0); -inf for
         each direction that sticking forgets; errors: theirs (0 for those)
     periods: drive periods averaged over; finished: False where the motion could not be completed: of what there was
+    certified: whether the evidence of all these periods is within the bounds of a certificate (`motion.run_evidence`);
+        False: the motion is not one of the equations, or not to the tolerance
     """
 
     value: float
@@ -36,6 +38,7 @@ class LyapunovExponents:
     errors: np.ndarray
     periods: int
     finished: bool
+    certified: bool = True
 
 
 def lyapunov_exponent(
@@ -95,16 +98,18 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
         return LyapunovExponents(math.nan, math.inf, nothing, np.full(len(moving), math.inf), len(states), False)
     size = map_.scales(parameters)[moving]
     growth = np.empty((len(states), len(moving)))
+    certified = True
     directions = np.linalg.qr(np.random.default_rng(0).normal(size=(len(moving), len(moving))))[0]
     for first in range(0, len(states), BLOCK):
         part = states[first : first + BLOCK]
         found = map_.images(part, np.tile(parameters, (len(part), 1)))
         assert found.jacobian is not None
+        certified = certified and bool(found.certified.all())
         slopes = found.jacobian[:, moving][:, :, moving] * size / size[:, None]
         for k, slope in enumerate(slopes):
             directions, upper = np.linalg.qr(slope @ directions)
             growth[first + k] = np.abs(np.diag(upper))
-    return _averaged(map_, growth, map_.period(parameters), finished)
+    return dataclasses.replace(_averaged(map_, growth, map_.period(parameters), finished), certified=certified)
 
 
 def _averaged(map_: StroboscopicMap, growth: np.ndarray, period: float, finished: bool) -> LyapunovExponents:

@@ -64,7 +64,7 @@ def decisive(floats, lane, h):
 
 
 def extreme(floats, lane, h):
-    """Within the piece, where the contact is slowest, or the force that holds it turns; -1.0 where that is at an end."""
+    """Within the piece, where the contact is slowest or the force that holds it turns; -1.0 where that is at an end."""
     row, degree = VELOCITY + lane, ORDER
     if SET_VALUED and floats[SIDE + lane] == 0.0:
         row, degree = HOLD + lane, ORDER - 1
