@@ -78,8 +78,8 @@ def ensemble(
     0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
     measures, NaN (for "word" an empty text) where the run failed. A run is "not certified", and its measures are there,
     where evidence taken as it ran is beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its
-    events, and over its last response (else its last period) the forces at rest, the sign of the velocity and the defect;
-    where works are measured, also what they lack of the energy that it stores.
+    events, and over its last response (else its last period) the forces at rest, the sign of the velocity and the
+    defect; where works are measured, also what they lack of the energy that it stores.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
     those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.

@@ -23,6 +23,7 @@ LEAST_TOLERANCE = 1e-13  # below it rounding decides
 # all laws (tests/plausible_cases.py), and a tenth per step where a contact chatters for ten thousand steps.
 BALANCE_BOUND, BALANCE_PER_STEP = 100.0, 0.1
 EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the natural size of the velocity
+ROUNDING = 64 * float(np.finfo(float).eps)  # of a velocity at rest, over the largest one or 1
 STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
 INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
 
@@ -51,7 +52,7 @@ def certificate(motion: Trajectory, recorded: Recorded, loose: Recorded, ratio_o
     impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
-    slack = 64 * float(np.finfo(float).eps) * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
+    slack = ROUNDING * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
     if motion.system.machine.coupled == "distances" or derivative(recording.contact_velocity, -1).value != 0.0:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"))

@@ -3,9 +3,9 @@
 import numpy as np
 
 from vibrocap.motion.equations import Equations
-from vibrocap.motion.evidence import EVENT_BOUND, LEAST_TOLERANCE, STICK_SLACK, changes
+from vibrocap.motion.evidence import EVENT_BOUND, LEAST_TOLERANCE, ROUNDING, STICK_SLACK, changes
 from vibrocap.numerics.api import DEFECT_BOUND, RunResults
-from vibrocap.numerics.expressions.graph import evaluate
+from vibrocap.numerics.expressions.graph import derivative, evaluate
 
 
 def certified(recording: Equations, results: RunResults, parameters: np.ndarray, tolerance: float) -> np.ndarray:
@@ -26,6 +26,8 @@ def certified(recording: Equations, results: RunResults, parameters: np.ndarray,
         speeds = changes(recording, ("contact_velocity",), np.array(scales), 0.0, states, values).sum(axis=0)
     slowest = EVENT_BOUND * tolerance * speeds
     found = results.head("contact_residual") <= slowest
-    found &= -results.entry("LEAST_VELOCITY") <= slowest
+    rounding = ROUNDING * np.maximum(1.0, speeds)
+    imposed = recording.several or derivative(recording.contact_velocity, -1).value != 0.0
+    found &= -results.entry("LEAST_VELOCITY") <= (np.maximum(slowest, rounding) if imposed else rounding)
     found &= results.entry("HOLD_SHARE") <= 1.0 + STICK_SLACK
     return found & (results.entry("DEFECT") <= DEFECT_BOUND * tolerance)

@@ -41,6 +41,12 @@ class SettledMotion:
         tolerance = self.tolerance if tolerance is None else tolerance
         return simulate(self.system, periods=self.response_period, initial=self.state, tolerance=tolerance)
 
+    @property
+    def certified(self) -> bool:
+        """Whether the certificate of the motion over one response is in order."""
+        motion = self.motion(max(self.tolerance, CERTIFIED))
+        return motion.status.ok and motion.certificate.ok
+
     def value(self, measure: str) -> float:
         """A measure of one response."""
         if self.drift is not None and measure in ("drift", "mean_velocity"):
@@ -248,8 +254,7 @@ def _crossing(difference: Difference, low: _End, high: _End, at: float, beside: 
     slope = (difference.of(around[1]) - difference.of(around[0])) / (2.0 * beside)
     noise = abs(difference.of(coarse) - difference.of(here))
     width = 0.0 if at in (low.place, high.place) else high.place - low.place  # at an end it is zero exactly
-    motions = (each.motion(max(each.tolerance, CERTIFIED)) for each in here)
-    good = all(motion.status.ok and motion.certificate.ok for motion in motions)
+    good = all(each.certified for each in here)
     return Crossing(
         kind=CrossingKind.CROSSING if good else CrossingKind.NOT_CERTIFIED,
         at=at,

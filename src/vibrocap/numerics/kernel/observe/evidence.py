@@ -1,13 +1,16 @@
 """Evidence that a run is a motion of the equations, taken of its last response while it runs: what a certificate asks.
 
 Of a piece the equations are asked at its end, and within it where the contact is slowest or the force that holds it is
-largest, by the functions of the equations themselves and not by the series that made the step:
+largest, by the functions of the equations themselves and not by the series that made the step; of an implicit step at
+even distances, as its dense output is less exact than its end:
 
-    defect           h |y' - f(t, y)| over the natural size of a state, h the length of the step
+    defect           h |y' - f(t, y)| over the natural size of a state, h the length of the step; beyond its bound the
+                     distance to the state that fits to the slopes, which is less (`stiff_point.py`)
     share of a hold  |R - middle|/limit of a contact that sticks
     velocity         side v of a contact that slides
 
-`motion/evidence.py` asks the same of every point of a recorded motion, and holds the bounds.
+Asked are the pieces on which the contact may lose half of its speed or the force that holds it come to its limit, and
+every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
 """
 
 from vibrocap.numerics.kernel.generated.ensemble import DEFECT, HOLD_SHARE, INVERSE_SCALE, LEAST_VELOCITY, STEP
@@ -32,6 +35,7 @@ from vibrocap.numerics.kernel.step.taylor import series_value
 DEFECT_BOUND = 1e3
 EVERY = 8  # steps of which one is asked whatever it does
 SLOWER, CLOSER = 0.5, 0.9  # shares of the speed, and of what is left to the limit, that a decisive step may go through
+IMPLICIT_POINTS = 8  # at which a step is asked whose dense output is less exact than its end
 MOST = 1e300  # in the place of what is no number
 ASKED_STATE = WORK
 SLOPE = ASKED_STATE + STATES
@@ -40,12 +44,17 @@ FOUND = SLOPE + STATES
 
 def take_evidence(floats, ints, lane, h):
     """Ask the equations of a piece of length h, whose series stands in memory."""
+    if MAYBE_STIFF and ints[STIFF + lane] == 1:
+        floats[STEP + lane] = h
+        for k in range(IMPLICIT_POINTS):
+            ask(floats, ints, lane, h * (k + 1.0) / IMPLICIT_POINTS, h)
+        return
     doubtful = decisive(floats, lane, h)
-    if not doubtful and ints[STIFF + lane] == 0 and ints[TAYLOR_STEPS + lane] % EVERY != 0:
+    if not doubtful and ints[TAYLOR_STEPS + lane] % EVERY != 0:
         return
     floats[STEP + lane] = h
     ask(floats, ints, lane, h, h)
-    if doubtful and ints[STIFF + lane] == 0:
+    if doubtful:
         s = extreme(floats, lane, h)
         if 0.0 < s < h:
             ask(floats, ints, lane, s, h)
@@ -97,7 +106,7 @@ def ask(floats, ints, lane, s, h):
     for i in range(BASE):
         left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * floats[INVERSE_SCALE + i * LANES + lane])
     left *= h
-    if MAYBE_STIFF and (ints[STIFF + lane] == 1 or left > DEFECT_BOUND * floats[TOLERANCE + lane]):
+    if MAYBE_STIFF and left > DEFECT_BOUND * floats[TOLERANCE + lane]:
         way = fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left: along stiff directions
         if way > 0.0:
             left = way
