@@ -36,8 +36,8 @@ def branch(parameter, drift, stable, special_points=(), symmetric=True, period=1
         period=np.full(n, 2.0 * np.pi * period),
         states=np.arange(4.0 * n).reshape(n, 4), drift=drift, mean_velocity=drift / (2.0 * np.pi * period),
         multipliers=np.where(np.array(stable), 0.5, 1.5)[:, None] * np.ones(3, dtype=complex), stable=np.array(stable),
-        word=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), special_points=tuple(special_points),
-        ends=(BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND), start=0,
+        word=np.array(["FB"] * n), arclength=np.arange(n, dtype=float), certified=np.ones(n, bool),
+        special_points=tuple(special_points), ends=(BranchEnd.PARAMETER_BOUND, BranchEnd.PARAMETER_BOUND), start=0,
         closing_map=types.SimpleNamespace(map=types.SimpleNamespace(cyclic=2)),  # type: ignore[arg-type]
     )  # fmt: skip
 

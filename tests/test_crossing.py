@@ -169,7 +169,11 @@ class Bent:
     def followed(self, motions, at, tolerance=1e-12):
         self.asked += 1
         shift = 0.0 if tolerance == self.tolerance else 1e-9
-        return None if self.asked == self.lost else (types.SimpleNamespace(at=at + shift, value=lambda measure: at),)
+        return (
+            None
+            if self.asked == self.lost
+            else (types.SimpleNamespace(at=at + shift, certified=True, value=lambda measure: at),)
+        )
 
     def of(self, motions):
         away = motions[0].at - self.place

@@ -63,7 +63,7 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
         lambda *given: (got := sound(*given)) and type(got)(got.state, 0.5 * got.jacobian, got.finished),
     )
     found = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
-    assert found.status is vc.OrbitStatus.NOT_CERTIFIED
+    assert found.status is vc.OrbitStatus.CONTRADICTED
     assert "multipliers" in found.status.advice
 
 

@@ -14,6 +14,7 @@ from vibrocap.measures.measure import Measure, own_integrands
 from vibrocap.measures.windows import usual_window
 from vibrocap.measures.work_balance import balanced
 from vibrocap.motion.equations import equations, parameter_values
+from vibrocap.motion.run_evidence import certified
 from vibrocap.motion.simulate import STATUSES, check_run, initial_state
 from vibrocap.motion.start import check_room
 from vibrocap.motion.trajectory import Status
@@ -75,8 +76,10 @@ def ensemble(
 
     Returns arrays [runs] by name: "status", the index into list(Status); "settled"; "response_period" in drive periods,
     0 where not settled; "window_start" and "window_periods" in drive periods (-1 and 0 where none was begun); then the
-    measures, NaN (for "word" an empty text) where the run failed. Where works are measured, a run whose works do not
-    add up to the energy that it stores is "not certified"; its measures are there, its works not to be trusted.
+    measures, NaN (for "word" an empty text) where the run failed. A run is "not certified", and its measures are there,
+    where evidence taken as it ran is beyond the bounds of a certificate (`motion.run_evidence`): the velocity at its
+    events, and over its last response (else its last period) the forces at rest, the sign of the velocity and the
+    defect; where works are measured, also what they lack of the energy that it stores.
 
     The results are the same bits whatever the number of threads, the order of the runs or how they are cut into calls;
     those of a graphics card agree with them to rounding. Raises ValueError, naming the field, before any work.
@@ -111,6 +114,7 @@ def ensemble(
         max_events_per_period=int(max_events_per_period),
         max_steps=int(max_steps),
         asked=asked_groups(needed),
+        evidence=1,
     )
     runs = len(next(iter(columns.values())))
     found: dict[str, np.ndarray] = {}
@@ -157,9 +161,10 @@ def _measured(
     gathered = Gathered(one, results[finished], period[finished], _mirrored(one, columns)[finished], budget.threshold)
     everything = Gathered(one, results, period, np.zeros(runs, bool), budget.threshold)
     begun = results.head("window_start") >= 0
+    good = certified(recording, gathered.results, parameters[finished], budget.tolerance)
     if budget.asked & numerics.codes.ASK_INTEGRALS:
-        unbalanced = ~balanced(recording, gathered, parameters[finished], budget.tolerance)
-        status[np.flatnonzero(finished)[unbalanced]] = NOT_CERTIFIED
+        good &= balanced(recording, gathered, parameters[finished], budget.tolerance)
+    status[np.flatnonzero(finished)[~good]] = NOT_CERTIFIED
     found = {
         "status": status,
         "settled": everything.settled,

@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
-from vibrocap.motion.recorded_contacts import resting, shifts, states_at_contacts, states_of_laws, turning
+from vibrocap.motion.recorded_contacts import (
+    recorded_holds,
+    resting,
+    shifts,
+    states_at_contacts,
+    states_of_laws,
+    turning,
+)
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.machines.machine import IMPACT, Machine
@@ -65,6 +72,10 @@ class Equations:
     turning: dict[int, tuple[int, Expression]]  # see `recorded_contacts.py`, by the number of the guard
     sides_at_rest: tuple[int, ...]  # states that are 0 while a further contact sticks
     sticks: tuple[int, ...]  # of each contact: 1 where it can stick
+    # of each contact that can stick: the state that is its side (-1: the first one's is none), the force that holds it
+    # over the middle of what it can hold, and how far that reaches
+    holds: tuple[tuple[int, Expression, Expression], ...]
+    further_slides: tuple[Expression, ...]  # of each further contact that has a side: the velocity along it
     observables: dict[str, Expression]
     base: int  # states of the motion itself; tangents may follow them
     balance: Balance | None  # of momentum, where it gives the acceleration of the contact
@@ -256,6 +267,8 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         turning=turning(system, flow, expression),
         sides_at_rest=tuple(system.state_names.index(f"side_{each.number}") for each in flow.further if each.sticks),
         sticks=tuple(int(law.kind == "set-valued") for law in (system.friction, *system.further_laws)),
+        holds=recorded_holds(system, flow, expression),
+        further_slides=tuple(expression(each.side * each.velocity) for each in flow.further if each.turns),
         observables=expressed,
         base=len(flow.rates),
         # Where several contacts rub, the acceleration of the first is but one of the terms of the balance.

@@ -10,7 +10,7 @@ import numpy as np
 from vibrocap.motion.certificate import Certificate, Verdict
 from vibrocap.motion.equations import Equations, equations, parameter_values
 from vibrocap.motion.trajectory import IMPACT_WORK, Trajectory
-from vibrocap.numerics.api import Recorded, codes
+from vibrocap.numerics.api import DEFECT_BOUND, Recorded, codes
 from vibrocap.numerics.expressions.graph import Expression, derivative, evaluate
 from vibrocap.physics.system import CONTACT_CHANNELS
 
@@ -19,13 +19,11 @@ POINTS = 9  # per piece at which a certificate looks
 FINE = 65  # points per piece among which the slowest is looked for
 PIECES_AT_A_TIME = 1000
 LEAST_TOLERANCE = 1e-13  # below it rounding decides
-# What a step leaves of the equations, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to
-# 1e-14, from 1e3 to 1e5 where a law was stepped over.
-DEFECT_BOUND = 1e3
 # Of the balances, over the tolerance and the natural size of energy or momentum: at most 25 in 440 plausible motions of
 # all laws (tests/plausible_cases.py), and a tenth per step where a contact chatters for ten thousand steps.
 BALANCE_BOUND, BALANCE_PER_STEP = 100.0, 0.1
 EVENT_BOUND = 1.0  # of the velocity at an event, over the tolerance and the natural size of the velocity
+ROUNDING = 64 * float(np.finfo(float).eps)  # of a velocity at rest, over the largest one or 1
 STICK_SLACK = 1e-9  # of the limit; a hold is left where its force is at the limit to rounding
 INCONSISTENT = 1e-9  # of the powers: more than rounding leaves of a balance that holds
 
@@ -54,7 +52,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     impulse = _at_marks(momentum) - momentum[0] + marks[-1] - _outer_impulse(motion)
     stuck = side == 0
     least = float(np.min((side * velocity)[~stuck], initial=0.0))
-    slack = 64 * float(np.finfo(float).eps) * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
+    slack = ROUNDING * max(1.0, float(np.max(np.abs(velocity), initial=0.0)))
     if motion.system.machine.coupled == "distances" or derivative(recording.contact_velocity, -1).value != 0.0:
         # With an imposed part of the velocity what rests is at rest to the tolerance, not exactly.
         slack = max(slack, EVENT_BOUND * tolerance * _natural_size(motion, recording, scales, "contact_velocity"))
@@ -227,13 +225,23 @@ def _natural_size(motion: Trajectory, recording: Equations, scales: np.ndarray, 
     """
     start, zero = np.arange(len(motion.piece_start)), 0.0 * motion.piece_length
     states, (local, parameters) = motion.piece_states(start, zero), motion.drive_at(start, zero)
-    total = 0.0
+    return float(np.sum(np.max(changes(recording, names, scales, local, states, parameters), axis=1)))
+
+
+def changes(
+    recording: Equations, names: Sequence[str], scales: np.ndarray, t: Any, states: np.ndarray, parameters: Any
+) -> np.ndarray:
+    """How much a sum of observables changes where one state changes by its natural size: array [states, n].
+
+    To the second order. scales: [states] or [states, n]; states: [states, n]
+    """
+    found = np.zeros(states.shape)
     for i, scale in enumerate(scales):
         slopes = [derivative(recording.observables[name], i) for name in names]
-        bends = [0.5 * scale * derivative(slope, i) for slope in slopes]
-        terms = [sum(evaluate(each, local, states, 1.0, parameters)) for each in (slopes, bends)]
-        total += scale * max(float(np.max(np.abs(term))) for term in terms)
-    return total
+        bends = [derivative(slope, i) for slope in slopes]
+        slope, bend = (sum(evaluate(each, t, states, 1.0, parameters)) for each in (slopes, bends))
+        found[i] = scale * np.maximum(np.abs(slope), np.abs(0.5 * scale * bend))
+    return found
 
 
 def _unbalanced(field: str, value: float, bound: float, contradiction: str, tolerance: float) -> str:

@@ -48,6 +48,21 @@ def turning(system: System, flow: Flow, expression: Any) -> dict[int, tuple[int,
     return found
 
 
+def recorded_holds(system: System, flow: Flow, expression: Any) -> tuple[tuple[int, Expression, Expression], ...]:
+    """Of each contact that can stick: (state that is its side, force over the middle of what it can hold, its limit).
+
+    The force is that of a contact at rest. -1: the side of the first contact is no state.
+    """
+    found = []
+    if flow.holding_limit is not None:
+        found.append((-1, expression(flow.holding_force - flow.holding_middle), expression(flow.holding_limit)))
+    for each in flow.further:
+        if each.sticks:
+            side = system.state_names.index(f"side_{each.number}")
+            found.append((side, expression(each.friction - each.middle), expression(each.limit)))
+    return tuple(found)
+
+
 def shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
     """At imposed distances, the velocity of each contact where the state that all share vanishes."""
     machine = system.machine

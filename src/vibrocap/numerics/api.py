@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.codegen.source import Integrands, ScalarWriter, integrands_source
     from vibrocap.numerics.compiler.machine import code_made_for
     from vibrocap.numerics.kernel import codes
+    from vibrocap.numerics.kernel.observe.evidence import DEFECT_BOUND
     from vibrocap.numerics.kernel.observe.settle import LONGEST_PERIOD
     from vibrocap.numerics.run.browser import BrowserKernel, browser_kernels, browser_module
     from vibrocap.numerics.run.cuda import cuda_ensemble_run, cuda_problem
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from vibrocap.numerics.run.threads import available_threads
 
 __all__ = [
+    "DEFECT_BOUND",
     "LONGEST_PERIOD",
     "BrowserKernel",
     "Budget",

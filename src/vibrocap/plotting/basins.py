@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibrocap.arguments import ArgumentError, shown
-from vibrocap.orbits.attractors.attractors import FAILED, NOT_SETTLED, NOT_TOLD, Attractor
+from vibrocap.orbits.attractors.attractors import FAILED, NOT_CERTIFIED, NOT_SETTLED, NOT_TOLD, Attractor
 from vibrocap.orbits.attractors.basins import BACK, FORWARD, NO_TRAVEL, PHASE, Basins
 from vibrocap.plotting.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, VIOLET, YELLOW
 from vibrocap.plotting.labels import EQUALS, scale, with_unit
@@ -38,6 +38,7 @@ ATTRACTORS = (GREEN, SKY, VERMILION, YELLOW, VIOLET)  # none of the colours of t
 UNVALUED_STYLES = {
     NOT_SETTLED: ("not settled", "#FFFFFF", UNSETTLED, BLACK),
     FAILED: ("failed", *CELL_STYLES[Cell.FAILED]),
+    NOT_CERTIFIED: ("not certified", *CELL_STYLES[Cell.FAILED]),
     NOT_TOLD: ("settled, not told apart", *CELL_STYLES[Cell.NO_VALUE]),
 }
 
@@ -45,7 +46,7 @@ UNVALUED_STYLES = {
 def basin_figure(basins: Basins) -> Figure:
     """The figure of basins: directions of travel, and beside them the attractors where several travel one way.
 
-    Starts that failed or did not settle are hatched, so that nothing depends on colour alone.
+    Starts that failed, did not settle or are not certified are hatched, so that nothing depends on colour alone.
     """
     basins = _shown(basins)
     several = len(basins.attractors) > len(np.unique(basins.direction[basins.label >= 0]))

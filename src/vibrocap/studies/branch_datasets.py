@@ -40,6 +40,11 @@ def branch_dataset(branch: Branch) -> "xarray.Dataset":
             _words("Floquet multiplier, imaginary"),
         ),
         "stable": ("point", branch.stable, {"long_name": "all multipliers inside the unit circle"}),
+        "certified": (
+            "point",
+            branch.certified,
+            {"long_name": "the motion is one of the equations, by its certificate"},
+        ),
         "word": ("point", branch.word.astype(str), {"long_name": "phases: F forward, S stuck, B back"}),
     }
     special = branch.special_points

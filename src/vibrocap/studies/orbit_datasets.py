@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray
 
 PHASE_ATTRIBUTES = {"long_name": "phase of the drive at the start, as a share of its period", "symbol": "t_0/T"}
-LABELS = {"not_told_apart": -4, "failed": -3, "not_settled": -2}
+LABELS = {"not_certified": -5, "not_told_apart": -4, "failed": -3, "not_settled": -2}
 
 
 def basin_dataset(basins: Basins) -> "xarray.Dataset":
@@ -69,7 +69,7 @@ def bifurcation_dataset(diagram: BifurcationDiagram) -> "xarray.Dataset":
     data["response_period"] = (
         dims,
         diagram.response_period.astype(np.int16),
-        _flags("drive periods after which the motion repeats", {"failed": -1, "not_settled": 0}),
+        _flags("drive periods after which the motion repeats", {"not_certified": -2, "failed": -1, "not_settled": 0}),
     )
     coordinates: dict[str, Any] = {
         "direction": ("direction", np.array(diagram.directions, dtype=str)),

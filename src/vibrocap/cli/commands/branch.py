@@ -86,10 +86,13 @@ def branch(
     if not any(len(each) for each in found.branches):
         complain("No steady motion closed at the start; simulate the case, or raise --settle-periods.")
         return INCOMPLETE
+    refused = sum(int((~each.certified).sum()) for each in found.branches)
+    if refused:
+        complain(f"{refused} points are not certified: their motions are not those of the equations.")
     early = {end: i for i, each in enumerate(found.branches) for end in each.ends if end.early}
     for end, i in early.items():
         complain(f"Branch [{i}] was not followed to its end ({end.value}). {end.advice}")
-    return INCOMPLETE if early else OK
+    return INCOMPLETE if early or refused else OK
 
 
 def basins(
@@ -173,7 +176,7 @@ def _axis(text: str, system: System) -> tuple[str, tuple[float, float] | None]:
 
 def _diagram_record(found: Any) -> dict[str, Any]:
     """Branches with their points and special points, by name."""
-    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "word")
+    columns = ("parameter", "period", "drift", "mean_velocity", "stable", "word", "certified")
     branches = [
         {"response_period": each.response_period, "symmetric": each.symmetric}
         | {name: getattr(each, name).tolist() for name in columns}
@@ -188,7 +191,7 @@ def _diagram_record(found: Any) -> dict[str, Any]:
 def _basin_record(found: Any) -> dict[str, Any]:
     """Shares of the plane, by direction and by attractor."""
     size = found.direction.size
-    words = {1: "forward", 0: "no travel", -1: "back", -2: "not settled", -3: "failed"}
+    words = {1: "forward", 0: "no travel", -1: "back", -2: "not settled", -3: "failed", -5: "not certified"}
     return {
         "axes": found.axes,
         "starts": size,

@@ -64,7 +64,7 @@ def orbit(
             settle_periods=settle_periods,
             tolerance=tolerance,
         )
-    left = found.passed or (found if found.status is OrbitStatus.CONVERGED and found.unstable else None)
+    left = found.passed or (found if found.closes and found.unstable else None)
     record = orbit_record(found)
     if left is not None and left.response_period:
         record["unstable_orbit"] = {
@@ -84,15 +84,14 @@ def orbit(
         _print_orbit(record, str(case))
     if found.status is OrbitStatus.CONVERGED:
         return OK
-    complain(f"No closed steady motion ({found.status.value}). {found.status.advice}")
+    what = "The steady motion is not certified." if found.closes else f"No closed steady motion ({found.status.value})."
+    complain(f"{what} {found.status.advice}")
     return INCOMPLETE
 
 
 def orbit_record(found: Any) -> dict[str, Any]:
     """What is known of an orbit, by name."""
-    from vibrocap.orbits.closing.orbit import OrbitStatus
-
-    closed = found.status is OrbitStatus.CONVERGED
+    closed = found.closes
     twin = None
     if closed and found.mirrored_state is not None and not found.symmetric:
         twin = {"state": found.mirrored_state, "drift": None if found.drift is None else -found.drift}

@@ -32,6 +32,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "TURNING": tuple(equations.turning.get(i, (-1,))[0] for i in range(len(equations.guards))) or (-1,),
         "SIDES_AT_REST": equations.sides_at_rest or (-1,),
         "SIDES_COUNT": len(equations.sides_at_rest),
+        "SPEEDS": speeds(equations) or (-1,),
+        "SPEEDS_COUNT": len(speeds(equations)),
         "STICKS": equations.sticks,
         "BASE": equations.base,
         "CONTACT_STATE": equations.contact_state,
@@ -72,6 +74,14 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     if loop == "simd":
         functions.append(resolution_source(equations, layout.order, simd=True, polynomials=True))
     return "\n".join([*lines, "", *functions, ""])
+
+
+def speeds(equations: Any) -> tuple[int, ...]:
+    """The states that are velocities of contacts, where there are several and nothing but friction stops them."""
+    if not equations.several or equations.impact >= 0:
+        return ()
+    turning = (state for state, _ in equations.turning.values())
+    return tuple(sorted({equations.contact_state, *equations.resting, *turning}))
 
 
 def velocity_is_state(equations: Any) -> bool:

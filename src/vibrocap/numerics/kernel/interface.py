@@ -162,6 +162,16 @@ def fitting_point(floats, ints, lane, s, point) -> None:
     raise NotImplementedError
 
 
+def fit_to_slopes(floats, lane, s, point) -> float:
+    """Move that state to the one that fits to the slopes; how far that was over natural sizes, 0.0 where it stays."""
+    raise NotImplementedError
+
+
+def take_evidence(floats, ints, lane, h) -> None:
+    """Ask the equations of a piece of length h, whose series stands in memory."""
+    raise NotImplementedError
+
+
 # The loop over the lanes.
 
 

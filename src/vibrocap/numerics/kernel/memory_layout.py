@@ -41,6 +41,7 @@ INT_ENTRIES = (
     "RESPONSE",  # drive periods after which the settled motion repeats; 0: not settled
     "SINCE",  # period from which on it was settled
     "PERIOD_BUDGET",  # periods to run where nothing settles (of lane 0, for all lanes, like all below)
+    "EVIDENCE_PERIODS",  # last periods of which evidence is taken where nothing settles; 0: none is taken at all
     "ASKED",  # groups of measures to gather, a sum of the powers of two in `window.py`
     "RESULT_START",  # place of the first result on the trace
     "NEXT_RUN",  # first run of the trace that no lane has begun
@@ -129,6 +130,9 @@ def gathered_entries(
         ("LETTER_COUNT", 1),
         ("LETTERS", WORD_PLACES),
         ("ASYMMETRY", 1),
+        ("DEFECT", 1),  # evidence, see `observe/evidence.py`
+        ("HOLD_SHARE", 1),
+        ("LEAST_VELOCITY", 1),
         *((("OCCURRED", machine_switches),) if machine_switches else ()),  # how often each of them fell to zero
         *((("LIFTED", 1),) if watched else ()),  # 1 once the true load has been below zero
     )

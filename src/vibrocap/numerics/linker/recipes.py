@@ -40,10 +40,14 @@ OBSERVER = Slot(
     "observer", ("has_room", "on_piece", "on_event", "on_jump", "on_period"), ("observe.record", "observe.window")
 )
 LOAD_WATCH = Slot("watch of the load", ("watch_load", "look_at_load"), ("observe.no_load_watch", "observe.load_watch"))
-POINT_OF_LAW = Slot("point of the law", ("fitting_point",), ("observe.taylor_point", "observe.stiff_point"))
+POINT_OF_LAW = Slot(
+    "point of the law", ("fitting_point", "fit_to_slopes"), ("observe.taylor_point", "observe.stiff_point")
+)
+EVIDENCE = Slot("evidence", ("take_evidence",), ("observe.evidence", "observe.no_evidence"))
 LOOP = Slot("loop over lanes", ("advance",), ("loop.one_by_one", "loop.simd_step"))
 MOVED = (STEP, BRANCHES, CORNERS, TANGENT, OBSERVER, LOAD_WATCH, LOOP)
-MEASURED = (*MOVED, POINT_OF_LAW)
+SHOWN = (*MOVED, POINT_OF_LAW)
+MEASURED = (*SHOWN, EVIDENCE)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -87,7 +91,7 @@ def shown_motion_recipe(maybe_stiff: bool, branches: bool, corners: bool = False
     """One motion in a browser, where it is also looked at: entries of `observe.instants` beside `advance`."""
     own = motion_recipe(maybe_stiff, branches, corners)
     point = ("observe.turning_points", "observe.stiff_point") if maybe_stiff else ("observe.taylor_point",)
-    return Recipe(own.entry, (*own.modules, *point, "observe.instants"), MEASURED)
+    return Recipe(own.entry, (*own.modules, *point, "observe.instants"), SHOWN)
 
 
 def ensemble_recipe(
@@ -100,7 +104,8 @@ def ensemble_recipe(
     """
     point = "observe.stiff_point" if maybe_stiff else "observe.taylor_point"
     watch = ("observe.load_watch",) if watched else NO_WATCH
-    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, corners, tangent), point, *watch)
+    evidence = "observe.no_evidence" if loop == "browser" else "observe.evidence"
+    before = (*GATHERING, *_before(MEASURING, maybe_stiff, branches, corners, tangent), point, evidence, *watch)
     if loop == "simd":
         modules = (*before, "arithmetic.elementary_polynomials", *MOVING, *SIMD, "loop.run_queue")
         return Recipe("advance_ensemble", modules, MEASURED, LANE_PRIMITIVES)

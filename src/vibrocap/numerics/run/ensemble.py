@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.codegen.evidence import evidence_source
 from vibrocap.numerics.codegen.source import Integrands, generated_source, integrands_source
 from vibrocap.numerics.expressions.graph import evaluate
 from vibrocap.numerics.kernel import codes
@@ -32,6 +33,8 @@ class Budget:
     threshold: of settling, over the natural size of each state; 0: every run goes on to its end
     tolerance: error per step over the natural size of a state
     asked: groups of measures, a sum of powers of two
+    evidence: last periods, of the window, of which evidence is taken where nothing settles (else of the response), see
+        `kernel/observe/evidence.py`; 0: of no run
     """
 
     periods: int
@@ -41,6 +44,7 @@ class Budget:
     max_events_per_period: int
     max_steps: int
     asked: int = 0
+    evidence: int = 0
 
 
 def ensemble_order(tolerance: float) -> int:
@@ -79,6 +83,8 @@ def ensemble_source(
     shifts = len(equations.shifts) if equations.maybe_stiff else 0
     layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients, imposed, shifts)
     generated = [generated_source(equations, layout, loop), integrands.text]
+    if loop != "browser":
+        generated.append(evidence_source(equations))
     tangent = layout.states > equations.base
     stiff = equations.maybe_stiff and not tangent
     recipe = ensemble_recipe(loop, stiff, layout.switches > 0, corners is not None, tangent, watched)
@@ -165,6 +171,7 @@ def prepared_lanes(
     for name, value in (
         ("PERIOD_BUDGET", budget.periods),
         ("ASKED", budget.asked),
+        ("EVIDENCE_PERIODS", budget.evidence),
         ("RESULT_START", count * layout.run_size),
         ("TABLE_START", count * (layout.run_size + layout.result_size)),
         ("TABLE_STRIDE", tables[0].size if len(tables) > 1 else 0),

@@ -30,7 +30,7 @@ from vibrocap.physics.system import System
 from vibrocap.progress import Progress, shows_progress, told
 
 # What a start leads to, where that is none of the attractors.
-NOT_SETTLED, FAILED, NOT_TOLD = -2, -3, -4
+NOT_SETTLED, FAILED, NOT_TOLD, NOT_CERTIFIED = -2, -3, -4, -5
 MOST_SHOT = 100  # settled motions that are shot: more of them are a continuum, such as the rests of a block
 SEVERAL = 3  # runs that lead to an orbit which is no sample of a continuum
 MOST_CLOUDS = 32  # unsettled runs whose iterates are gathered; the others are compared with these
@@ -58,7 +58,8 @@ class Attractors:
     """The attractors of a system, that with most starts first, and where each start led.
 
     starts: [starts, states]; label: [starts] index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4):
-        settled, but there are too many different motions to tell them apart (a continuum of rests)
+        settled, but there are too many different motions to tell them apart (a continuum of rests); NOT_CERTIFIED (-5):
+        where it led is no motion of the equations, by evidence taken of its last response
     ranges: of the states in which the starts are spread; settle_periods: most drive periods that a run was given
     """
 
@@ -120,6 +121,17 @@ def attractors_of(
     map_: StroboscopicMap, runs: SettlingRuns, periods: int
 ) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
     """(attractors, label [runs], the runs) of runs of one system that have ended; a few may have to go on."""
+    good = np.flatnonzero(runs.certified | ~runs.finished)
+    found, labels, ended = _attractors_of_good(map_, runs.some(good), periods)
+    label = np.full(len(runs.state), NOT_CERTIFIED)
+    label[good] = labels
+    return found, label, runs.replaced(good, ended)
+
+
+def _attractors_of_good(
+    map_: StroboscopicMap, runs: SettlingRuns, periods: int
+) -> tuple[tuple[Attractor, ...], np.ndarray, SettlingRuns]:
+    """As `attractors_of`, of runs that failed or are certified."""
     orbits, which, runs = orbits_reached(map_, runs, periods, MOST_SHOT)
     settled = runs.response_period > 0
     waiting = np.flatnonzero(runs.finished & ~settled)

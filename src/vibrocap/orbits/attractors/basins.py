@@ -32,8 +32,8 @@ class Basins:
     axes: names of both axes, states or "phase"; x, y: their values, the middles of cells
     phase: where in the drive's period the starts are, as a share of it, unless it is an axis
     initial: values of the other states
-    direction: 1 forward, 0 no travel, -1 back; or, as in `label`, NOT_SETTLED (-2), FAILED (-3)
-    label: index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4), see `Attractors`
+    direction: 1 forward, 0 no travel, -1 back; or, as in `label`, NOT_SETTLED (-2), FAILED (-3), NOT_CERTIFIED (-5)
+    label: index of the attractor, or NOT_SETTLED (-2), FAILED (-3), NOT_TOLD (-4), NOT_CERTIFIED (-5), see `Attractors`
     drift: of the motion in the end, per drive period; NaN where it is not known
     attractors: that with most starts first
     """
@@ -129,12 +129,9 @@ def started_anywhere(
     marked, ended = at_next_section(map_, states, rows, phases)
     going = ended == codes.DONE
     parts = settling_runs(map_, marked[going], rows[going], periods, progress=progress)
-    state, ended = marked.copy(), ended.copy()
-    response, drift = np.zeros(len(states), dtype=int), np.full(len(states), np.nan)
-    state[going], ended[going], response[going], drift[going] = (
-        parts.state, parts.ended, parts.response_period, parts.drift
-    )  # fmt: skip
-    return SettlingRuns(state, ended, response, drift)
+    count = len(states)
+    nothing = np.zeros(count, dtype=int), np.full(count, np.nan), np.zeros(count, dtype=bool)
+    return SettlingRuns(marked, ended, *nothing).replaced(np.flatnonzero(going), parts)
 
 
 def _drifts(found: tuple[Attractor, ...], label: np.ndarray, runs: SettlingRuns) -> np.ndarray:

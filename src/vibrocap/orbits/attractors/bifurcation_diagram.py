@@ -18,7 +18,7 @@ from vibrocap.progress import Progress, shows_progress, told
 
 DIRECTIONS = ("up", "down")
 PUSH = 1e-3  # over natural sizes: what a motion is pushed by at each point, or it would sit on what became unstable
-FAILED, NOT_SETTLED = -1, 0
+NOT_CERTIFIED, FAILED, NOT_SETTLED = -2, -1, 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,7 +28,8 @@ class BifurcationDiagram:
     over: path of the parameter; values: [points]; directions: "up" and "down"
     states: [..., kept, states] at the section, the cyclic coordinate from zero at the first; of a settled motion
         those of one response, of others `kept` of them; NaN where there are no more
-    response_period: drive periods; 0: not settled, -1: the run failed (then it begins anew at the next point)
+    response_period: drive periods; 0: not settled, -1: the run failed (then it begins anew at the next point), -2: not
+        certified: what it settled to, or its last period, is no motion of the equations
     drift: gain of the cyclic coordinate per drive period over these states; NaN without one. Motions are settled to
         1e-6 of natural sizes, and that is how far the drift of a symmetric one is from zero
     """
@@ -145,6 +146,7 @@ def _at_point(
     if cyclic >= 0:
         ends[:, cyclic] = np.where(np.isfinite(ends[:, cyclic]), 0.0, math.nan)
     response = np.where(np.all(np.isfinite(ends), axis=1), response, FAILED)
+    response = np.where((response != FAILED) & ~runs.certified, NOT_CERTIFIED, response)
     return response, found, drift, ends
 
 

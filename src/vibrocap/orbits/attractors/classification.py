@@ -107,15 +107,17 @@ def class_of_orbit(orbit: PeriodicSolution) -> MotionClass:
     drift = None if orbit.drift is None else orbit.drift / n
     known: dict = {"drift": drift, "drift_error": 0.0, "symmetric": orbit.symmetric}
     known |= {"state": orbit.state, "orbit": Orbit.of(orbit)}
-    if orbit.status is OrbitStatus.NOT_CERTIFIED:
+    if orbit.status is OrbitStatus.CONTRADICTED:
         return MotionClass("not settled", "an orbit closes, but runs beside it contradict its multipliers", **known)
-    if orbit.status is not OrbitStatus.CONVERGED:
+    if not orbit.closes:
         reason = f"it settled, but no orbit closes there (residual {orbit.residual:.2g})"
         return MotionClass("not settled", reason, **known)
     if abs(size - 1.0) <= CLOSE_TO_CIRCLE and abs(largest.imag) > CLOSE_TO_CIRCLE:
         reason = f"the pair of multipliers {largest:.9f} is on the unit circle"
         return MotionClass("quasi-periodic", reason, **known)
     reason = f"it closes after {n} drive periods to {orbit.residual:.2g}; largest multiplier {size:.9g}"
+    if known["orbit"].status is OrbitStatus.NOT_CERTIFIED:
+        reason += "; not certified: it is no motion of the equations"
     return MotionClass(f"period-{n}", reason, **known)
 
 
@@ -188,7 +190,7 @@ def _long_orbit(map_: StroboscopicMap, states: np.ndarray, cloud: np.ndarray) ->
         return None
     n = int(np.flatnonzero(back <= max(2.0 * np.min(back), 1e-9))[0]) + 1
     found = closed(map_, states[-1], n)
-    if found.status is not OrbitStatus.CONVERGED or not found.stable:
+    if not found.closes or not found.stable:
         return None
     near = np.max(np.abs(map_.section(state_vector(map_.system, found.state)) - cloud[-1])) <= 10.0 * RECURRENT
     return shortest(map_, found) if near else None

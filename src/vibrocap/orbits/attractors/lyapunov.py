@@ -31,6 +31,8 @@ class LyapunovExponents:
     spectrum: all of them [moving states], largest first, without that of the cyclic coordinate (which is 0); -inf for
         each direction that sticking forgets; errors: theirs (0 for those)
     periods: drive periods averaged over; finished: False where the motion could not be completed: of what there was
+    certified: whether the evidence of all these periods is within the bounds of a certificate (`motion.run_evidence`);
+        False: the motion is not one of the equations, or not to the tolerance
     """
 
     value: float
@@ -39,6 +41,7 @@ class LyapunovExponents:
     errors: np.ndarray
     periods: int
     finished: bool
+    certified: bool = True
 
 
 def lyapunov_exponent(
@@ -99,12 +102,14 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
         return LyapunovExponents(math.nan, math.inf, nothing, np.full(len(moving), math.inf), len(states), False)
     size = map_.scales(parameters)[moving]
     growth = np.empty((len(states), len(moving)))
+    certified = True
     directions = np.linalg.qr(np.random.default_rng(0).normal(size=(len(moving), len(moving))))[0]
     asked = dict.fromkeys(np.linspace(ALIGNING * len(states), len(states) - 1, ASKED).astype(int).tolist())
     for first in range(0, len(states), BLOCK):
         part = states[first : first + BLOCK]
         found = map_.images(part, np.tile(parameters, (len(part), 1)))
         assert found.jacobian is not None
+        certified = certified and bool(found.certified.all())
         slopes = found.jacobian[:, moving][:, :, moving] * size / size[:, None]
         for k, slope in enumerate(slopes):
             if first + k in asked:
@@ -112,7 +117,8 @@ def exponents(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray,
             directions, upper = np.linalg.qr(slope @ directions)
             growth[first + k] = np.abs(np.diag(upper))
     doubt = _doubt(map_, states, asked, parameters)
-    return _averaged(map_, growth, map_.period(parameters), finished, doubt)
+    averaged = _averaged(map_, growth, map_.period(parameters), finished, doubt)
+    return dataclasses.replace(averaged, certified=certified)
 
 
 def _doubt(map_: StroboscopicMap, states: np.ndarray, asked: dict, parameters: np.ndarray) -> float:

@@ -25,7 +25,7 @@ class OrbitPoints:
     @property
     def closed_exactly(self) -> bool:
         """Whether the orbit closed."""
-        return self.orbit.status is OrbitStatus.CONVERGED
+        return self.orbit.closes
 
     @property
     def attracts(self) -> bool:
@@ -130,7 +130,7 @@ def nearest(points: np.ndarray, orbits: list[OrbitPoints]) -> int | None:
 def _settled_orbit(map_: StroboscopicMap, state: np.ndarray, periods: int) -> OrbitPoints | None:
     """The orbit near the end of a settled run, over its shortest period; None where it does not close."""
     found = shortest(map_, closed(map_, state, periods))
-    return orbit_points(map_, found) if found.status is OrbitStatus.CONVERGED else None
+    return orbit_points(map_, found) if found.closes else None
 
 
 def _points(map_: StroboscopicMap, state: np.ndarray, periods: int) -> np.ndarray:

@@ -71,9 +71,9 @@ def _closed(map_: StroboscopicMap, state: np.ndarray, side: float, period: float
     if not np.isfinite(best[0]):
         status = OrbitStatus.RUN_FAILED
     elif status is OrbitStatus.CONVERGED:
-        images = Images(best[1][None], best[2][None], np.array([True]))
+        images = Images(best[1][None], best[2][None], np.array([True]), np.array([True]))
         if contradicted(map_, state, images, parameters, mark_distance=np.array([period])):
-            status = OrbitStatus.NOT_CERTIFIED
+            status = OrbitStatus.CONTRADICTED
     return _record(map_, state, period, best[2], best[0], status, steps)
 
 

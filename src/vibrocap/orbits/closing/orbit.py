@@ -8,11 +8,16 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.measures.sticking import spelled
-from vibrocap.motion.simulate import check_run, initial_state, simulate
-from vibrocap.motion.trajectory import Trajectory
+from vibrocap.motion.simulate import check_run, initial_state
 from vibrocap.orbits.closing.attractor_matching import orbits_reached
 from vibrocap.orbits.closing.autonomous_orbit import autonomous_orbit
-from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus, PeriodicSolution, state_vector
+from vibrocap.orbits.closing.periodic_solution import (
+    CLOSE_TO_CIRCLE,
+    OrbitStatus,
+    PeriodicSolution,
+    judged,
+    state_vector,
+)
 from vibrocap.orbits.closing.shooting import closed, shortest, unclosed
 from vibrocap.orbits.maps.settling_runs import SETTLED, settling_runs
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap, driven_map, is_driven
@@ -29,7 +34,7 @@ def in_continuum(map_: StroboscopicMap, found: PeriodicSolution) -> bool:
     whatever the velocity, and each velocity has a drift of its own. At a fold, where a multiplier passes 1, the
     neighbours do not close.
     """
-    if found.status is not OrbitStatus.CONVERGED or np.all(np.abs(found.multipliers - 1.0) > CLOSE_TO_CIRCLE):
+    if not found.closes or np.all(np.abs(found.multipliers - 1.0) > CLOSE_TO_CIRCLE):
         return False
     moving, state = map_.smooth_states, state_vector(found.system, found.state)
     row = map_.parameters()
@@ -63,7 +68,11 @@ class Orbit(PeriodicSolution):
 
     @classmethod
     def of(cls, solution: PeriodicSolution, map_: StroboscopicMap | None = None) -> "Orbit":
-        """The orbit of a periodic solution; map_: of which it is one, to be asked whether there are others beside."""
+        """The orbit of a periodic solution, judged by the certificate of the motion along it.
+
+        map_: of which it is one, to be asked whether there are others beside
+        """
+        solution = judged(solution)
         known: dict[str, Any] = {**vars(solution), "continuum": map_ is not None and in_continuum(map_, solution)}
         return cls(**known)
 
@@ -71,12 +80,6 @@ class Orbit(PeriodicSolution):
     def facts(self) -> dict[str, str]:
         beside = {"beside": "one of a continuum of orbits: the drift is not determined"} if self.continuum else {}
         return super().facts | beside
-
-    def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
-        """The motion along the orbit, over its own period unless told otherwise (in drive periods)."""
-        periods = self.period / self.system.drive.period if periods is None else periods
-        options = {"tolerance": max(self.tolerance, 1e-13), **options}
-        return simulate(self.system, periods=periods, initial=self.state, **options)
 
     @property
     def word(self) -> str:
@@ -137,7 +140,8 @@ def orbit(
     settle_periods: most drive periods simulated before it counts as not settled
     tolerance: of the runs, error per step over the natural size of each state
     progress: True for a bar, or a function that is called now and then
-    Returns an `Orbit`; its `status` says whether it closed, and `status.advice` what to try if not. Raises ValueError,
+    Returns an `Orbit`; its `status` says whether it closed and the certificate of the motion along it is in order, and
+    `status.advice` what to try if not. Raises ValueError,
     naming the argument, before any work.
     """
     start = np.array(list(initial_state(system, initial).values()))
@@ -150,17 +154,17 @@ def orbit(
     asked = None
     if response_period is not None or half:
         asked = closed(map_, start, response_period or 1, half)
-        if asked.status is OrbitStatus.CONVERGED:
+        if asked.closes:
             return Orbit.of(asked, map_)
     runs = settling_runs(map_, start[None], map_.parameters()[None], settle_periods, progress=told(progress))
     state, periods = runs.state[0], int(runs.response_period[0])
     if asked is not None:
         later = closed(map_, state, response_period or 1, half) if np.all(np.isfinite(state)) else asked
-        return Orbit.of(later if later.status is OrbitStatus.CONVERGED else asked, map_)
+        return Orbit.of(later if later.closes else asked, map_)
     if periods == 0:
         return Orbit.of(unclosed(map_, state, 1, OrbitStatus.NOT_SETTLED))
     found = shortest(map_, closed(map_, state, periods))
-    if found.status is not OrbitStatus.CONVERGED:
+    if not found.closes:
         return Orbit.of(found)
     return _kept(map_, Orbit.of(found, map_), state, periods, settle_periods)
 
@@ -198,7 +202,7 @@ def pushed_off(orbit: Orbit, *, towards: np.ndarray | None = None, settle_period
     The push is along the eigenvector of the largest multiplier mu, y + PUSH v and y - PUSH v. The left eigenvector,
     which measures along v alone, tells on which way a state lies.
     """
-    if orbit.status is not OrbitStatus.CONVERGED or not orbit.unstable:
+    if not orbit.closes or not orbit.unstable:
         raise ValueError("orbit should be a closed one with a multiplier outside the unit circle: this one is kept")
     map_ = driven_map(orbit.system, orbit.tolerance)
     state, sizes, moving = state_vector(orbit.system, orbit.state), map_.scales(map_.parameters()), map_.smooth_states

@@ -2,15 +2,19 @@
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
+from vibrocap.motion.simulate import simulate
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.physics.system import System
 from vibrocap.results import Advised, Result
 
 CLOSE_TO_CIRCLE = 1e-8  # a multiplier whose size is this close to 1 is neither stable nor unstable
 FORGOTTEN = 1e-13  # size of a multiplier below which, with a law that sticks, it is zero
+CERTIFIED = 1e-11  # least tolerance at which an orbit's motion is asked for its certificate: most orbits share a kernel
 
 
 class OrbitStatus(Advised):
@@ -22,14 +26,19 @@ class OrbitStatus(Advised):
         "Newton's method did not converge. Start from a state nearer to the orbit (a longer simulation, or a "
         "neighbour on its branch), or name another period; the orbit may have ceased to exist.",
     )
+    NOT_CERTIFIED = (
+        "not certified",
+        "The orbit closes, but the motion along it is not one of the equations: see `orbit.motion().certificate`. "
+        "Ask for a tighter `tolerance`; if that does not help, look at what the certificate names.",
+    )
     RUN_FAILED = "run failed", "A run from the present state could not be completed; simulate it to see its status."
     NOT_SETTLED = (
         "not settled",
         "The simulation did not settle to a periodic motion. Raise `settle_periods`, start elsewhere, or name the "
         "period and a start; the motion may be quasi-periodic or chaotic.",
     )
-    NOT_CERTIFIED = (
-        "not certified",
+    CONTRADICTED = (
+        "multipliers contradicted",
         "The orbit closes, but runs beside it contradict its multipliers, so that nothing is said of its stability. "
         "Shoot it again at another `tolerance`; simulate from its state to see its certificate.",
     )
@@ -48,7 +57,8 @@ class PeriodicSolution(Result):
     residual: largest mismatch of the closing orbit over the natural size of each state
     symmetric: whether the orbit is its own mirror image half a period later; None without that symmetry
     derivative: of the map at the section, [states, states]
-    status: `OrbitStatus`; anything but CONVERGED means that the numbers above are those of the last try
+    status: `OrbitStatus`; anything but CONVERGED means that the numbers above are not to be trusted: those of the last
+        try, or (NOT_CERTIFIED) of a motion whose certificate is refused
 
     Two are equal if all of this is.
     """
@@ -85,6 +95,17 @@ class PeriodicSolution(Result):
         return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
 
     @property
+    def closes(self) -> bool:
+        """Whether Newton's method closed it, whatever its certificate says."""
+        return self.status in (OrbitStatus.CONVERGED, OrbitStatus.NOT_CERTIFIED)
+
+    def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
+        """The motion along the orbit, over its own period unless told otherwise (in drive periods)."""
+        periods = self.period / self.system.drive.period if periods is None else periods
+        options = {"tolerance": max(self.tolerance, 1e-13), **options}
+        return simulate(self.system, periods=periods, initial=self.state, **options)
+
+    @property
     def stable(self) -> bool:
         """Whether all multipliers are inside the unit circle; with one on it, it is neither stable nor unstable."""
         return bool(np.all(np.abs(self.multipliers) < 1.0 - CLOSE_TO_CIRCLE))
@@ -98,6 +119,22 @@ class PeriodicSolution(Result):
     def mean_velocity(self) -> float | None:
         """Drift over the period."""
         return None if self.drift is None else self.drift / self.period
+
+
+Solution = TypeVar("Solution", bound=PeriodicSolution)
+
+
+def judged(found: Solution) -> Solution:
+    """The same, NOT_CERTIFIED where it is closed and the certificate of the motion along it is refused.
+
+    The motion is recorded over its period, at a tolerance of at least `CERTIFIED`.
+    """
+    if not found.closes:
+        return found
+    motion = found.motion(tolerance=max(found.tolerance, CERTIFIED))
+    good = motion.status.ok and motion.certificate.ok
+    status = OrbitStatus.CONVERGED if good else OrbitStatus.NOT_CERTIFIED
+    return found if status is found.status else dataclasses.replace(found, status=status)
 
 
 def floquet_multipliers(map_: StroboscopicMap, jacobian: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from vibrocap.orbits.closing.periodic_solution import (
     OrbitStatus,
     PeriodicSolution,
     floquet_multipliers,
+    judged,
     named_states,
     state_vector,
 )
@@ -31,6 +32,7 @@ class _Try:
     mismatch: np.ndarray  # over natural sizes
     residual: float
     finished: bool
+    certified: bool
 
 
 def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, half: bool = False) -> PeriodicSolution:
@@ -41,7 +43,8 @@ def closed(map_: StroboscopicMap, state: np.ndarray, response_period: int = 1, h
     The fixed points of the second are exactly the symmetric orbits, also unstable ones among pairs of mirror twins. The
     velocity of a contact that sticks at the section is left out too. Derivatives come from the variational equations,
     through events. Steps are halved while they do not reduce the mismatch. A few runs beside the orbit have to agree
-    with its derivative; where they contradict it, it is not certified.
+    with its derivative; where they contradict it, nothing is said of its
+    stability.
     """
     state = state.copy()
     if map_.cyclic >= 0:
@@ -67,7 +70,7 @@ def shortest(map_: StroboscopicMap, found: PeriodicSolution) -> PeriodicSolution
     """The same solution over its shortest period: a motion that settles by turns may look longer than it is."""
     state = state_vector(found.system, found.state)
     for periods in range(1, found.response_period):
-        divides = found.response_period % periods == 0 and found.status is OrbitStatus.CONVERGED
+        divides = found.response_period % periods == 0 and found.closes
         if divides and unclosed(map_, state, periods, found.status).residual <= SAME_STATE:
             return closed(map_, state, periods)
     return found
@@ -102,7 +105,8 @@ class _Closure:
         residual = float(np.max(np.abs(mismatch)))
         finished = bool(found.finished[0]) and bool(np.isfinite(residual))
         assert found.jacobian is not None
-        return _Try(state, image, found.jacobian[0], mismatch, residual if finished else np.inf, finished)
+        good = bool(found.certified[0])
+        return _Try(state, image, found.jacobian[0], mismatch, residual if finished else np.inf, finished, good)
 
 
 def mapped(
@@ -111,13 +115,14 @@ def mapped(
     """Image and derivative over the whole response, or over the half of it with the mirror."""
     if not half:
         return map_.images(state[None], parameters[None], response_period)
-    total, finished = np.eye(map_.states), True
+    total, finished, good = np.eye(map_.states), True, True
     here = state[None]
     for _ in range(response_period):
         found = map_.mirrored_half(here, parameters[None])
         assert found.jacobian is not None
         here, total, finished = found.state, found.jacobian[0] @ total, finished and bool(found.finished[0])
-    return Images(here, total[None], np.array([finished]))
+        good = good and bool(found.certified[0])
+    return Images(here, total[None], np.array([finished]), np.array([good]))
 
 
 def _newton_step(closure: _Closure, best: _Try) -> _Try | None:
@@ -156,7 +161,7 @@ def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -
     whole = map_.images(found.state[None], parameters[None], response_period)
     assert whole.jacobian is not None
     if status is OrbitStatus.CONVERGED and contradicted(map_, found.state, whole, parameters, response_period):
-        status = OrbitStatus.NOT_CERTIFIED
+        status = OrbitStatus.CONTRADICTED
     symmetric, twin = None, None
     if system.mirrored:
         # With tangents that nobody asks for: the kernel that has them is compiled, one without them may not be.
@@ -171,7 +176,7 @@ def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -
     drift = None
     if map_.cyclic >= 0:
         drift = 0.0 if symmetric else float(whole.state[0][map_.cyclic] - found.state[map_.cyclic])
-    return PeriodicSolution(
+    solution = PeriodicSolution(
         system=system,
         state=named_states(system, found.state),
         period=response_period * map_.period(parameters),
@@ -186,3 +191,4 @@ def _solution(closure: _Closure, found: _Try, status: OrbitStatus, steps: int) -
         tolerance=map_.tolerance,
         mirrored_state=twin,
     )
+    return solution if found.certified else judged(solution)

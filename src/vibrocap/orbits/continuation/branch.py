@@ -13,6 +13,7 @@ from vibrocap.orbits.closing.orbit import Orbit
 from vibrocap.orbits.closing.orbit import orbit as steady_orbit
 from vibrocap.orbits.closing.periodic_solution import CLOSE_TO_CIRCLE, OrbitStatus
 from vibrocap.orbits.continuation.branch_crossings import BranchCrossing, branch_crossings, orbit_near
+from vibrocap.orbits.continuation.branch_point import BranchPoint
 from vibrocap.orbits.continuation.branch_switching import branches_at_corner, switched_point
 from vibrocap.orbits.continuation.cycle_following import cycles_followed
 from vibrocap.orbits.continuation.following import BranchEnd, Followed, followed, started
@@ -36,6 +37,8 @@ class Branch(Result):
         of a system that nothing drives in time
     period: [points] length of a response
     parameter, drift, mean_velocity, arclength, stable, word: [points]; states: [points, states] at the section
+    certified: [points] whether the motion along the orbit is one of the equations: by the evidence taken as it was
+        closed, and where that is beyond the bounds of a certificate, by the certificate of the recorded motion
     multipliers: [points, multipliers] modulo the drift, largest first; drift: NaN without a cyclic coordinate
     symmetric: whether its orbits are their own mirror images; None where the system has no such symmetry
     special_points: in order; ends: why it was not followed beyond its first and its last point
@@ -58,6 +61,7 @@ class Branch(Result):
     stable: np.ndarray
     word: np.ndarray
     arclength: np.ndarray
+    certified: np.ndarray
     special_points: tuple[SpecialPoint, ...]
     ends: tuple[BranchEnd, BranchEnd]
     start: int
@@ -79,6 +83,7 @@ class Branch(Result):
         kinds = collections.Counter(special.kind.value for special in self.special_points)
         return {
             "points": f"{len(self)} points from {low:.6g} to {high:.6g}",
+            **({} if self.certified.all() else {"certificate": f"{np.sum(~self.certified)} of them not certified"}),
             "stability": f"{np.mean(self.stable):.0%} of them stable".replace("%", " %"),
             "special points": ", ".join(f"{count} {kind}" for kind, count in kinds.items()) or "no special points",
             "ends": f"begins: {self.ends[0].value}, ends: {self.ends[1].value}",
@@ -156,6 +161,12 @@ class Branch(Result):
             *(f"  {where} at {value:.10g}: {_ended(end)}"
               for where, value, end in zip(("begins", "ends"), self.parameter[[0, -1]], self.ends, strict=True)),
         ]  # fmt: skip
+        if not self.certified.all():
+            wrong = self.parameter[~self.certified]
+            lines.append(
+                f"  {len(wrong)} points from {wrong.min():.6g} to {wrong.max():.6g} not certified: "
+                "their motions are not those of the equations"
+            )
         return "\n".join(lines)
 
 
@@ -172,7 +183,7 @@ def empty_branch(closure: ClosingMap, between: tuple[float, float]) -> Branch:
     return Branch(
         closure.system, closure.path, between, closure.response_period, closure.symmetric, none, none,
         np.empty((0, names)), none, none, multipliers, np.empty(0, dtype=bool), np.empty(0, dtype=str),
-        none, (), nowhere, -1, closure,
+        none, np.empty(0, dtype=bool), (), nowhere, -1, closure,
     )  # fmt: skip
 
 
@@ -212,11 +223,18 @@ def joined(closure: ClosingMap, back: Followed | None, onward: Followed | None) 
         stable=np.all(np.abs(multipliers) < 1.0 - CLOSE_TO_CIRCLE, axis=1),
         word=np.array([point.closing.word for point in points]),
         arclength=ways,
+        certified=np.array([point.closing.certified or _confirmed(closure, point) for point in points]),
         special_points=tuple(special),
         ends=(ends[0], ends[1]),
         start=len(before),
         closing_map=closure,
     )
+
+
+def _confirmed(closure: ClosingMap, point: BranchPoint) -> bool:
+    """Whether the recorded motion along the orbit at a point has its certificate."""
+    state, value = closure.state(point.x, point.closing), closure.parameter(point.x)
+    return orbit_near(closure, state, value, closure.period(point.x)).status is OrbitStatus.CONVERGED
 
 
 @shows_progress("Following the branch")
@@ -267,13 +285,13 @@ def branch(
     state = np.array([begun.state[name] for name in base.state_names])
     closure: ClosingMap
     if not is_driven(base):
-        if begun.status is not OrbitStatus.CONVERGED:
+        if not begun.closes:
             return empty_branch(ClosingMap(base, over, (low, high), 1, False, tolerance, False), (low, high))
         closure = CycleMap(base, over, (low, high), state, begun.period, tolerance)
     else:
         closure = ClosingMap(base, over, (low, high), max(period, 1), half, tolerance, mirrored)
     first = None
-    if begun.status is OrbitStatus.CONVERGED or half:
+    if begun.closes or half:
         first = started(closure, closure.point(state, float(base.parameter(over))))
     if first is None:
         return empty_branch(closure, (low, high))

@@ -10,7 +10,7 @@ from vibrocap.measures.during_run import measured
 from vibrocap.motion.simulate import simulate
 from vibrocap.orbits.closing.autonomous_orbit import near_cycle
 from vibrocap.orbits.closing.orbit import Orbit, shoot
-from vibrocap.orbits.closing.periodic_solution import named_states
+from vibrocap.orbits.closing.periodic_solution import OrbitStatus, named_states
 from vibrocap.orbits.continuation.branch_point import BranchPoint, corrected, null_tangent
 from vibrocap.orbits.continuation.segment import Lost, Segment
 from vibrocap.orbits.crossings.crossing import NOTHING, checked_measure
@@ -138,4 +138,7 @@ def _located(
     at = closure.parameter(here.x)
     rate = (difference(beside) - difference(here)) / (closure.parameter(beside.x) - at)
     error = width + MEASURE_ERROR * closure.tolerance * size / max(abs(rate), 1e-300)
-    return BranchCrossing(kind, at, width if bracket.jumps else error, after_point, orbit_of(here))
+    orbit = orbit_of(here)
+    if not bracket.jumps and orbit.status is OrbitStatus.NOT_CERTIFIED:
+        kind = CrossingKind.NOT_CERTIFIED
+    return BranchCrossing(kind, at, width if bracket.jumps else error, after_point, orbit)

@@ -8,7 +8,6 @@ import numpy as np
 
 from vibrocap.arguments import check_whole
 from vibrocap.orbits.closing.orbit import Orbit, shoot
-from vibrocap.orbits.closing.periodic_solution import OrbitStatus
 from vibrocap.orbits.continuation.branch import Branch, branch, check_options, first_orbit, leaving, mirrored_all_over
 from vibrocap.orbits.continuation.branch_point import corrected
 from vibrocap.orbits.continuation.following import BranchEnd
@@ -114,7 +113,7 @@ def branches(
     diagram = _Growing(depth, points, step, told(progress))
     if mirrored_all_over(system, over, between) and not begun.symmetric:
         symmetric = shoot(begun.system, begun.state, 1, half=True, tolerance=tolerance)
-        if symmetric.status is OrbitStatus.CONVERGED:
+        if symmetric.closes:
             diagram.add(branch(system, over, between, orbit=symmetric, **options), 0)
             diagram.grow()
     if not any(_holds(each, begun) for each in diagram.branches):

@@ -9,8 +9,9 @@ import numpy as np
 from vibrocap.measures.during_run import measured
 from vibrocap.motion.simulate import period_marks, simulate
 from vibrocap.motion.start import within_room
+from vibrocap.motion.trajectory import Trajectory
 from vibrocap.numerics.api import Stroboscope
-from vibrocap.orbits.closing.periodic_solution import OrbitStatus, named_states, state_vector
+from vibrocap.orbits.closing.periodic_solution import CERTIFIED, named_states, state_vector
 from vibrocap.orbits.closing.shooting import closed, shortest
 from vibrocap.orbits.maps.settling_runs import SETTLED
 from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
@@ -35,12 +36,22 @@ class SettledMotion:
     drift: float | None
     tolerance: float
 
+    def motion(self, tolerance: float | None = None) -> Trajectory:
+        """The motion over one response, at its own tolerance unless told otherwise."""
+        tolerance = self.tolerance if tolerance is None else tolerance
+        return simulate(self.system, periods=self.response_period, initial=self.state, tolerance=tolerance)
+
+    @property
+    def certified(self) -> bool:
+        """Whether the certificate of the motion over one response is in order."""
+        motion = self.motion(max(self.tolerance, CERTIFIED))
+        return motion.status.ok and motion.certificate.ok
+
     def value(self, measure: str) -> float:
         """A measure of one response."""
         if self.drift is not None and measure in ("drift", "mean_velocity"):
             return self.drift / (1.0 if measure == "drift" else self.system.drive.period)
-        motion = simulate(self.system, periods=self.response_period, initial=self.state, tolerance=self.tolerance)
-        return float(measured(motion, [measure], window=self.response_period)[measure])
+        return float(measured(self.motion(), [measure], window=self.response_period)[measure])
 
 
 def settled_motion(
@@ -85,7 +96,7 @@ def _closed(system: System, state: Mapping[str, float], response: int, tolerance
     """The orbit near a state, by shooting."""
     map_ = StroboscopicMap(system, tolerance)
     found = shortest(map_, closed(map_, state_vector(system, state), response))
-    if found.status is not OrbitStatus.CONVERGED:
+    if not found.closes:
         return None
     drift = None if found.drift is None else found.drift / found.response_period
     return SettledMotion(system, found.state, found.response_period, drift, tolerance)
@@ -108,6 +119,11 @@ class CrossingKind(Advised):
         "jump",
         "The measure jumps over the value: the start leads to another steady motion (a mirror twin, for instance), or"
         " a motion ceases to exist. No steady motion seen here has the value.",
+    )
+    NOT_CERTIFIED = (
+        "not certified",
+        "The measure takes the value here, on a motion whose certificate is refused: it is none of the equations. Ask "
+        "for a tighter `tolerance`, and look at what `simulate(...).certificate` names.",
     )
     LOST = "lost", "A motion within the bracket did not settle; raise `periods`, or scan more points."
 
@@ -238,8 +254,9 @@ def _crossing(difference: Difference, low: _End, high: _End, at: float, beside: 
     slope = (difference.of(around[1]) - difference.of(around[0])) / (2.0 * beside)
     noise = abs(difference.of(coarse) - difference.of(here))
     width = 0.0 if at in (low.place, high.place) else high.place - low.place  # at an end it is zero exactly
+    good = all(each.certified for each in here)
     return Crossing(
-        kind=CrossingKind.CROSSING,
+        kind=CrossingKind.CROSSING if good else CrossingKind.NOT_CERTIFIED,
         at=at,
         bracket=(low.place, high.place),
         differences=(low.difference, high.difference),

@@ -27,6 +27,7 @@ class Closing:
     word: phases over the whole response; drift: what the cyclic coordinate gains over it
     image: whole state vector at the end, which carries what the law has switched
     impacts: on stops over the response of the map; infinite where they accumulate, NO_STOPS where there are none
+    certified: whether the evidence of its response is within the bounds of a certificate, see `motion.run_evidence`
     """
 
     x: np.ndarray
@@ -39,6 +40,7 @@ class Closing:
     drift: float
     image: np.ndarray
     impacts: float = dataclasses.field(default=NO_STOPS, kw_only=True)
+    certified: bool = dataclasses.field(default=True, kw_only=True)
 
     def alike(self, other: "Closing") -> bool:
         """Whether the same happens in both: the same cycle of phases, and as many impacts."""
@@ -188,7 +190,7 @@ class ClosingMap:
         lengths = np.full(m + 2, response * map_.period(rows[0]))
         if self.path.startswith("drive."):
             lengths[m:] = [response * map_.period(row) for row in rows[m:]]
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD)
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD, evidence=1)
         recording = variational_equations(map_.equations)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state * np.tile(self.mirror, 2)
@@ -211,6 +213,7 @@ class ClosingMap:
             drift=0.0 if self.half or map_.cyclic < 0 else float(ends[0, map_.cyclic]),
             image=ends[0, :n],
             impacts=impacts[0],
+            certified=bool(map_.certified(ended[:1], rows[:1])[0]),
         )
 
     def impacts_of(self, ended: RunResults) -> list[float]:

@@ -95,7 +95,7 @@ class CycleMap(ClosingMap):
         sizes = self.sizes[self.unknowns]
         if not 0.0 < length < np.inf:
             return self._failed(x, state)
-        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD)
+        budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD, evidence=1)
         recording, lengths = variational_equations(map_.equations), np.full(m + 2, length)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
         ends = ended.state
@@ -121,6 +121,7 @@ class CycleMap(ClosingMap):
             image=ends[0, :n],
             bordered=np.vstack((above, section)),
             impacts=self.impacts_of(ended)[0],
+            certified=bool(map_.certified(ended[:1], rows[:1])[0]),
         )
 
     def _at_rest_again(self, x: np.ndarray, like: Closing | None) -> np.ndarray:

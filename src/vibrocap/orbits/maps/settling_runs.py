@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrocap.measures.ensemble import CHUNK
+from vibrocap.motion.run_evidence import certified
 from vibrocap.numerics.api import Budget, codes
 from vibrocap.orbits.maps.stroboscopic_map import MOST_EVENTS, StroboscopicMap
 
@@ -21,17 +22,31 @@ class SettlingRuns:
     state: [runs, states] at the start of a drive period; ended: numbers of `numerics/kernel/codes.py`
     response_period: 0 where it did not settle
     drift: change of the cyclic coordinate per drive period, over the last response; NaN where it did not settle
+    certified: whether the evidence of the last response, or else of the last drive period, is within the bounds of a
+        certificate, see `motion.run_evidence`
     """
 
     state: np.ndarray
     ended: np.ndarray
     response_period: np.ndarray
     drift: np.ndarray
+    certified: np.ndarray
 
     @property
     def finished(self) -> np.ndarray:
         """Whether the run came to its end."""
         return self.ended == codes.DONE
+
+    def some(self, chosen: np.ndarray) -> "SettlingRuns":
+        """Those with these indices."""
+        return SettlingRuns(**{field.name: getattr(self, field.name)[chosen] for field in dataclasses.fields(self)})
+
+    def replaced(self, chosen: np.ndarray, others: "SettlingRuns") -> "SettlingRuns":
+        """The runs, with others in the place of the chosen ones."""
+        columns = {field.name: getattr(self, field.name).copy() for field in dataclasses.fields(self)}
+        for name, column in columns.items():
+            column[chosen] = getattr(others, name)
+        return SettlingRuns(**columns)
 
 
 def settling_runs(
@@ -47,7 +62,7 @@ def settling_runs(
     progress: called now and then, from any thread, with the share begun
     """
     count = len(states)
-    budget = Budget(periods, 1, SETTLED, ROUGH, MOST_EVENTS, MOST_STEPS)
+    budget = Budget(periods, 1, SETTLED, ROUGH, MOST_EVENTS, MOST_STEPS, evidence=1)
     parts = []
     for base in range(0, count, CHUNK):
         chosen = slice(base, min(base + CHUNK, count))
@@ -58,7 +73,8 @@ def settling_runs(
         if map_.cyclic >= 0:
             gained = ends.state[:, map_.cyclic] - ends.start[:, map_.cyclic]
             drift[response > 0] = (gained / np.maximum(response, 1))[response > 0]
-        parts.append((ends.state, ends.status, response, drift))
+        good = certified(map_.equations, ends, parameters[chosen], ROUGH)
+        parts.append((ends.state, ends.status, response, drift, good))
     return SettlingRuns(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
@@ -69,10 +85,7 @@ def continued(map_: StroboscopicMap, runs: SettlingRuns, chosen: np.ndarray, lon
     later = settling_runs(map_, ends.state, rows, periods)
     later.ended[:] = np.where(ends.finished, later.ended, ends.status)
     later.response_period[~later.finished] = 0
-    fields = {field.name: getattr(runs, field.name).copy() for field in dataclasses.fields(runs)}
-    for name, column in fields.items():
-        column[chosen] = getattr(later, name)
-    return SettlingRuns(**fields)
+    return runs.replaced(chosen, later)
 
 
 def iterates(map_: StroboscopicMap, states: np.ndarray, parameters: np.ndarray, periods: int) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.motion.equations import Equations, equations, parameter_values
+from vibrocap.motion.run_evidence import certified
 from vibrocap.numerics.api import Budget, RunResults, codes, ensemble_run
 from vibrocap.numerics.expressions.graph import depends_on_time, evaluate
 from vibrocap.orbits.maps.variations import variational_equations
@@ -26,11 +27,14 @@ class Images:
 
     state: [runs, states]; jacobian: [runs, states, states], entry (i, j) the derivative of image i by start j, or None
     finished: [runs] whether the run came to its end
+    certified: [runs] whether its evidence is within the bounds of a certificate, see `motion.run_evidence`; without
+        tangents that of its events alone
     """
 
     state: np.ndarray
     jacobian: np.ndarray | None
     finished: np.ndarray
+    certified: np.ndarray
 
 
 class StroboscopicMap:
@@ -160,6 +164,10 @@ class StroboscopicMap:
         times = {"mark_distance": mark_distance, "start": start}
         return ensemble_run(recording, parameters, states, budget, **times, **options)
 
+    def certified(self, ended: RunResults, parameters: np.ndarray) -> np.ndarray:
+        """Whether the evidence of runs, taken as far as their budget asked, is within the bounds of a certificate."""
+        return certified(self.equations, ended, parameters, self.tolerance)
+
     def images(
         self,
         states: np.ndarray,
@@ -173,7 +181,8 @@ class StroboscopicMap:
         mark_distance: [runs], in place of the drive's period (then periods should be 1)
         """
         runs, n = states.shape
-        budget = Budget(periods, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS)
+        evidence = periods if tangents else 0
+        budget = Budget(periods, periods, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, evidence=evidence)
         recording, each = self.equations, 1
         start, scales = states, np.ones((runs, n))
         if tangents:
@@ -191,7 +200,7 @@ class StroboscopicMap:
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
         if jacobian is not None and self.system.machine.coupled == "distances":
             self._through_joint_turns(jacobian, states, parameters, budget, mark_distance)
-        return Images(ends[:, 0, :n], jacobian, finished)
+        return Images(ends[:, 0, :n], jacobian, finished, self.certified(ended[::each], parameters))
 
     def _through_joint_turns(
         self, jacobian: np.ndarray, states: np.ndarray, parameters: np.ndarray, budget: Budget, distance: Any
@@ -225,7 +234,7 @@ class StroboscopicMap:
         half = np.array([0.5 * self.period(row) for row in parameters])
         found = self.images(states, parameters, 1, tangents, mark_distance=half)
         jacobian = None if found.jacobian is None else self.mirror[:, None] * found.jacobian
-        return Images(self.mirror * found.state, jacobian, found.finished)
+        return Images(self.mirror * found.state, jacobian, found.finished, found.certified)
 
 
 def is_driven(system: System) -> bool:

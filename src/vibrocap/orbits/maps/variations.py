@@ -59,6 +59,8 @@ def variational_equations(equations: Equations) -> Equations:
         limit=None if equations.limit is None else moved(equations.limit),
         symmetry=equations.symmetry * 2,
         switches=tuple(map(moved, equations.switches)),
+        holds=tuple((side, moved(hold), moved(limit)) for side, hold, limit in equations.holds),
+        further_slides=tuple(map(moved, equations.further_slides)),
         turning={number: (state, moved(velocity)) for number, (state, velocity) in equations.turning.items()},
         loads=tuple(map(moved, equations.loads)),
         bounds=tuple(map(moved, equations.bounds)),

@@ -73,9 +73,19 @@ class FurtherContact:
         pieces = self.law.switches(self.velocity, self.internal, self.side, self.load)
         return stops, sliding + rests * (forward - push), sliding + rests * (back + push), *pieces
 
+    @property
+    def limit(self):
+        """How far the forces reach that it can hold at rest."""
+        return self.law.holding_limit(self.load)
+
+    @property
+    def middle(self):
+        """Their middle."""
+        return self.law.holding_middle(self.load)
+
     def _margins(self) -> tuple:
         """Shares of its limit by which the force that holds it may grow forward and back."""
-        limit, middle = self.law.holding_limit(self.load), self.law.holding_middle(self.load)
+        limit, middle = self.limit, self.middle
         return (limit - (self.hold - middle)) / (limit + LEAST), (limit + (self.hold - middle)) / (limit + LEAST)
 
     def _push(self):

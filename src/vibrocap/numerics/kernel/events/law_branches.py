@@ -29,6 +29,8 @@ from vibrocap.numerics.kernel.generated.branches import (
     LAW_BRANCHES,
     LOCATED,
     OCCURRED,
+    SPEEDS,
+    SPEEDS_COUNT,
     SWITCH,
     SWITCHES,
     TURNING,
@@ -45,6 +47,7 @@ from vibrocap.numerics.kernel.generated.equations import (
 )
 from vibrocap.numerics.kernel.generated.facts import FOLLOWS_LOAD, SET_VALUED, SEVERAL
 from vibrocap.numerics.kernel.generated.lane import (
+    CONTACT_RESIDUAL,
     EVENT_LIMIT,
     EVENTS,
     IDLE,
@@ -171,6 +174,10 @@ def begin_branch(floats, ints, trace, lane, which):
     if which >= LAW_BRANCHES:
         strikes = hits(floats, ints, lane)
     chosen = ints[TAYLOR_STEPS + lane] + ints[IMPLICIT_STEPS + lane] == 0
+    for i in range(SPEEDS_COUNT):  # a further contact that stops or turns does so at rest
+        if not chosen and which >= LAW_BRANCHES:
+            taken = abs(floats[WORK + STATES + SPEEDS[i]] - floats[WORK + SPEEDS[i]])
+            floats[CONTACT_RESIDUAL + lane] = max(floats[CONTACT_RESIDUAL + lane], taken)
     if which < LAW_BRANCHES:
         on_event(floats, ints, trace, lane, SWITCHED, 0.0)
     elif not (chosen and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -ROUNDING):

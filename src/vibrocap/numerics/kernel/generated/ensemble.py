@@ -2,9 +2,11 @@
 
 # its queue of runs, windows and settling
 RUN = NEXT_RUN = LAST_RUN = MORE = RESULT_START = ASKED = STEP_LIMIT = PERIOD_BUDGET = WINDOW = WINDOW_START = 0
+EVIDENCE_PERIODS = 0
 RESPONSE = SINCE = STEP = DELAY = INVERSE_SCALE = THRESHOLD = REMAINING = START_STATE = MEASURED = MARKS = 0
 
 # what it gathers over the window of a run, see `gathered_entries` there
 INTEGRAL = MAGNITUDE = PEAK = LARGEST = LEAST = STICK_TIME = STICK_PHASES = PHASE_SIDE = PHASE_LENGTH = 0
 LETTER_SIDE = LETTER_LENGTH = LETTER_COUNT = LETTERS = ASYMMETRY = 0
+DEFECT = HOLD_SHARE = LEAST_VELOCITY = 0  # evidence that it is a motion of the equations
 LIFTED = 0  # whether the true load has been below zero

@@ -73,6 +73,15 @@ def reaction(floats, t, point, side, lane):
     raise NotImplementedError
 
 
+def evidence(floats, t, point, side, lane, out):
+    """What the equations say at the state floats[point:point + STATES], for `observe/evidence.py`.
+
+    From `out` on: the first BASE rates; of each contact that can stick the force that holds it over the middle of what
+    can be held, and its limit; of further contacts the velocity along their side.
+    """
+    raise NotImplementedError
+
+
 def shifts(floats, t, lane, out):
     """Of each contact velocity at imposed distances what it is ahead of the state that all share.
 

@@ -17,4 +17,7 @@ WATCHED = False  # whether the true load of the contact is looked at, which fric
 CYCLIC = 2  # the state on which nothing depends
 CONTACT_STATE = 3  # the state that moves one to one with the contact velocity
 MIRROR = (-1,)  # sign of each state under the half-period symmetry
+HOLDS = 0  # contacts that can stick
+HOLD_SIDES = (-1,)  # of each of them: the state that is 0 while it does; -1: the first, whose side is SIDE
+FURTHER_SLIDES = 0  # further contacts whose side is a state
 STICKS = (0,)  # of each contact: 1 where it can stick

@@ -28,8 +28,12 @@ INSIDE = 1.0 - 1e-12  # share of the way to rest that is left to a state of a ki
 
 def fitting_point(floats, ints, lane, s, point):
     """Move the state at floats[point:point + STATES], that of the series at time s, to where the law is asked."""
-    if ints[STIFF + lane] == 0:
-        return
+    if ints[STIFF + lane] == 1:
+        fit_to_slopes(floats, lane, s, point)
+
+
+def fit_to_slopes(floats, lane, s, point):
+    """Move that state to the one that fits to the slopes; how far that was over natural sizes, 0.0 where it stays."""
     time, inverse = floats[TIME + lane] + s, 1.0 / floats[STEP + lane]
     for i in range(STATES):
         floats[POINT + i] = floats[point + i]
@@ -37,7 +41,7 @@ def fitting_point(floats, ints, lane, s, point):
     for i in range(NEWTON_STEPS):
         left = newton_step(floats, lane, s, time, inverse, point)
         if not (left <= 1e300):
-            return
+            return 0.0
         if i == 0:
             reach = left
         if KINKED:
@@ -51,9 +55,11 @@ def fitting_point(floats, ints, lane, s, point):
                 keep_share(floats, point, kept)
     for i in range(STATES):
         way = max(way, abs(floats[POINT + i] - floats[point + i]) / floats[SCALE + i * LANES + lane])
-    if way <= reach:
-        for i in range(STATES):
-            floats[point + i] = floats[POINT + i]
+    if not (way <= reach):
+        return 0.0
+    for i in range(STATES):
+        floats[point + i] = floats[POINT + i]
+    return way
 
 
 def share_to_rest(before, after):

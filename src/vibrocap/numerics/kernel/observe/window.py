@@ -9,6 +9,7 @@ from vibrocap.numerics.kernel.generated.branches import IMPACT
 from vibrocap.numerics.kernel.generated.ensemble import (
     ASKED,
     ASYMMETRY,
+    EVIDENCE_PERIODS,
     INTEGRAL,
     LARGEST,
     LEAST,
@@ -34,6 +35,7 @@ from vibrocap.numerics.kernel.generated.lane import (
     WHOLE_PERIODS,
 )
 from vibrocap.numerics.kernel.generated.sizes import INTEGRANDS, LANES, MEASURED_COUNT, ORDER, STATES, SUMMED
+from vibrocap.numerics.kernel.interface import take_evidence
 from vibrocap.numerics.kernel.observe.accumulators import gather_extremes, gather_functions
 from vibrocap.numerics.kernel.observe.settle import remember, settled_response
 from vibrocap.numerics.kernel.observe.stick_statistics import begin_phases, begin_word, end_phases, spell
@@ -50,7 +52,12 @@ def has_room(floats, ints, trace, lane):
 def on_piece(floats, ints, trace, lane, h):
     """A step of length h was accepted; its series still stands in memory, the lane at its start."""
     asked = ints[ASKED]
-    if asked == 0 or ints[WINDOW_START + lane] < 0:
+    if ints[WINDOW_START + lane] < 0:
+        return
+    last = ints[WHOLE_PERIODS + lane] - ints[PERIOD_COUNT + lane] <= ints[EVIDENCE_PERIODS]
+    if ints[EVIDENCE_PERIODS] > 0 and (last or ints[RESPONSE + lane] > 0):
+        take_evidence(floats, ints, lane, h)
+    if asked == 0:
         return
     if asked & (ASK_INTEGRALS | ASK_MAGNITUDE | ASK_PEAK) != 0:
         gather_functions(floats, ints, lane, h)

@@ -1,0 +1,33 @@
+"""Whether the runs of an ensemble are motions of the equations, by the evidence that was taken while they ran."""
+
+import numpy as np
+
+from vibrocap.motion.equations import Equations
+from vibrocap.motion.evidence import EVENT_BOUND, LEAST_TOLERANCE, ROUNDING, STICK_SLACK, changes
+from vibrocap.numerics.api import DEFECT_BOUND, RunResults
+from vibrocap.numerics.expressions.graph import derivative, evaluate
+
+
+def certified(recording: Equations, results: RunResults, parameters: np.ndarray, tolerance: float) -> np.ndarray:
+    """Whether what was seen of each run is within the bounds of a certificate: array [runs] of bool.
+
+    The velocity at located events is that of the whole run. The share of its limit that a hold takes, the sign of the
+    velocity and the defect are those at some points of its last response (`kernel/observe/evidence.py`), so that a
+    certificate, which asks everywhere, may refuse a motion that passes here. Works: `measures/work_balance.py`.
+
+    parameters: [runs, parameters]
+    """
+    count = len(results)
+    tolerance = max(tolerance, LEAST_TOLERANCE)
+    states = results.start[:, : recording.base].T
+    values = recording.filled(parameters).T
+    with np.errstate(all="ignore"):  # of runs that failed
+        scales = [np.broadcast_to(each, count) for each in evaluate(recording.scales, 0.0, states, 1.0, values)]
+        speeds = changes(recording, ("contact_velocity",), np.array(scales), 0.0, states, values).sum(axis=0)
+    slowest = EVENT_BOUND * tolerance * speeds
+    found = results.head("contact_residual") <= slowest
+    rounding = ROUNDING * np.maximum(1.0, speeds)
+    imposed = recording.several or derivative(recording.contact_velocity, -1).value != 0.0
+    found &= -results.entry("LEAST_VELOCITY") <= (np.maximum(slowest, rounding) if imposed else rounding)
+    found &= results.entry("HOLD_SHARE") <= 1.0 + STICK_SLACK
+    return found & (results.entry("DEFECT") <= DEFECT_BOUND * tolerance)

@@ -1,0 +1,126 @@
+"""Evidence that a run is a motion of the equations, taken of its last response while it runs: what a certificate asks.
+
+Of a piece the equations are asked at its end, and within it where the contact is slowest or the force that holds it is
+largest, by the functions of the equations themselves and not by the series that made the step; of an implicit step at
+even distances, as its dense output is less exact than its end:
+
+    defect           h |y' - f(t, y)| over the natural size of a state, h the length of the step; beyond its bound the
+                     distance to the state that fits to the slopes, which is less (`stiff_point.py`)
+    share of a hold  |R - middle|/limit of a contact that sticks
+    velocity         side v of a contact that slides
+
+Asked are the pieces on which the contact may lose half of its speed or the force that holds it come to its limit, and
+every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
+"""
+
+from vibrocap.numerics.kernel.generated.ensemble import DEFECT, HOLD_SHARE, INVERSE_SCALE, LEAST_VELOCITY, STEP
+from vibrocap.numerics.kernel.generated.equations import evidence
+from vibrocap.numerics.kernel.generated.facts import (
+    FURTHER_SLIDES,
+    HOLD_SIDES,
+    HOLDS,
+    KINKED,
+    MAYBE_STIFF,
+    SET_VALUED,
+)
+from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STATE, STIFF, TAYLOR_STEPS, TIME, TOLERANCE, WORK
+from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
+from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.interface import fit_to_slopes
+from vibrocap.numerics.kernel.observe.turning_points import sign_change, turning_point
+from vibrocap.numerics.kernel.step.taylor import series_value
+
+# Of the defect, over the tolerance: at most 500 in motions of all laws at tolerances from 1e-4 to 1e-14, from 1e3 to
+# 1e5 where a law was stepped over.
+DEFECT_BOUND = 1e3
+EVERY = 8  # steps of which one is asked whatever it does
+SLOWER, CLOSER = 0.5, 0.9  # shares of the speed, and of what is left to the limit, that a decisive step may go through
+IMPLICIT_POINTS = 8  # at which a step is asked whose dense output is less exact than its end
+MOST = 1e300  # in the place of what is no number
+ASKED_STATE = WORK
+SLOPE = ASKED_STATE + STATES
+FOUND = SLOPE + STATES
+
+
+def take_evidence(floats, ints, lane, h):
+    """Ask the equations of a piece of length h, whose series stands in memory."""
+    if MAYBE_STIFF and ints[STIFF + lane] == 1:
+        floats[STEP + lane] = h
+        for k in range(IMPLICIT_POINTS):
+            ask(floats, ints, lane, h * (k + 1.0) / IMPLICIT_POINTS, h)
+        return
+    doubtful = decisive(floats, lane, h)
+    if not doubtful and ints[TAYLOR_STEPS + lane] % EVERY != 0:
+        return
+    floats[STEP + lane] = h
+    ask(floats, ints, lane, h, h)
+    if doubtful:
+        s = extreme(floats, lane, h)
+        if 0.0 < s < h:
+            ask(floats, ints, lane, s, h)
+
+
+def decisive(floats, lane, h):
+    """Whether, by the first terms of the series, the contact loses a good part of its speed within the piece, or the
+    force that holds it goes through a good part of what is left to its limit."""
+    row, share, level = VELOCITY + lane, SLOWER, -floats[VELOCITY + lane]
+    if SET_VALUED and floats[SIDE + lane] == 0.0:
+        row, share, level = HOLD + lane, CLOSER, floats[LIMIT + lane] - abs(floats[HOLD + lane])
+        return (abs(floats[row + LANES]) + abs(floats[row + 2 * LANES]) * h) * h >= share * level
+    towards = 1.0 if level > 0.0 else -1.0
+    slower = towards * floats[row + LANES]
+    return max(slower, slower + towards * floats[row + 2 * LANES] * h) * h > share * abs(level)
+
+
+def extreme(floats, lane, h):
+    """Within the piece, where the contact is slowest or the force that holds it turns; -1.0 where that is at an end."""
+    row, degree = VELOCITY + lane, ORDER
+    if SET_VALUED and floats[SIDE + lane] == 0.0:
+        row, degree = HOLD + lane, ORDER - 1
+    end, slope = value_and_slope(floats, row, h, degree)
+    if not SET_VALUED and not KINKED and floats[row] * end < 0.0:
+        return sign_change(floats, row, LANES, degree, 0.0, h)
+    if floats[row + LANES] * slope >= 0.0:
+        return -1.0
+    return turning_point(floats, row, LANES, degree, 0.0, h)
+
+
+def value_and_slope(floats, row, s, degree):
+    """Of a series at time s."""
+    value, slope = floats[row + degree * LANES], 0.0
+    for k in range(degree - 1, -1, -1):
+        slope = slope * s + value
+        value = value * s + floats[row + k * LANES]
+    return value, slope
+
+
+def ask(floats, ints, lane, s, h):
+    """Ask the equations at time s of the piece."""
+    for i in range(STATES):
+        value, slope = value_and_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, s, ORDER)
+        floats[ASKED_STATE + i] = value
+        floats[SLOPE + i] = slope
+    side = floats[SIDE + lane]
+    evidence(floats, floats[TIME + lane] + s, ASKED_STATE, side, lane, FOUND)
+    left = 0.0
+    for i in range(BASE):
+        left = max(left, abs(floats[FOUND + i] - floats[SLOPE + i]) * floats[INVERSE_SCALE + i * LANES + lane])
+    left *= h
+    if MAYBE_STIFF and left > DEFECT_BOUND * floats[TOLERANCE + lane]:
+        way = fit_to_slopes(floats, lane, s, ASKED_STATE)  # a stiff law multiplies what is left: along stiff directions
+        if way > 0.0:
+            left = way
+    if not (left <= MOST):
+        left = MOST
+    floats[DEFECT + lane] = max(floats[DEFECT + lane], left)
+    for i in range(HOLDS):
+        rests = side if HOLD_SIDES[i] < 0 else floats[STATE + HOLD_SIDES[i] * LANES + lane]
+        force, limit = abs(floats[FOUND + BASE + 2 * i]), floats[FOUND + BASE + 2 * i + 1]
+        if rests == 0.0 and force > floats[HOLD_SHARE + lane] * limit:
+            floats[HOLD_SHARE + lane] = force / limit if limit > 0.0 else MOST
+    if (SET_VALUED or KINKED) and side != 0.0:
+        along = side * series_value(floats, VELOCITY + lane, s)
+        floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)
+    for i in range(FURTHER_SLIDES):
+        along = floats[FOUND + BASE + 2 * HOLDS + i]
+        floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)
