@@ -52,7 +52,7 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
     images = map_.images(state[None], map_.parameters()[None])
     assert not differences.contradicted(map_, state, images, map_.parameters())
     for factor, sure in ((0.5, True), (1.05, True), (-1.0, False)):
-        wrong = type(images)(images.state, factor * images.jacobian, images.finished)
+        wrong = type(images)(images.state, factor * images.jacobian, images.finished, images.certified)
         with monkeypatch.context() as planted:
             if not sure:
                 planted.setattr(differences, "slopes_along", lambda *_: (images.state, np.array([False])))
@@ -60,7 +60,7 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
     monkeypatch.setattr(
         StroboscopicMap,
         "images",
-        lambda *given: (got := sound(*given)) and type(got)(got.state, 0.5 * got.jacobian, got.finished),
+        lambda *given: (got := sound(*given)) and type(got)(got.state, 0.5 * got.jacobian, got.finished, got.certified),
     )
     found = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
     assert found.status is vc.OrbitStatus.CONTRADICTED
