@@ -192,7 +192,14 @@ def test_every_piece_of_evidence_has_a_bound_and_a_verdict():
     certificate = vc.simulate(stick_slip(), periods=3, initial={"angle": 1.0}).certificate
     judged = {verdict.field: verdict for verdict in certificate.verdicts}
     assert set(judged) == {
-        *("stick_force_ratio", "event_velocity", "least_velocity", "energy_residual", "momentum_residual"),
+        *(
+            "stick_force_ratio",
+            "slip_shortfall",
+            "event_velocity",
+            "least_velocity",
+            "energy_residual",
+            "momentum_residual",
+        ),
         *("defect", "estimated_error"),
     }
     assert [field for field, verdict in judged.items() if verdict.bound is None] == ["estimated_error"]

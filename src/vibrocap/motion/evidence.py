@@ -73,6 +73,10 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     if ratio is not None:
         text = f"the stuck contact carries {ratio:.9g} times what it can hold: a slip was missed"
         judge("stick_force_ratio", ratio, 1.0 + STICK_SLACK, text)
+    shortfall = _slip_shortfall(motion, slack)
+    if shortfall is not None:
+        text = f"the contact slips {shortfall:.2g} of its limit below what it can hold: a slip began too early"
+        judge("slip_shortfall", shortfall, STICK_SLACK, text)
     judge(
         "event_velocity",
         event_velocity,
@@ -98,6 +102,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     reaction, warnings = _reaction(motion, index, s)
     return Certificate(
         stick_force_ratio=ratio,
+        slip_shortfall=shortfall,
         event_velocity=event_velocity,
         sign_kept=bool(least >= -slack),
         least_velocity=least,
@@ -115,17 +120,38 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
 
 def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, s: np.ndarray) -> float | None:
     """Largest share of what the contact can hold, of the forces that held it; None: the law cannot stick."""
-    law, machine = motion.system.friction, motion.system.machine
-    if law.kind != "set-valued":
+    if motion.system.friction.kind != "set-valued":
         return None
+    return float(np.max(np.abs(_shares_held(motion, held, index, s)), initial=0.0))
+
+
+def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
+    """Largest part of what the contact can hold that was missing where it left rest; None: it never did.
+
+    Not asked of slips that begin with a speed above `still`, as after an impact, nor of contacts that act on one another.
+    """
+    stuck = motion.piece_side == 0
+    starts = 1 + np.flatnonzero(stuck[:-1] & ~stuck[1:])
+    if not len(starts) or motion.system.machine.coupled:
+        return None
+    names = ("contact_velocity", "holding_force")
+    velocity, force = motion.piece_observables(names, starts, np.zeros(len(starts)))
+    shares = motion.piece_side[starts] * _shares_held(motion, force, starts, np.zeros(len(starts)))
+    shares = shares[np.abs(velocity) <= still]
+    return float(np.max(1.0 - shares, initial=0.0)) if len(shares) else None
+
+
+def _shares_held(motion: Trajectory, force: np.ndarray, index: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Forces at rest over what the contact can hold, from the middle of that."""
+    law, machine = motion.system.friction, motion.system.machine
     if machine.follows_load:
         limit, middle = motion.piece_observables(("holding_limit", "holding_middle"), index, s)
     else:
         load = motion.system.placed.load()
-        limit, middle = np.full(len(held), float(law.holding_limit(load))), law.holding_middle(load)
-    force = np.abs(held - middle)
+        limit, middle = np.full(len(force), float(law.holding_limit(load))), law.holding_middle(load)
+    force = force - middle
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(np.max(np.where(force == 0.0, 0.0, force / limit), initial=0.0))
+        return np.where(force == 0.0, 0.0, force / limit)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -291,6 +291,7 @@ def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
 
 CERTIFICATE = {
     "stick_force_ratio": "|R|/(N eta_s) while stuck",
+    "slip_shortfall": "missing of N eta_s at a slip",
     "event_velocity": "|v| at a located event",
     "least_velocity": "v against its side",
     "energy_residual": "energy less all works",
