@@ -259,6 +259,16 @@ def test_equal_contacts_of_one_body_and_two_are_the_same_motion():
     assert stops == {"stick": pytest.approx(0.4 / 0.2, abs=1e-12), "stick_2": pytest.approx(1.5 / 0.3, abs=1e-12)}
 
 
+def test_a_start_at_which_a_body_moves_away_from_its_side_is_no_stop():
+    """As of a motion that goes on with another velocity: the second body slides 1.5^2/(2 mu N/m), whatever its side."""
+    machine = vc.TwoBodyCrawler(stiffness=1e-300, damping=0.0, mass_2=2.0, normal_load_2=3.0, actuation=0.0)
+    system = vc.System(machine, vc.Coulomb(0.2, 0.3), vc.Harmonic())
+    before = vc.simulate(system, initial={"velocity_2": -1.5}, periods=0.1)
+    motion = vc.simulate(system, start=before, initial={"displacement": 0.0, "velocity_2": 1.5}, periods=2)
+    assert motion.state["displacement"] == pytest.approx(1.5**2 / (2 * 0.2 * 1.5), abs=1e-12)
+    assert [event.kind for event in motion.events] == ["stick_2"]
+
+
 @pytest.mark.slow
 def test_three_bodies_of_unequal_friction_travel_and_equal_ones_do_not():
     """Under a drive that is not odd; an odd one leaves a mirror image half a period later, which travels back."""

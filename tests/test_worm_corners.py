@@ -19,7 +19,11 @@ GROWN = 30.0  # tolerances, over what a small shift of the start grows to
 
 def corners(shape, period, periods):
     """(instants, slopes from there on) of a drive through points (share of the period, height), without dwells of 0."""
-    pieces = [(x, (after - before) / ((y - x) * period)) for (x, before), (y, after) in itertools.pairwise(shape) if y > x]
+    pieces = [
+        (x, (after - before) / ((y - x) * period))
+        for (x, before), (y, after) in itertools.pairwise(shape)
+        if y - x > 1e-12
+    ]
     found = [((number + share) * period, slope) for number in range(periods) for share, slope in pieces]
     return [t for t, _ in found], [slope for _, slope in found]
 

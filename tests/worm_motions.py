@@ -113,7 +113,13 @@ class MaxwellSlip(Contact):
         self.slipping = tuple(slips or i == which for i, slips in enumerate(self.slipping))
 
 
-KINDS = {"lugre": LuGre, "dahl": Dahl, "bouc-wen": BoucWen, "elasto-plastic": ElastoPlastic, "maxwell-slip": MaxwellSlip}
+KINDS = {
+    "lugre": LuGre,
+    "dahl": Dahl,
+    "bouc-wen": BoucWen,
+    "elasto-plastic": ElastoPlastic,
+    "maxwell-slip": MaxwellSlip,
+}
 
 
 class Worm:
@@ -154,8 +160,10 @@ class Worm:
         self.contacts[i].turned()
 
     def guards(self, y):
-        """(which contact and kink, function) of all that ends a piece; contact -1: the acceleration, so that none is
-        passed twice."""
+        """(which contact and kink, function) of all that ends a piece; contact -1: where the acceleration vanishes.
+
+        There for no velocity to pass zero twice in a step.
+        """
         yield (-1, 0), lambda t, y: self.rises * self.rates(t, y)[1]
         for i in range(len(self.contacts)):
             yield (i, -1), lambda _t, y, i=i: self.sides[i] * self.velocity(i, y)

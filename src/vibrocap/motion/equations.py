@@ -14,6 +14,7 @@ from vibrocap.motion.recorded_contacts import (
     shifts,
     states_at_contacts,
     states_of_laws,
+    stopping,
     turning,
 )
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
@@ -70,6 +71,7 @@ class Equations:
     maybe_stiff: bool  # whether a contact has a law with a force for every velocity
     several: bool  # contacts
     turning: dict[int, tuple[int, Expression]]  # see `recorded_contacts.py`, by the number of the guard
+    stopping: dict[int, int]  # likewise
     sides_at_rest: tuple[int, ...]  # states that are 0 while a further contact sticks
     sticks: tuple[int, ...]  # of each contact: 1 where it can stick
     # of each contact that can stick: the state that is its side (-1: the first one's is none), the force that holds it
@@ -265,6 +267,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         maybe_stiff=any(law.kind != "set-valued" for law in (system.friction, *system.further_laws)),
         several=bool(flow.further),
         turning=turning(system, flow, expression),
+        stopping=stopping(system, flow, expression),
         sides_at_rest=tuple(system.state_names.index(f"side_{each.number}") for each in flow.further if each.sticks),
         sticks=tuple(int(law.kind == "set-valued") for law in (system.friction, *system.further_laws)),
         holds=recorded_holds(system, flow, expression),

@@ -63,6 +63,19 @@ def recorded_holds(system: System, flow: Flow, expression: Any) -> tuple[tuple[i
     return tuple(found)
 
 
+def stopping(system: System, flow: Flow, expression: Any) -> dict[int, int]:
+    """Guards under which further contacts turn or come to rest, and that would stop one that moves.
+
+    By number: the state that moves one to one with this velocity. At imposed distances contacts that rest see to it
+    themselves.
+    """
+    numbers = {expression(guard).index: i for i, guard in enumerate(flow.switches)}
+    resting = zip(flow.further, system.machine.contacts, strict=True)
+    names = {numbers[expression(each.guards()[0]).index]: name for each, name in resting if each.sticks}
+    states = {i: system.state_names.index(name) for i, name in names.items() if name in system.machine.states}
+    return states | {i: state for i, (state, _) in turning(system, flow, expression).items()}
+
+
 def shifts(system: System, placed: Any, graph: Graph, mechanical: tuple) -> tuple[Expression, ...]:
     """At imposed distances, the velocity of each contact where the state that all share vanishes."""
     machine = system.machine

@@ -30,6 +30,7 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
         "MAYBE_STIFF": equations.maybe_stiff,
         "SEVERAL": equations.several,
         "TURNING": tuple(equations.turning.get(i, (-1,))[0] for i in range(len(equations.guards))) or (-1,),
+        "STOPPING": tuple(equations.stopping.get(i, -1) for i in range(len(equations.guards))) or (-1,),
         "SIDES_AT_REST": equations.sides_at_rest or (-1,),
         "SIDES_COUNT": len(equations.sides_at_rest),
         "SPEEDS": speeds(equations) or (-1,),

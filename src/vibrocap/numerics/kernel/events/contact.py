@@ -57,7 +57,11 @@ def side_holds(floats, ints, trace, lane):
         return True
     if KINKED and floats[VELOCITY + lane] == 0.0:
         ints[ZEROS + lane] = 1
-        return leaves(floats, ints, lane)
+        if leaves(floats, ints, lane):
+            return True
+        ints[EVENTS + lane] += 1  # it turned together with another contact, or at a corner of its motion
+        on_event(floats, ints, trace, lane, REVERSAL, 0.0)
+        return False
     ints[IDLE + lane] += 1  # the velocity passed zero within the rounding of the last step
     cross(floats, ints, trace, lane, 1, 0.0)
     return False

@@ -31,6 +31,7 @@ from vibrocap.numerics.kernel.generated.branches import (
     OCCURRED,
     SPEEDS,
     SPEEDS_COUNT,
+    STOPPING,
     SWITCH,
     SWITCHES,
     TURNING,
@@ -68,7 +69,7 @@ from vibrocap.numerics.kernel.step.resolved import excursion
 from vibrocap.numerics.kernel.step.taylor import series_value, taylor_step, through_points
 
 NO_MOTION = 16.0 * EPSILON  # of the natural speed
-STILL = 1e-11  # of the natural speed: a further contact that turns is stopped, a faster one has jumped to its new side
+STILL = 1e-11  # of the natural speed: a further contact that passes rest by less is stopped, by more it has jumped
 ROUNDING = 64.0 * EPSILON  # of a guard of the machine, whose natural size is one
 AT_ONCE = 1e-12  # of a period: steps towards the end of a load that follows the motion are still ten times rounding
 
@@ -165,8 +166,8 @@ def begin_branch(floats, ints, trace, lane, which):
     for i in range(STATES):
         floats[WORK + i] = floats[STATE + i * LANES + lane]
     after_switch(floats, floats[TIME + lane], WORK, floats[SIDE + lane], lane, which, WORK + STATES)
-    if SEVERAL and TURNING[which] >= 0 and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -STILL:
-        for i in range(TURNING[which], STATES, BASE):  # its velocity has jumped to this side, and so has its tangent
+    if SEVERAL and STOPPING[which] >= 0 and floats[SWITCH + which * (ORDER + 1) * LANES + lane] < -STILL:
+        for i in range(STOPPING[which], STATES, BASE):  # its velocity has jumped: it goes on, and so does its tangent
             floats[WORK + STATES + i] = floats[WORK + i]
     for i in range(STATES):
         floats[STATE + i * LANES + lane] = floats[WORK + STATES + i]

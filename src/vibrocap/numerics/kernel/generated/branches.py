@@ -6,6 +6,7 @@ BRANCHES = 1  # how many of them belong to branches; behind them stand bounds at
 BOUND_KINDS = (0,)  # number of each bound among the kinds that there are
 LAW_BRANCHES = 1  # how many of those are the law's, which stand before the machine's
 TURNING = (-1,)  # of each guard under which a further contact turns: the state that moves as its velocity does; else -1
+STOPPING = (-1,)  # the same of each guard under which a further contact turns or comes to rest; else -1
 SIDES_AT_REST = (-1,)  # states that are 0 while a further contact sticks
 SIDES_COUNT = 0  # how many these are
 SPEEDS = (-1,)  # states that are velocities of contacts, where there are several and no impact moves them
