@@ -42,9 +42,7 @@ def slopes_along(
     distance = None if mark_distance is None else np.tile(mark_distance, len(steps))
     budget = Budget(periods, 1, 0.0, map_.tolerance, MOST_EVENTS, MOST_STEPS)
     recording = variational_equations(map_.equations)
-    ended = map_.run(
-        budget, starts.reshape(-1, 2 * n), rows, recording=recording, order=ORDER, mark_distance=distance
-    )
+    ended = map_.run(budget, starts.reshape(-1, 2 * n), rows, recording=recording, order=ORDER, mark_distance=distance)
     ends = ended.state.reshape(len(steps), runs, 2 * n)[:, :, :n]
     sizes = np.stack([map_.scales(row) for row in parameters])
     slopes = (ends - images) / steps[:, None, None] / sizes
@@ -75,7 +73,8 @@ def contradicted(
     said = images.jacobian[0] @ direction / sizes
     if keeps_order(map_) and said[map_.smooth_states[0]] * direction[map_.smooth_states[0]] < BACKWARDS:
         return True
-    found, sure = slopes_along(map_, state[None], direction[None], images.state, parameters[None], periods, mark_distance)
+    at = state[None], direction[None], images.state, parameters[None]
+    found, sure = slopes_along(map_, *at, periods, mark_distance)
     return bool(sure[0]) and differ(said, found[0])
 
 
