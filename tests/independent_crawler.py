@@ -6,8 +6,8 @@ s = sin(theta), on the pendulum crawler (here z = -s):
 
     v' = -mu z'' - R/(lambda + 1),     mu = 1/(lambda + 1);     at rest R = -z'' as long as the contact can hold that
 
-Coulomb friction is constant within a slide, so that v is known in closed form and its zeros are bracketed on a fine grid
-and polished; other laws are integrated by DOP853 at 1e-12, each end of a slide polished on a step of its own.
+Coulomb friction is constant within a slide, so that v is known in closed form; its zeros are bracketed on a fine grid
+and polished. Other laws are integrated by DOP853 at 1e-12, each end of a slide polished on a step of its own.
 
 A system is a dict of numbers: machine ("two-mass-crawler" | "pendulum-crawler"), mass_ratio; law ("coulomb" |
 "exponential" | "lugre") with its coefficients, forward_ratio and back_ratio on Coulomb's; drive ("biharmonic" |

@@ -73,9 +73,8 @@ def contradicted(
     said = images.jacobian[0] @ direction / sizes
     if keeps_order(map_) and said[map_.smooth_states[0]] * direction[map_.smooth_states[0]] < BACKWARDS:
         return True
-    found, sure = slopes_along(
-        map_, state[None], direction[None], images.state, parameters[None], periods, mark_distance
-    )
+    at = state[None], direction[None], images.state, parameters[None]
+    found, sure = slopes_along(map_, *at, periods, mark_distance)
     return bool(sure[0]) and differ(said, found[0])
 
 
