@@ -117,7 +117,7 @@ class Block:
 
 
 def motion(machine: Capsule | Block, initial: Sequence[float], periods: int, rtol: float = 1e-12) -> tuple:
-    """(state at the end, [(time, side from there on)]). ArithmeticError: the load ends; RuntimeError: it is in doubt."""
+    """(state at the end, [(time, side from there on)]). ArithmeticError: the load ends; RuntimeError: in doubt."""
     period = 2.0 * math.pi / machine.p["frequency"]
     t, y, end = 0.0, np.array(initial, float), period * periods
     place, events = machine.velocity, []
