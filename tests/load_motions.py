@@ -19,7 +19,7 @@ from independent import STEPS_PER_PERIOD, drive, until_switch
 
 @dataclass(frozen=True)
 class Law:
-    """Coefficient of friction by speed, times a ratio for each direction. kind: "coulomb", "exponential", "stribeck"."""
+    """Coefficient by speed, times a ratio for each direction; kind: "coulomb", "exponential" or "stribeck"."""
 
     kind: str
     coulomb: float
