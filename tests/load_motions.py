@@ -19,7 +19,7 @@ from independent import STEPS_PER_PERIOD, drive, until_switch
 
 @dataclass(frozen=True)
 class Law:
-    """Coefficient of friction by speed, times a ratio for each direction: kind "coulomb", "exponential" or "stribeck"."""
+    """Coefficient by speed, times a ratio for each direction; kind: "coulomb", "exponential" or "stribeck"."""
 
     kind: str
     coulomb: float
@@ -117,7 +117,7 @@ class Block:
 
 
 def motion(machine: Capsule | Block, initial: Sequence[float], periods: int, rtol: float = 1e-12) -> tuple:
-    """(state at the end, [(time, side from there on)]). ArithmeticError: the load ends; RuntimeError: it is in doubt."""
+    """(state at the end, [(time, side from there on)]). ArithmeticError: the load ends; RuntimeError: in doubt."""
     period = 2.0 * math.pi / machine.p["frequency"]
     t, y, end = 0.0, np.array(initial, float), period * periods
     place, events = machine.velocity, []

@@ -33,7 +33,7 @@ class Certificate:
 
     stick_force_ratio: largest |R|/(N eta_s) while stuck; at most 1 to rounding (None: the law cannot stick). Of several
     contacts the largest, and so for the least velocity.
-    slip_shortfall: largest 1 - |R|/(N eta_s) where the (first) contact began to slip; 0 to rounding (None: it did not).
+    slip_shortfall: largest 1 - |R|/(N eta_s) where the (first) contact began to slip; 0 to rounding (None: never).
     event_velocity: largest |contact velocity| at located events, before it was set to zero.
     sign_kept: whether the velocity kept its sign between events (least side * v, which may be negative by rounding).
     energy_residual: largest |energy - initial - work of all channels| over the motion; momentum_residual likewise.

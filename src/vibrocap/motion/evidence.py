@@ -128,7 +128,7 @@ def _stick_force_ratio(motion: Trajectory, held: np.ndarray, index: np.ndarray, 
 def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
     """Largest part of what the contact can hold that was missing where it left rest; None: it never did.
 
-    Not asked of slips that begin with a speed above `still`, as after an impact, nor of contacts that act on others.
+    Not asked of slips that begin faster than `still`, as after an impact, nor of contacts that act on one another.
     """
     stuck = motion.piece_side == 0
     starts = 1 + np.flatnonzero(stuck[:-1] & ~stuck[1:])
