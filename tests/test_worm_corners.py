@@ -1,5 +1,6 @@
 """Worms whose distances change at another rate from one instant on: every contact takes its new side at a corner."""
 
+import dataclasses
 import itertools
 import math
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibrocap as vc
+from vibrocap.orbits.maps.stroboscopic_map import StroboscopicMap
 from vibrocap.physics.catalogue import law
 from worm_motions import KINDS, Worm
 
@@ -128,7 +130,7 @@ def test_worms_with_corners_against_an_independent_solver(laws):
 
 @pytest.mark.slow  # its kernels
 def test_orbits_and_ensembles_of_worms_with_corners():
-    """The example's drift, and travel at other strokes, some 1e-8 of which depends on the start of the third period."""
+    """The example's drift, as in its fifth period, travel at other strokes, and derivatives through corners."""
     shape = ((0.0, -1.0), (0.6, 1.0), (1.0, -1.0))
 
     def travelled(amplitude, first, last):
@@ -140,6 +142,19 @@ def test_orbits_and_ensembles_of_worms_with_corners():
         ]
         return ends[1] - ends[0]
 
+    little = {"coulomb_coefficient": 0.02, "static_coefficient": 0.03}  # so that a period forgets not all
+    map_ = StroboscopicMap(dataclasses.replace(EXAMPLE, friction=vc.LuGre(**little)))
+    points = [(share, 0.3 * height) for share, height in shape]
+    push = 1e-5
+    for velocity in (-0.05, 0.02):
+        ends = [
+            Worm((1.0, 0.5), (-1.0,), [bristles(little), bristles(little)]).end(
+                *corners(points, TRIANGLE.period, 1), start, TRIANGLE.period
+            )
+            for start in (velocity - push, velocity + push)
+        ]
+        images = map_.images(np.array([[0.0, velocity, 0.0, 0.0, 0.0]]), map_.parameters()[None])
+        assert images.jacobian[0][:2, 1] == pytest.approx((ends[1] - ends[0]) / (2.0 * push), abs=2e-6)
     found = vc.orbit(EXAMPLE, initial=START)
     assert found.drift == pytest.approx(0.5874, abs=5e-5)
     assert found.drift == pytest.approx(travelled(0.3, 4, 5), abs=1e-9)
