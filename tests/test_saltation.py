@@ -310,8 +310,9 @@ OTHERS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", exhaustive_but([0, 1], list(OTHERS)))
-def test_derivatives_are_those_of_simulated_motions(name):
-    """Of the map over two periods, to what the differences of whole simulations are known to."""
+def test_derivatives_are_those_of_simulated_motions(name, monkeypatch):
+    """Of the map over two periods, to what the differences of whole simulations are known to; of tangents alone."""
+    monkeypatch.setattr(StroboscopicMap, "through_joint_turns", lambda *_: None)
     system, start = OTHERS[name]
     map_ = StroboscopicMap(system)
     parameters, state = map_.parameters(), state_vector(system, start)
@@ -331,3 +332,17 @@ def test_derivatives_are_those_of_simulated_motions(name):
     derivative, error = differences_of(simulated, state[kept], sizes[kept])
     assert np.abs(found.jacobian[0][np.ix_(kept, kept)] - derivative).max() <= error
     assert error < 1e-3
+
+
+@pytest.mark.slow
+def test_branches_of_worms_have_the_multipliers_of_their_orbits():
+    """All contacts of a symmetric worm turn at one instant, and differences take the place of tangents in both."""
+    system = vc.System(vc.TwoBodyWorm(), UNEVEN, vc.Harmonic(0.8))
+    branch = vc.branch(system, "drive.amplitude", (0.7, 0.9), points=20, step=0.1)
+    orbit = vc.shoot(system, dict(zip(system.state_names, branch.states[branch.start].tolist(), strict=True)))
+    assert branch.parameter[branch.start] == 0.8
+    assert np.sort_complex(branch.multipliers[branch.start]) == pytest.approx(orbit.multipliers, abs=1e-6)
+    mirrored = vc.System(vc.TwoBodyWorm(), vc.Exponential(0.1, 0.15), vc.Harmonic(0.8))
+    branch = vc.branch(mirrored, "drive.amplitude", (0.7, 0.9), points=20, step=0.1)
+    assert branch.symmetric
+    assert branch.multipliers[branch.start].real == pytest.approx([0.35342], abs=1e-5)  # by differences

@@ -193,7 +193,13 @@ class ClosingMap:
         budget = Budget(1, 1, 0.0, self.tolerance, MOST_EVENTS, MOST_STEPS, codes.ASK_WORD, evidence=1)
         recording = variational_equations(map_.equations)
         ended = map_.run(budget, start, rows, recording=recording, order=ORDER, mark_distance=lengths)
-        ends = ended.state * np.tile(self.mirror, 2)
+        ends = ended.state
+        if self.system.machine.coupled == "distances":
+            whole = np.zeros((1, n, n))
+            whole[0][:, self.unknowns] = ends[:m, n:].T / self.sizes[self.unknowns]
+            map_.through_joint_turns(whole, state[None], rows[:1], budget, lengths[:1])
+            ends[:m, n:] = (whole[0][:, self.unknowns] * self.sizes[self.unknowns]).T
+        ends = ends * np.tile(self.mirror, 2)
         sizes = self.sizes[self.unknowns]
         image = ends[:, self.unknowns] / sizes
         first = () if map_.equations.hold is None else (map_.equations.contact_state,)

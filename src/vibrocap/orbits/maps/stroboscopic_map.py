@@ -199,14 +199,15 @@ class StroboscopicMap:
         finished = np.all(ended.finished.reshape(runs, each), axis=1)
         jacobian = np.swapaxes(ends[:, :, n:], 1, 2) / scales[:, None, :] if tangents else None
         if jacobian is not None and self.system.machine.coupled == "distances":
-            self._through_joint_turns(jacobian, states, parameters, budget, mark_distance)
+            self.through_joint_turns(jacobian, states, parameters, budget, mark_distance)
         return Images(ends[:, 0, :n], jacobian, finished, self.certified(ended[::each], parameters))
 
-    def _through_joint_turns(
+    def through_joint_turns(
         self, jacobian: np.ndarray, states: np.ndarray, parameters: np.ndarray, budget: Budget, distance: Any
     ) -> None:
         """Take differences for the column of the coordinate that all contacts share, where they say another derivative.
 
+        jacobian: [runs, states, states] by the tangents, which is changed; of a machine that imposes distances
         Two pushes have to agree, so that a turn between them is not taken for a turn at one instant.
         """
         runs, shared = len(states), self.equations.contact_state
