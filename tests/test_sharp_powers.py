@@ -14,7 +14,8 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.codegen.resolution import gaps, rough
+from vibrocap.numerics.codegen.at_rest import gaps, rough_nodes
+from vibrocap.numerics.codegen.resolution import system_sharpness
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
 
@@ -130,7 +131,8 @@ def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph()
 
     def found(law):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
-        return sorted(gaps(recorded).values()), rough(recorded)
+        sharp = system_sharpness(recorded).nodes
+        return sorted(power for _, power in gaps(recorded, sharp).values()), bool(rough_nodes(recorded, sharp))
 
     def stribeck(exponent):
         return vc.Stribeck(stribeck_exponent=exponent, viscous_damping=0.0)

@@ -34,6 +34,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.numerics.codegen.at_rest import Speed, gaps, rough_nodes
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
 
@@ -41,7 +42,6 @@ SHARP_FUNCTIONS = ("exp", "tanh", "log", "sqrt", "atan", "div")
 STEEP = {"exp": 25.0, "tanh": 10.0}  # change of the argument beyond which these change no more
 SECANTS = 6
 BEYOND = 10.0  # times the slopes at the start of a step: how large its slopes are taken to be for what is seen
-SLOW = 2.0**-5  # of the speeds at which a law is looked at near rest
 VISIBLE = {"exp": 1e-3, "tanh": 1e-3, "log": math.inf, "sqrt": 10.0, "atan": 10.0, "div": 10.0}  # theta of each
 
 
@@ -156,21 +156,6 @@ def mirrored(equations: Any) -> bool:
     return all(np.allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=0.0) for a, b in zip(one, other, strict=True))
 
 
-def near_rest(equations: Any, value: Expression) -> tuple[np.ndarray, float]:
-    """(values at a contact velocity of 0 and two small ones, one twice the other; slope by it at rest), anywhere."""
-    draw = np.random.default_rng(0)
-    states = list(draw.uniform(0.1, 0.9, len(equations.rates)))
-    values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
-    contact = equations.contact_state
-    slope = sensitivity(value, equations.contact_velocity.index)
-    with np.errstate(all="ignore"):
-        found = [
-            evaluate([value, slope], 0.3, [*states[:contact], speed, *states[contact + 1 :]], 1.0, values)
-            for speed in (0.0, SLOW, 2.0 * SLOW)
-        ]
-    return np.array([each[0] for each in found]), found[0][1]
-
-
 def sparse(equations: Any) -> bool:
     """Whether some sharp function knows at rest nothing of the sign of the velocity, or is a logarithm.
 
@@ -178,37 +163,21 @@ def sparse(equations: Any) -> bool:
     four vanish.
     """
     graph = equations.graph
+    draw = np.random.default_rng(0)
+    states = draw.uniform(0.1, 0.9, len(equations.rates))
+    states[equations.contact_state] = 0.0
+    values = draw.uniform(0.5, 1.5, len(equations.parameter_paths))
     for node in system_sharpness(equations).nodes:
         op, *operands = graph.nodes[node]
-        if op == "log" or near_rest(equations, Expression(graph, operands[-1]))[1] == 0.0:
-            return True
+        slope = sensitivity(Expression(graph, operands[-1]), equations.contact_velocity.index)
+        with np.errstate(all="ignore"):
+            if op == "log" or evaluate([slope], 0.3, states, 1.0, values)[0] == 0.0:
+                return True
     return False
 
 
-def rough(equations: Any) -> bool:
-    """Whether a law that sticks has a power of the speed without a Taylor series at rest: an exponential of a log."""
-    graph, contact = equations.graph, equations.contact_velocity.index
-    logs = [node for node in system_sharpness(equations).nodes if graph.nodes[node][0] == "log"]
-    return equations.hold is not None and any(contact in reachable(graph, [node]) for node in logs)
-
-
-def gaps(equations: Any) -> dict[int, int]:
-    """Of the sharp nodes whose argument vanishes at rest like |v|^m, m = 3, 4 ..., this m.
-
-    From v = c t, or c t^2, their series is one in t^m, or t^2m: the last terms may vanish, or no term be left.
-    """
-    graph, found = equations.graph, {}
-    for node in system_sharpness(equations).nodes:
-        op, *operands = graph.nodes[node]
-        values, _ = near_rest(equations, Expression(graph, operands[-1]))
-        one, two = np.abs(values[1:] - values[0])
-        if op != "log" and 0.0 < one < two and math.log2(two / one) > 2.5:
-            found[node] = round(math.log2(two / one))
-    return found
-
-
 def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool) -> str:
-    """`unresolved` of one lane, or `unresolved_simd` of all, of which none starts from rest where there are gaps.
+    """`unresolved` of one lane, or `unresolved_simd` of all.
 
     order: of the series
     """
@@ -216,7 +185,7 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
     head = (
         "def unresolved_simd(floats, h, lasting, start_low, start_high, low, high):"
         if simd
-        else "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened, leaving):"
+        else "def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):"
     )
     if not sharp.nodes:
         return "\n".join([head, f"    return {'0.0 * h' if simd else '0.0'}", ""])
@@ -225,12 +194,7 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
     imposed = {velocity.index: i for i, velocity in enumerate(equations.imposed_velocities)}
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
-    lost, strict = {} if simd else gaps(equations), "tolerance"
-    if equations.hold is not None and (lost or rough(equations)):  # as `resolved.faint`
-        fastest = f"{text.size(('low', 'high'))} / {text.entry(f'SCALE + {equations.contact_state} * LANES')}"
-        share = text.smaller(text.name(f"LEAVING * {text.function('sqrt', text.name(fastest))}"), "1.0")
-        strict = text.name(f"tolerance * {share}")
-    felt_from = strict if rough(equations) else "tolerance"
+    lost, powers = gaps(equations, sharp.nodes), rough_nodes(equations, sharp.nodes)
 
     def over_step(index: int) -> Interval | None:
         op, *operands = graph.nodes[index]
@@ -284,6 +248,14 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
     ]
     text.lines.append(f"worst = {'0.0 * h' if simd else '0.0'}")
 
+    def near_rest(speed: Speed) -> str:
+        """The tolerance, or the less to which a contact that leaves rest is held, see `resolved.faint`."""
+        fastest = text.name(
+            f"{text.size(step.of(speed.expression.index))} / {text.entry(f'SCALE + {speed.state} * LANES')}"
+        )
+        share = text.smaller(text.name(f"LEAVING * {text.function('sqrt', fastest)}"), "1.0")
+        return text.name(f"tolerance * {share}") if speed.sticks else "tolerance"
+
     def weight(slopes: Sequence[Sequence[Expression]], values: Enclosures) -> str:
         """Largest of the slopes of rates, over the step and in natural sizes of the states, and of guards."""
         of_rates = [
@@ -307,18 +279,28 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
             least = text.smaller(most, text.larger(*at_ends))
         varies, size, gentle = _node(graph, node, text, step, start)
         theta = VISIBLE[graph.nodes[node][0]]
-        either = [f"({least} * {size} >= {theta!r} * {felt_from})"] if theta < math.inf else []
+        strict = near_rest(powers[node]) if node in powers else "tolerance"
+        either = [f"({least} * {size} >= {theta!r} * {strict})"] if theta < math.inf else []
         either += [f"({gentle})"] if gentle else []
         shown = text.name((" | " if simd else " or ").join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        unseen = text.name(f"{share} <= {felt_from}")
+        unseen = text.name(f"{share} <= {strict}")
         fine = f"{shown} | {unseen}" if simd else f"{shown} or {unseen}"
         text.lines.append(f"worst = where({fine}, worst, worst + 1.0)" if simd else f"worst += 0.0 if {fine} else 1.0")
-        for zeros in (1, 2) if node in lost else ():
-            kept = (order - 1) // (zeros * lost[node])
-            missed = f"{least} * {_missed(graph, node, text, step, start, kept)} <= {strict}"
-            text.lines += [f"if leaving == {float(zeros)!r} and not ({missed}):", "    worst += 1.0"]
+        if node in lost:
+            speed, m = lost[node]
+            first, second, third = (text.entry(f"{speed.row} + {k} * LANES") for k in range(3))
+            line, square = (_missed(graph, node, text, step, start, (order - 1) // (k * m)) for k in (1, 2))
+            linear = f"abs({second}) >= abs({third}) * h"
+            rest = f"abs({first}) <= FAINT * (abs({second}) + abs({third}) * h) * h"
+            missed = f"where({linear}, {line}, {square})" if simd else f"({line} if {linear} else {square})"
+            told = f"{least} * {missed} <= {near_rest(speed)}"
+            text.lines.append(
+                f"worst = where(({rest}) & ~({told}), worst + 1.0, worst)"
+                if simd
+                else f"worst += 1.0 if widened == 0.0 and {rest} and not ({told}) else 0.0"
+            )
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
 
 

@@ -7,8 +7,9 @@ import operator
 from collections.abc import Sequence
 from typing import Any
 
+from vibrocap.numerics.codegen.at_rest import gaps, rough_nodes
 from vibrocap.numerics.codegen.jets import JetWriter
-from vibrocap.numerics.codegen.resolution import gaps, mirrored, resolution_source, rough, sparse, system_sharpness
+from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.codegen.true_load import LoadSeries
 from vibrocap.numerics.expressions.graph import Expression, derivative, reachable
 from vibrocap.numerics.kernel.memory_layout import Layout
@@ -58,7 +59,10 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     constants |= {"VELOCITY_JUMPS": jumps(equations, layout), "FOLLOWS_LOAD": bool(equations.loads)}
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
-    constants |= {"SPARSE": sparse(equations), "ROUGH": rough(equations), "GAPS": bool(gaps(equations))}
+    constants["SPARSE"] = sparse(equations)
+    rough, gap = rough_nodes(equations, sharp.nodes), gaps(equations, sharp.nodes)
+    constants["ROUGH"] = any(speed.row == "VELOCITY" for speed in rough.values())
+    constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gap.values())
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
     constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})

@@ -21,13 +21,12 @@ def guard_at(floats, x) -> tuple:
     raise NotImplementedError
 
 
-def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened, leaving):
+def unresolved(floats, lane, h, lasting, start_low, start_high, low, high, widened):
     """How many sharp functions of the law a step of length h might not see, see `resolution.py`.
 
     start_low, start_high: within which the contact velocity starts; low, high: within which it stays
     lasting: time over which what is not seen would act
     widened: natural sizes by which every other state may be off, in a proof that is to last
-    leaving: 1.0 or 2.0 for a contact at rest whose velocity begins with this power of time, else 0.0
     """
     raise NotImplementedError
 

@@ -33,11 +33,9 @@ from vibrocap.numerics.kernel.generated.branches import (
 from vibrocap.numerics.kernel.generated.ensemble import LIFTED, STEP, STEP_LIMIT, WINDOW_START
 from vibrocap.numerics.kernel.generated.equations import guard_at, guard_simd, jet
 from vibrocap.numerics.kernel.generated.facts import (
-    GAPS,
     KINKED,
     LIMIT_CONSTANT,
     MAYBE_STIFF,
-    ROUGH,
     SET_VALUED,
     SEVERAL,
     SHARP,
@@ -138,8 +136,6 @@ def step_simd(floats, ints, trace, running):
         two = whole_equal(ints, ZEROS, 2)
         if SPARSE:
             plain = plain & ~two
-        if GAPS or ROUGH:
-            plain = plain & ~one
         stuck = event
         push = side
         if SET_VALUED:

@@ -32,7 +32,6 @@ from vibrocap.numerics.kernel.generated.lane import (
 )
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
-from vibrocap.numerics.kernel.step.taylor import NO_SPEED
 
 LEAST_SHARE = 0.003  # of a period: a shorter step says little of how long those to come are
 WIDE = 2.0  # natural sizes: what is known of the speeds holds for all states that a motion visits
@@ -61,17 +60,14 @@ def resolved(floats, lane, h):
     start = floats[VELOCITY + lane]
     change = excursion(floats, VELOCITY + lane, h)
     # An error within the tolerance may be larger than the velocity of a contact near rest, and make it turn.
-    resting = (GAPS or ROUGH) and abs(start) <= NO_SPEED * floats[SCALE + CONTACT_STATE * LANES + lane]
+    resting = (GAPS or ROUGH) and abs(start) <= FAINT * change
     if SPARSE:
         tail = velocity_tail(floats, VELOCITY + lane, h)
-        if ROUGH and resting:  # from rest the series of a power rounded off there is one in t^4
+        if ROUGH and resting:  # the series of a power that is rounded off at rest has, as v = c t^2, one term in four
             tail += velocity_tail(floats, VELOCITY - 2 * LANES + lane, h) / (h * h)
         if tail > faint(floats, lane, abs(start) + change):
             return h <= 8.0 * EPSILON * floats[PERIOD + lane]
-    leaving = 0.0
-    if GAPS and resting:
-        leaving = 1.0 if abs(floats[VELOCITY + LANES + lane]) >= abs(floats[VELOCITY + 2 * LANES + lane]) * h else 2.0
-    if not SHARP_INTERNAL and leaving == 0.0:
+    if not SHARP_INTERNAL and not (GAPS and resting):
         if known(floats, lane, abs(start) - change, abs(start) + change):
             return True
         learn(floats, lane, h, abs(start) - change, abs(start) + change)
@@ -84,7 +80,7 @@ def resolved(floats, lane, h):
         else:
             high = min(high, 0.0)
     return (
-        unresolved(floats, lane, h, h, start, start, low, high, 0.0, leaving) == 0.0
+        unresolved(floats, lane, h, h, start, start, low, high, 0.0) == 0.0
         or h <= 8.0 * EPSILON * floats[PERIOD + lane]
     )
 
@@ -135,13 +131,13 @@ def learn(floats, lane, h, least, most):
 def hidden(floats, lane, h, lasting, least, most):
     """How many functions might hide within some step whose speed stays between these two, to either side."""
     if not (KINKED or SET_VALUED) and least == 0.0:
-        return unresolved(floats, lane, h, lasting, -most, most, -most, most, WIDE, 0.0)
+        return unresolved(floats, lane, h, lasting, -most, most, -most, most, WIDE)
     side = floats[SIDE + lane]
     floats[SIDE + lane] = 1.0
-    count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE, 0.0)
+    count = unresolved(floats, lane, h, lasting, least, most, least, most, WIDE)
     if not MIRRORED:
         floats[SIDE + lane] = -1.0
-        count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE, 0.0)
+        count += unresolved(floats, lane, h, lasting, -most, -least, -most, -least, WIDE)
     floats[SIDE + lane] = side
     return count
 

@@ -3,7 +3,15 @@
 from vibrocap.numerics.kernel.arithmetic.plain_vectors import bits, load, square_root, store, where
 from vibrocap.numerics.kernel.generated.ensemble import STEP
 from vibrocap.numerics.kernel.generated.equations import unresolved_simd
-from vibrocap.numerics.kernel.generated.facts import CONTACT_STATE, KINKED, ROUGH, SET_VALUED, SHARP_INTERNAL, SPARSE
+from vibrocap.numerics.kernel.generated.facts import (
+    CONTACT_STATE,
+    GAPS,
+    KINKED,
+    ROUGH,
+    SET_VALUED,
+    SHARP_INTERNAL,
+    SPARSE,
+)
 from vibrocap.numerics.kernel.generated.lane import FAR_SPEED, SAFE_SPEED, SCALE, TOLERANCE
 from vibrocap.numerics.kernel.generated.rows import VELOCITY
 from vibrocap.numerics.kernel.generated.sizes import LANES, ORDER
@@ -29,8 +37,9 @@ def resolved_simd(floats, side, start, change, h, moving):
         fine = fine | (side == 0.0)
     speed = abs(start)
     least, most = speed - change, speed + change
+    resting = speed <= FAINT * change
     if not SHARP_INTERNAL:
-        fine = fine | known_simd(floats, least, most)
+        fine = fine | asked_before(floats, resting, least, most)
         open_still = bits(~fine)
         if open_still != 0:
             store(floats, STEP, h)
@@ -41,14 +50,15 @@ def resolved_simd(floats, side, start, change, h, moving):
                     learn(
                         floats, lane, length, abs(floats[VELOCITY + lane]) - reach, abs(floats[VELOCITY + lane]) + reach
                     )
-            fine = fine | known_simd(floats, least, most)
+            fine = fine | asked_before(floats, resting, least, most)
     telling = moving | ~moving
     if SPARSE:
-        least = FAINT * most
+        least, tail = FAINT * most, velocity_tail_simd(floats, VELOCITY, h)
         if ROUGH:  # as `resolved.faint`
+            tail = tail + where(resting, velocity_tail_simd(floats, VELOCITY - 2 * LANES, h) / (h * h), 0.0)
             scale = load(floats, SCALE + CONTACT_STATE * LANES)
             least = lesser(least, LEAVING * load(floats, TOLERANCE) * square_root(most * scale))
-        telling = ~moving | (side == 0.0) | ~(velocity_tail_simd(floats, h) > least)
+        telling = ~moving | (side == 0.0) | ~(tail > least)
     if bits(~fine) == 0:
         return fine & telling
     low, high = start - change, start + change
@@ -58,13 +68,19 @@ def resolved_simd(floats, side, start, change, h, moving):
     return (fine | (unresolved_simd(floats, h, h, start, start, low, high) == 0.0)) & telling
 
 
-def velocity_tail_simd(floats, h):
-    """`resolved.velocity_tail` of the velocity of all lanes."""
+def velocity_tail_simd(floats, row, h):
+    """`resolved.velocity_tail` of all lanes."""
     power = h
     for _ in range(ORDER - 2):
         power = power * h
-    last, before = load(floats, VELOCITY + ORDER * LANES), load(floats, VELOCITY + (ORDER - 1) * LANES)
+    last, before = load(floats, row + ORDER * LANES), load(floats, row + (ORDER - 1) * LANES)
     return (abs(last) * h + abs(before)) * power
+
+
+def asked_before(floats, resting, least, most):
+    """`known_simd`, but for starts from rest of a law whose series has gaps there."""
+    known = known_simd(floats, least, most)
+    return known & ~resting if GAPS else known
 
 
 def known_simd(floats, least, most):
