@@ -245,7 +245,7 @@ def test_no_false_alarm_in_a_thousand_plausible_runs(kind):
     for _ in range(1000):
         law = changed(kind, draw)
         values = {f"friction.{info.name}": getattr(law, info.name) for info in parameter_table(kind)}
-        values = {path: value for path, value in values.items() if path in system.parameter_paths}
+        values = {path: value for path, value in values.items() if isinstance(value, float)}
         values |= {"machine.mass_ratio": 10.0 ** draw.uniform(-0.5, 0.9), "drive.amplitude": draw.uniform(0.1, 2.0)}
         values |= {"initial.angle": draw.uniform(-1.0, 1.0)}
         for path, value in values.items():

@@ -7,7 +7,7 @@ even distances, as its dense output is less exact than its end:
     defect           h |y' - f(t, y)| over the natural size of a state, h the length of the step; beyond its bound the
                      distance to the state that fits to the slopes, which is less (`stiff_point.py`)
     share of a hold  |R - middle|/limit of a contact that sticks
-    velocity         side v of a contact that slides
+    velocity         side v of a contact that slides, of the first over the terms of its series where these exceed 1
 
 Asked are the pieces on which the contact may lose half of its speed or the force that holds it come to its limit, and
 every eighth of the others. `motion/evidence.py` asks the same of all pieces of a recorded motion, and holds the bounds.
@@ -119,7 +119,9 @@ def ask(floats, ints, lane, s, h):
         if rests == 0.0 and force > floats[HOLD_SHARE + lane] * limit:
             floats[HOLD_SHARE + lane] = force / limit if limit > 0.0 else MOST
     if (SET_VALUED or KINKED) and side != 0.0:
-        along = side * series_value(floats, VELOCITY + lane, s)
+        v0, v1, v2 = floats[VELOCITY + lane], floats[VELOCITY + LANES + lane], floats[VELOCITY + 2 * LANES + lane]
+        terms = max(1.0, abs(v0) + (abs(v1) + abs(v2) * h) * h)  # whose rounding is that of the velocity at rest
+        along = side * series_value(floats, VELOCITY + lane, s) / terms
         floats[LEAST_VELOCITY + lane] = min(floats[LEAST_VELOCITY + lane], along)
     for i in range(FURTHER_SLIDES):
         along = floats[FOUND + BASE + 2 * HOLDS + i]
