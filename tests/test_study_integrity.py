@@ -66,12 +66,6 @@ def swap(one, other):
     other.write_bytes(first)
 
 
-def link(path):
-    content = path.with_name("elsewhere")
-    path.rename(content)
-    path.symlink_to(content)
-
-
 CHUNK = "results.zarr/mean_velocity/c.1.0"
 DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     "a chunk is removed": (lambda place: (place / CHUNK).unlink(), ["1.0"]),
@@ -79,7 +73,6 @@ DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     "a chunk is cut": (lambda place: os.truncate(place / CHUNK, 20), ["1.0"]),
     "a bit of a chunk is flipped": (lambda place: flip(place / CHUNK, 12), ["1.0"]),
     "a chunk is longer": (lambda place: (place / CHUNK).write_bytes((place / CHUNK).read_bytes() + b"more"), ["1.0"]),
-    "a chunk is a link": (lambda place: link(place / CHUNK), ["1.0"]),
     "a chunk is a folder": (lambda place: ((place / CHUNK).unlink(), (place / CHUNK).mkdir()), ["1.0"]),
     "two chunks are swapped": (
         lambda place: swap(place / CHUNK, place / "results.zarr/mean_velocity/c.0.2"),
@@ -97,6 +90,8 @@ DAMAGE = {  # what is done to a store, and the tiles that are then damaged
         ],
         ["0.2", "1.0"],
     ),
+    "a mark is a folder": (lambda place: ((place / "done/1.0").unlink(), (place / "done/1.0").mkdir()), ["1.0"]),
+    "a mark is removed": (lambda place: (place / "done/1.0").unlink(), ["1.0"]),
     "a mark is empty": (lambda place: (place / "done/1.0").write_bytes(b""), ["1.0"]),
     "a bit of a mark is flipped": (lambda place: flip(place / "done/1.0", 30), ["1.0"]),
     "a mark is that of another tile": (lambda place: shutil.copy(place / "done/0.0", place / "done/1.0"), ["1.0"]),
@@ -116,6 +111,11 @@ ELSEWHERE = {  # the same of what belongs to no tile
     "an array is removed": lambda place: shutil.rmtree(place / "results.zarr/settled"),
     "all results are removed": lambda place: shutil.rmtree(place / "results.zarr"),
     "all marks are removed": lambda place: shutil.rmtree(place / "done"),
+    "what says that it is finished is altered": lambda place: flip(place / "finished", 12),
+    "metadata are a folder": lambda place: (
+        (place / "results.zarr/word/zarr.json").unlink(),
+        (place / "results.zarr/word/zarr.json").mkdir(),
+    ),
     "a mark is of no tile": lambda place: shutil.copy(place / "done/0.0", place / "done/7.0"),
 }
 
@@ -126,19 +126,17 @@ def test_a_damaged_tile_is_found_named_and_computed_again(tmp_path, whole, cheap
     done, tiles = DAMAGE[what]
     done(whole)
     found = verify_study(whole)
-    assert (found.ok, found.tiles, found.stored) == (False, TILES, TILES)
+    assert (found.ok, found.tiles, found.stored) == (False, TILES, TILES - ("removed" in what and "mark" in what))
     assert [".".join(map(str, index)) for index in found.damaged] == tiles
     assert main(["verify", str(whole)]) == 3
     assert all(f"damaged    tile {name}: " in capsys.readouterr().out for name in tiles[:1])
     with pytest.raises(StoreError, match=r"is damaged: tile .*--resume"):
         open_study(whole).load()
     cheap.clear()
-    if what.endswith("a folder"):
-        (whole / CHUNK).rmdir()
     with pytest.warns(DamageWarning, match=rf"whole: is damaged, and mended: tile {tiles[0]}: "):
         stored(whole, resume=True)
     assert sum(len(next(iter(over.values()))) for over in cheap) == 2 * len(tiles)
-    assert {name: data for name, data in files(whole).items() if "elsewhere" not in name} == before
+    assert files(whole) == before
     assert verify_study(whole).finished
 
 
@@ -184,7 +182,8 @@ def test_a_whole_store_and_none(tmp_path, whole, capsys):
     assert (found.ok, found.finished, found.stored, found.damaged, found.others) == (True, True, TILES, {}, ())
     assert main(["verify", str(whole)]) == 0
     assert f"whole: whole; {TILES} of {TILES} tiles are stored." in capsys.readouterr().out
-    (whole / "done" / "0.1").unlink()  # as if the study had been stopped before
+    (whole / "finished").unlink()  # as if the study had been stopped before
+    (whole / "done" / "0.1").unlink()
     found = verify_study(whole)
     assert (found.ok, found.finished, found.stored) == (True, False, TILES - 1)
     assert main(["verify", str(whole)]) == 0
@@ -194,6 +193,7 @@ def test_a_whole_store_and_none(tmp_path, whole, capsys):
 
 
 def test_a_tile_without_a_mark_is_not_there_even_if_some_of_its_chunks_are(whole):
+    (whole / "finished").unlink()
     (whole / "done" / "1.0").unlink()
     (whole / "results.zarr" / "word" / "c.1.0").unlink()
     found = open_study(whole).load()
@@ -279,8 +279,8 @@ def elsewhere(monkeypatch):
 
 def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monkeypatch, capsys):
     before = files(whole)
-    for mark in ("1.0", "1.2"):
-        (whole / "done" / mark).unlink()
+    for name in ("finished", "done/1.0", "done/1.2"):
+        (whole / name).unlink()
     elsewhere(monkeypatch)
     with pytest.raises(CaseError) as refusal:
         stored(whole, resume=True)

@@ -2,17 +2,14 @@
 
 import contextlib
 import errno
-import itertools
 import os
-import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 from vibrocap.case.case import CaseError
 from vibrocap.files import WriteError
 
 GONE = (errno.ENOENT, errno.ENOTDIR, errno.ESTALE)
-_numbers = itertools.count()
 
 
 class StoreError(WriteError):
@@ -45,59 +42,6 @@ def kept(folder: Path) -> Iterator[None]:
             f"{folder}: cannot be written: {reason}. What was stored before is whole; when that is mended, go on with "
             "--resume (resume=True)"
         ) from error
-
-
-def write_file(path: Path, data: bytes, unfinished: Path) -> None:
-    """Write a file elsewhere (in the folder `unfinished`, on the same disk), force it to the disk, rename it.
-
-    `files.replacing` does this for single files. It looks through their folder for what dead processes left, which
-    would take longer with every tile, and puts unfinished ones where only the files of the results may be.
-    """
-    unfinished.mkdir(exist_ok=True)
-    temporary = unfinished / f"{socket.gethostname()}-{os.getpid()}-{next(_numbers)}"
-    binary = getattr(os, "O_BINARY", 0)  # without it Windows writes \r\n for \n
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | binary, 0o666)
-    try:
-        try:
-            rest = memoryview(data)
-            while rest:
-                rest = rest[os.write(handle, rest) :]
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary)
-        raise
-
-
-def write_files(folder: Path, files: Mapping[str, bytes], unfinished: Path) -> None:
-    """Write files given by their place below a folder; on return they and their names are on the disk.
-
-    Their folders should be there: one that went away is no place to go on in.
-    """
-    places = set()
-    for name, data in files.items():
-        path = folder / name
-        write_file(path, data, unfinished)
-        places.add(path.parent)
-    for place in sorted(places | {folder, folder.parent}):
-        force_names(place)
-
-
-def force_names(folder: Path) -> None:
-    """Force the names in a folder to the disk, where the system can."""
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.ENOTSUP):
-            raise
-    finally:
-        os.close(handle)
 
 
 class Lock:
