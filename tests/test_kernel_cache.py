@@ -226,13 +226,16 @@ def test_beyond_its_limit_what_was_used_longest_ago_goes(folder, monkeypatch):
     for i in range(3):
         cache.keep(f"{i:040}", bytes(1000))
         os.utime(folder / f"{i:040}.kernel", (1000.0 + i, 1000.0 + i))
-    left = folder / ".0.dead.tmp"
-    left.write_bytes(b"of a process that died")
-    os.utime(left, (1000.0, 1000.0))
+    left = folder / f".{0:040}.{0:016}.tmp"
+    others = [folder / ".notes.tmp", folder / "popcorn.kernel"]  # of the user, whose folder it is
+    for path in (left, *others):
+        path.write_bytes(b"of a process that died")
+        os.utime(path, (1000.0, 1000.0))
     assert cache.kept(f"{0:040}") == bytes(1000)  # used just now
     cache.keep(f"{3:040}", bytes(1000))
-    assert [path.stem[-1] for path in files(folder)] == ["0", "2", "3"]
+    assert [path.stem[-1] for path in files(folder)] == ["0", "2", "3", "n"]
     assert not left.exists()
+    assert all(path.exists() for path in others)
     assert time.time() - files(folder)[0].stat().st_mtime < 100.0
 
 

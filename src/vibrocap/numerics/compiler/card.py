@@ -51,10 +51,10 @@ def ptx(text: str, reals: int, wholes: int) -> str:
     """The code of all threads, each with so many floats and ints of its own; from the disk or made now."""
     name = cache.key(CARD.name, own_source(), text, str((reals, wholes)))
     found = cache.kept(name)
-    if found is None:
+    if found is None or f".entry {ENTRY}(".encode() not in found:
         one = thread_code(text).replace("define i64 @kernel_entry", "define internal i64 @kernel_entry")
         code = one + ALL_THREADS.format(entry=ENTRY, reals=reals, wholes=wholes)
-        command = [sys.executable, "-m", __name__]
+        command = [sys.executable, "-P", "-m", __name__]  # its modules do not come from the working folder
         done = subprocess.run(command, input=code.encode(), capture_output=True, check=False)
         if done.returncode != 0:
             raise RuntimeError(f"LLVM made no code for a card: {done.stderr.decode(errors='replace')[-2000:]}")

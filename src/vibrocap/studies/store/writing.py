@@ -3,12 +3,17 @@
 import contextlib
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 
+from vibrocap import locks
 from vibrocap.case.case import CaseError
 from vibrocap.files import WriteError
 
+_LOCKED = os.O_RDWR | os.O_CREAT  # how the file of a lock is opened: no link, and a pipe is not waited for
+for _name in ("O_NOFOLLOW", "O_CLOEXEC", "O_NONBLOCK"):
+    _LOCKED |= getattr(os, _name, 0)
 GONE = (errno.ENOENT, errno.ENOTDIR, errno.ESTALE)
 
 
@@ -52,7 +57,10 @@ class Lock:
 
     def __init__(self, path: Path):
         self._path = path
-        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+        self._handle = os.open(path, _LOCKED, 0o666)
+        if not stat.S_ISREG(os.fstat(self._handle).st_mode):
+            os.close(self._handle)
+            raise OSError(errno.EINVAL, f"{path.name} is no plain file")
         try:
             import fcntl
 
@@ -60,8 +68,9 @@ class Lock:
         except ImportError:
             pass
         except BlockingIOError:
+            holder = locks.in_words(locks.holder(self._handle))
             os.close(self._handle)
-            raise CaseError(["another process is writing there; wait for it, or stop it"], str(path.parent)) from None
+            raise CaseError([f"{holder} is writing there; wait for it, or end it"], str(path.parent)) from None
         except OSError as error:
             if error.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL):
                 os.close(self._handle)
@@ -71,7 +80,7 @@ class Lock:
         """StoreError where the folder is no longer the one that was locked."""
         mine = os.fstat(self._handle)
         try:
-            now = os.stat(self._path)
+            now = os.lstat(self._path)
         except OSError:
             now = None
         if now is None or not os.path.samestat(mine, now):
