@@ -15,6 +15,7 @@ READING = os.O_RDONLY  # how a file is opened that may be a pipe
 for _name in ("O_NONBLOCK", "O_CLOEXEC", "O_BINARY"):
     READING |= getattr(os, _name, 0)
 PIECE = 2**20  # bytes
+READ: set[tuple[int, int]] = set()  # files (device, number) that were read
 
 
 def read_input(path: str | Path, most: int) -> bytes:
@@ -23,7 +24,9 @@ def read_input(path: str | Path, most: int) -> bytes:
     Raises OSError: that of a file that cannot be read, TimeoutError where nothing comes from a pipe for ten seconds.
     """
     with os.fdopen(os.open(path, READING), "rb", buffering=0) as file:
-        if stat.S_ISREG(os.fstat(file.fileno()).st_mode) or os.name != "posix":
+        status = os.fstat(file.fileno())
+        READ.add((status.st_dev, status.st_ino))
+        if stat.S_ISREG(status.st_mode) or os.name != "posix":
             pieces, left = [], most
             while left > 0 and (piece := file.read(min(left, 64 * PIECE))):
                 pieces.append(piece)
@@ -43,8 +46,9 @@ def read_input(path: str | Path, most: int) -> bytes:
 
 def require_plain_file(path: str | Path) -> None:
     """OSError for a pipe, a device or a folder: of those a library that opens files by name would wait for ever."""
-    mode = os.stat(path).st_mode
-    if stat.S_ISDIR(mode):
+    status = os.stat(path)
+    READ.add((status.st_dev, status.st_ino))
+    if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
-    if not stat.S_ISREG(mode):
+    if not stat.S_ISREG(status.st_mode):
         raise OSError(errno.EINVAL, "is a pipe or a device; give a file", str(path))
