@@ -6,6 +6,7 @@ Loading such a file runs it, so it is done only where someone names the file: a 
 import copyreg
 import hashlib
 import importlib.util
+import os
 import sys
 import traceback
 from collections.abc import Iterable
@@ -35,7 +36,7 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
     digest: SHA-256 that the file has to have, line ends aside, where only that very file will do.
     Raises PartsError: no such file, one that fails (with the line), that defines no part, or parts that cannot be used.
     """
-    path = Path(path).resolve()
+    path = Path(os.path.realpath(path))
     if path.suffix != ".py":
         raise PartsError(f"{path}: should be a Python file, whose name ends in .py")
     try:
