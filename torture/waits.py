@@ -50,7 +50,7 @@ PLACES: dict[str, tuple[str, ...]] = {  # a file that is read: a command that re
     "export.nc": ("sweep", "case.toml", "--over", "machine.mass_ratio=1:2:2", "--export", "export.nc"),
     "examples/mirror-twin.toml": ("examples", "mirror-twin", "--to", "examples"),
 }
-CAN_BE = ("examples/mirror-twin.toml",)  # places in which anything is left as it is
+LOCKED = "held by a stopped process"
 
 
 def _socket(path: Path) -> None:
@@ -85,23 +85,23 @@ def waits(folder: Path, trials: int, seed: int, deadline: float) -> Outcome:
     """So many of all places and kinds, by chance; and the locks."""
     prepare()
     outcome, chance = Outcome("waits"), random.Random(seed)
-    every = [(place, kind) for place in PLACES for kind in KINDS]
-    for number, (place, kind) in enumerate(chance.sample(every, min(trials - 2, len(every)))):
+    every = [*((place, kind) for place in PLACES for kind in KINDS), *((name, LOCKED) for name in LOCKS)]
+    for number, (place, kind) in enumerate(chance.sample(every, min(trials, len(every)))):
         if time.monotonic() > deadline:
             break
         there = folder / str(number)
-        (there / place).parent.mkdir(parents=True)
+        there.mkdir()
         (there / "case.toml").write_text(CASE)
         (there / "table.toml").write_text(TABLE)
         os.chdir(there)
-        KINDS[kind](Path(place))
-        outcome.check(*judged(lambda place=place: command(PLACES[place]), folder / "said", f"{kind} as {place}"))
-    for name, work in (("a study", study_locked), ("a kernel", kernel_locked)):
-        place = folder / name
-        place.mkdir()
-        os.chdir(place)
-        outcome.check(*judged(work, folder / "said", f"the lock of {name} is held by a stopped process"))
-    outcome.words = f"of {len(every)} places and kinds, and two locks"
+        if kind == LOCKED:
+            work = LOCKS[place]
+        else:
+            Path(place).parent.mkdir(exist_ok=True)
+            KINDS[kind](Path(place))
+            work = lambda place=place: command(PLACES[place])  # noqa: E731
+        outcome.check(*judged(work, folder / "said", f"{kind} as {place}"))
+    outcome.words = f"of {len(every)} places and kinds"
     return outcome
 
 
@@ -146,7 +146,6 @@ def stopped(path: Path) -> Iterator[int]:
 
 def study_locked() -> str:
     """The lock of a study: the sweep must say who holds it."""
-    Path("case.toml").write_text(CASE)
     Path("map").mkdir()
     err = io.StringIO()
     with stopped(Path("map/lock").absolute()) as process, contextlib.redirect_stderr(err):
@@ -167,3 +166,6 @@ def kernel_locked() -> str:
             pass
     words = " ".join(str(each.message) for each in found)
     return "" if f"process {process}" in words and "stopped" in words else f"no word of process {process}: {words}"
+
+
+LOCKS = {"lock of a study": study_locked, "lock of a kernel": kernel_locked}
