@@ -92,15 +92,50 @@ def test_the_content_is_on_the_disk_before_the_name(tmp_path, monkeypatch):
     assert calls[:2] == ["fsync", "replace"]
 
 
-def test_rights_stay_and_links_are_followed(tmp_path):
-    path, link = tmp_path / "run.csv", tmp_path / "link.csv"
+def test_rights_stay(tmp_path):
+    path = tmp_path / "run.csv"
     path.write_text("old")
     path.chmod(0o640)
-    link.symlink_to(path)
-    write_text(link, "new")
-    assert link.is_symlink()
-    assert path.read_text() == "new"
+    assert write_text(path, "new").read_text() == "new"
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_links_are_not_followed(tmp_path, capsys, there):
+    """To a file, or to none; by the library, and by a command before any work."""
+    path, link = tmp_path / "mine.csv", tmp_path / "link.csv"
+    if there:
+        path.write_text("old")
+    link.symlink_to(path)
+    with pytest.raises(WriteError, match=r"link\.csv: cannot be written: it is a link to .*mine\.csv"):
+        write_text(link, "new")
+    (tmp_path / "case.toml").write_text(CASE)
+    assert main(["simulate", str(tmp_path / "case.toml"), "--out", str(link)]) == 2
+    assert "it is a link to" in capsys.readouterr().err
+    assert path.exists() == there
+    assert not there or path.read_text() == "old"
+    assert link.is_symlink()
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "figures").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(WriteError, match="figures: this folder cannot be made: it is a link to"):
+        made_folder(tmp_path / "figures", own=True)
+
+
+def test_a_pipe_from_which_nobody_reads_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "run.csv")
+    with pytest.raises(WriteError, match=r"run\.csv: cannot be written: No such device or address"):
+        write_text(tmp_path / "run.csv", "new")
+
+
+def test_a_command_does_not_write_over_what_it_reads(tmp_path, capsys):
+    case, same = tmp_path / "case.toml", tmp_path / "same.toml"
+    case.write_text(CASE)
+    os.link(case, same)
+    for name in (case, same):
+        assert main(["convert", str(case), "--to", "dimensionless", "--out", str(name)]) == 3
+        assert "it is read by this command" in capsys.readouterr().err
+    assert case.read_text() == CASE
+    assert write_text(case, CASE)  # a user of the package may
 
 
 def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
@@ -112,13 +147,15 @@ def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
 
 
 def test_what_dead_processes_left_goes_with_the_next_writing(tmp_path):
-    old, young = tmp_path / f".run-12{files.PART}.csv", tmp_path / f".run-34{files.PART}.csv"
-    for path in (old, young):
+    old, young = tmp_path / f".run-{1:012}{files.PART}.csv", tmp_path / f".run-{2:012}{files.PART}.csv"
+    others = [tmp_path / f".run-notes{files.PART}ial.csv", tmp_path / f".run-{3:012}{files.PART}.nc"]
+    for path in (old, young, *others):
         path.write_text("half")
     then = time.time() - 2 * files.ABANDONED
-    os.utime(old, (then, then))
+    for path in (old, *others):
+        os.utime(path, (then, then))
     write_text(tmp_path / "run.csv", "new")
-    assert names(tmp_path) == [young.name, "run.csv"]
+    assert names(tmp_path) == sorted([young.name, *(path.name for path in others), "run.csv"])
 
 
 def test_a_missing_folder_and_one_that_cannot_be_made_are_named(tmp_path):

@@ -3,7 +3,12 @@ a terminal would obey. Each is refused, or shown as what it is.
 """
 
 import io
+import os
+import socket
 import struct
+import subprocess
+import sys
+import threading
 import zipfile
 import zlib
 
@@ -11,6 +16,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from vibrocap import inputs, working_folder
 from vibrocap.case.case import CaseError, case_from_text, read_case
 from vibrocap.cli.commands.sweep import picture_path
 from vibrocap.cli.main import main
@@ -132,3 +138,150 @@ def test_a_record_with_such_a_name_is_listed(tmp_path, capsys):
     assert "m[/x]" in capsys.readouterr().out
     assert main(["stick-slip", str(path), "--record", "\x1b[2J"]) == 2
     assert "\x1b" not in capsys.readouterr().err
+
+
+# --- what would be waited for -----------------------------------------------------------------------------------------
+CASE = """
+[machine]
+kind = "pendulum-capsule"
+[friction]
+law = "exponential"
+[drive]
+waveform = "harmonic"
+[run]
+periods = 2
+"""
+TABLE = CASE.replace('"harmonic"', '"table"\nfile = "in.csv"')
+READS = {  # a file that is read: a command that reads it
+    "in.toml": ("simulate", "in.toml"),
+    "in.csv": ("simulate", "table.toml"),
+    "in.py": ("check", "--parts", "in.py"),
+    "cases.csv": ("sweep", "case.toml", "--cases", "cases.csv"),
+    "motion.csv": ("simulate", "motion.csv"),
+    "motion.nc": ("simulate", "motion.nc"),
+    "study.nc": ("plot", "study.nc"),
+    "record.csv": ("stick-slip", "record.csv"),
+    "record.npz": ("stick-slip", "record.npz"),
+    "record.mat": ("stick-slip", "record.mat"),
+    "examples/mirror-twin.toml": ("examples", "mirror-twin", "--to", "examples"),
+    "out.csv": ("simulate", "case.toml", "--out", "out.csv"),
+}
+posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="has no pipes with names")
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(inputs, "PATIENCE", 0.05)
+    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "table.toml").write_text(TABLE)
+    return tmp_path
+
+
+@posix
+@pytest.mark.parametrize("name", READS)
+@pytest.mark.parametrize("what", ["pipe", "link to a pipe", "socket", "link to itself"])
+def test_what_nobody_writes_into_is_not_waited_for(place, name, what, capsys):
+    path = place / name
+    path.parent.mkdir(exist_ok=True)
+    if what == "pipe":
+        os.mkfifo(path)
+    elif what == "link to a pipe":
+        os.mkfifo(place / "pipe")
+        path.symlink_to(place / "pipe")
+    elif what == "socket":
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(name)
+    else:
+        path.symlink_to(path)
+    code = main(READS[name])
+    said = "".join(capsys.readouterr())
+    assert code == 0 if name.startswith("examples") else code in (2, 3)
+    assert path.stem in said
+    assert "Traceback" not in said
+
+
+@posix
+def test_a_pipe_into_which_someone_writes_is_a_case(place):
+    os.mkfifo(place / "in.toml")
+    writer = threading.Thread(target=(place / "in.toml").write_text, args=(CASE,))
+    writer.start()
+    assert read_case(place / "in.toml").periods == 2
+    writer.join()
+
+
+# --- the working folder of a command ----------------------------------------------------------------------------------
+def stranger(folder):
+    """A folder in which everything runs that is looked for there; what it leaves when it does."""
+    ran = folder / "ran"
+    script = f"#!{sys.executable}\nimport os\nos.mkdir({str(ran)!r})\n"
+    for name in ("ast.py", "numpy.py", "typing.py", "multiprocessing.py", "matplotlib.py", "picture.png", "ffmpeg"):
+        (folder / name).write_text(script)
+        (folder / name).chmod(0o755)
+    (folder / "matplotlibrc").write_text("animation.ffmpeg_path: ./picture.png\nbackend: nonsense\nfont.size: 40\n")
+    (folder / ".numba_config.yaml").write_text("[")
+    (folder / "case.toml").write_text(CASE)
+    return ran
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [["-m", "vibrocap"], ["-P", "-m", "vibrocap"]])
+def test_nothing_of_the_working_folder_runs_or_sets_anything(tmp_path, way):
+    here, empty = tmp_path / "here", tmp_path / "empty"
+    for folder in (here, empty):
+        folder.mkdir()
+        (folder / "case.toml").write_text(CASE)
+    ran = stranger(here)
+    for folder in (here, empty):
+        words = [sys.executable, *way, "simulate", "case.toml", "--plot", "run.png"]
+        environment = os.environ | {"PATH": f".{os.pathsep}{os.environ['PATH']}"}
+        done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stderr
+    assert not ran.exists()
+    assert (here / "run.png").read_bytes() == (empty / "run.png").read_bytes()
+
+
+def test_programs_are_not_looked_for_in_the_working_folder(monkeypatch):
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    for name in ("PYTHONSAFEPATH", "NODEFAULTCURRENTDIRECTORYINEXEPATH"):
+        monkeypatch.setenv(name, "")
+    monkeypatch.setenv("PATH", os.pathsep.join(("", ".", "bin", "/usr/bin")))
+    monkeypatch.setenv("MPLCONFIGDIR", "mine")
+    working_folder.leave_out()
+    assert os.environ["PATH"] == "/usr/bin"
+    assert os.environ["PYTHONSAFEPATH"] == "1"
+    assert os.environ["MPLCONFIGDIR"] == os.path.abspath("mine")  # as the user said
+
+
+def test_a_library_that_looks_into_the_working_folder_is_made_elsewhere(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    monkeypatch.setattr(working_folder, "LOOK_THERE", ("looks_there",))
+    for name in ("PATH", "PYTHONSAFEPATH", "NODEFAULTCURRENTDIRECTORYINEXEPATH"):
+        monkeypatch.setenv(name, os.environ.get(name, ""))
+    (tmp_path / "looks_there.py").write_text("import os\nhere = os.getcwd()\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    working_folder.leave_out()
+    import looks_there  # type: ignore[import-not-found]
+
+    assert looks_there.here == os.path.abspath(os.sep)
+    assert os.getcwd() == str(tmp_path)
+    del sys.modules["looks_there"]
+
+
+@pytest.mark.parametrize(
+    ("words", "given", "left_out"),
+    [
+        (["python", "-m", "vibrocap", "new"], ["-m"], True),
+        (["python", "-m", "pytest"], ["-m"], False),
+        (["python", "script.py", "vibrocap"], ["script.py", "vibrocap"], False),
+    ],
+)
+def test_modules_of_the_working_folder_are_left_out_for_the_command(monkeypatch, tmp_path, words, given, left_out):
+    if sys.flags.safe_path:
+        pytest.skip("they are left out always")
+    monkeypatch.setattr(sys, "orig_argv", words)
+    monkeypatch.setattr(sys, "argv", given)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    working_folder.leave_out_its_modules()
+    assert (str(tmp_path) not in sys.path) == left_out

@@ -11,6 +11,7 @@ import warnings
 import numpy as np
 import pytest
 
+from vibrocap.numerics import compiler
 from vibrocap.numerics.compiler import __name__ as compiler_name
 from vibrocap.numerics.compiler import cache, compiled
 
@@ -226,13 +227,16 @@ def test_beyond_its_limit_what_was_used_longest_ago_goes(folder, monkeypatch):
     for i in range(3):
         cache.keep(f"{i:040}", bytes(1000))
         os.utime(folder / f"{i:040}.kernel", (1000.0 + i, 1000.0 + i))
-    left = folder / ".0.dead.tmp"
-    left.write_bytes(b"of a process that died")
-    os.utime(left, (1000.0, 1000.0))
+    left = folder / f".{0:040}.{0:016}.tmp"
+    others = [folder / ".notes.tmp", folder / "popcorn.kernel"]  # of the user, whose folder it is
+    for path in (left, *others):
+        path.write_bytes(b"of a process that died")
+        os.utime(path, (1000.0, 1000.0))
     assert cache.kept(f"{0:040}") == bytes(1000)  # used just now
     cache.keep(f"{3:040}", bytes(1000))
-    assert [path.stem[-1] for path in files(folder)] == ["0", "2", "3"]
+    assert [path.stem[-1] for path in files(folder)] == ["0", "2", "3", "n"]
     assert not left.exists()
+    assert all(path.exists() for path in others)
     assert time.time() - files(folder)[0].stat().st_mtime < 100.0
 
 
@@ -283,3 +287,48 @@ print(trace[0])
     outputs = [process.communicate(timeout=60) for process in both]
     assert sorted(out for out, _ in outputs) == ["42.5\n", "made\n42.5\n"], outputs
     assert len(files(folder)) == 1
+
+
+@posix
+def test_a_pipe_in_the_place_of_a_kernel_or_its_lock_is_not_waited_for(folder):
+    folder.mkdir(mode=0o700)
+    name = f"{0:040}"
+    os.mkfifo(folder / f"{name}.kernel", 0o600)
+    os.mkfifo(folder / ".lock-0", 0o600)
+    with cache.one_process_at_a_time(name):
+        assert cache.kept(name) is None
+        cache.keep(name, b"code")
+    assert cache.kept(name) == b"code"
+
+
+@posix
+def test_the_lock_of_a_process_that_does_nothing_is_waited_for_a_while(folder, monkeypatch):
+    """Of this one, by another handle; where it is stopped the wait is shorter, and either way its number is said."""
+    import fcntl
+
+    folder.mkdir(mode=0o700)
+    monkeypatch.setattr(cache, "PATIENCE", 0.05)
+    handle = os.open(folder / ".lock-0", os.O_RDWR | os.O_CREAT, 0o600)
+    fcntl.flock(handle, fcntl.LOCK_EX)
+    said = rf"process {os.getpid()} .*has kept its lock" if sys.platform == "linux" else "has kept its lock"
+    with pytest.warns(RuntimeWarning, match=said), cache.one_process_at_a_time(f"{0:040}"):
+        pass
+    monkeypatch.setattr(cache, "PATIENCE", 60.0)
+    monkeypatch.setattr(cache, "STOPPED", 0.05)
+    monkeypatch.setattr(cache.locks, "is_stopped", lambda process: True)
+    with pytest.warns(RuntimeWarning, match="which is stopped"), cache.one_process_at_a_time(f"{0:040}"):
+        pass
+    os.close(handle)
+
+
+@posix
+@pytest.mark.parametrize("code", [b"", b"no object", bytes(1000)])
+def test_a_whole_file_that_is_no_object_is_made_anew(folder, code):
+    folder.mkdir(mode=0o700)
+    compiler._compiled.cache_clear()
+    name = compiler._name(TEXT, "advance", False, False)
+    cache.keep(name, code)
+    assert cache.kept(name) == code
+    assert compiler.compiled(TEXT, "advance") is not None
+    assert len(cache.kept(name)) > 1000
+    compiler._compiled.cache_clear()

@@ -8,7 +8,7 @@ import pytest
 
 from vibrocap import Exponential, Harmonic, PendulumCapsule, System, simulate, sweep
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import CaseError
+from vibrocap.case.case import Case, CaseError
 from vibrocap.cli.main import main
 from vibrocap.resources import TooMuchMemory, available_memory, check_memory, free_disk, in_words
 from vibrocap.studies.plan.axes import axis_of
@@ -46,6 +46,22 @@ def test_a_motion_that_turns_out_too_large_is_given_up(monkeypatch):
     with pytest.raises(ArgumentError, match=r"ask for some .* at most"):
         simulate(SYSTEM, periods=150)
     assert simulate(SYSTEM, periods=20).status.ok
+
+
+def test_a_motion_of_a_million_steps_a_period_is_given_up(monkeypatch, capsys, tmp_path):
+    """It would end, after minutes and with gigabytes; one of as many periods in fewer steps goes on."""
+    motion, resources = (importlib.import_module(f"vibrocap.{name}") for name in ("numerics.run.motion", "resources"))
+    monkeypatch.setattr(motion, "PIECE_ROOM", 100)
+    monkeypatch.setattr(resources, "KEPT", 1e5)
+    monkeypatch.setattr(resources, "KEPT_PER_PERIOD", 1e4)
+    stiff = System(PendulumCapsule(damping=3e3), Exponential(), Harmonic(amplitude=1.8))
+    with pytest.raises(ArgumentError, match=r"kB at most are kept of 2 periods; ask for .* a stiffness far too large"):
+        simulate(stiff, periods=2)
+    assert simulate(SYSTEM, periods=2).status.ok
+    case = tmp_path / "case.toml"
+    Case(stiff, periods=2).save(case)
+    assert main(["simulate", str(case)]) == 2
+    assert "is a damping or a stiffness far too large?" in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.parametrize("samples", [-1, 0, 1.5, True, "many", float("nan"), 2**40])

@@ -66,12 +66,6 @@ def swap(one, other):
     other.write_bytes(first)
 
 
-def link(path):
-    content = path.with_name("elsewhere")
-    path.rename(content)
-    path.symlink_to(content)
-
-
 CHUNK = "results.zarr/mean_velocity/c.1.0"
 DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     "a chunk is removed": (lambda place: (place / CHUNK).unlink(), ["1.0"]),
@@ -79,7 +73,6 @@ DAMAGE = {  # what is done to a store, and the tiles that are then damaged
     "a chunk is cut": (lambda place: os.truncate(place / CHUNK, 20), ["1.0"]),
     "a bit of a chunk is flipped": (lambda place: flip(place / CHUNK, 12), ["1.0"]),
     "a chunk is longer": (lambda place: (place / CHUNK).write_bytes((place / CHUNK).read_bytes() + b"more"), ["1.0"]),
-    "a chunk is a link": (lambda place: link(place / CHUNK), ["1.0"]),
     "a chunk is a folder": (lambda place: ((place / CHUNK).unlink(), (place / CHUNK).mkdir()), ["1.0"]),
     "two chunks are swapped": (
         lambda place: swap(place / CHUNK, place / "results.zarr/mean_velocity/c.0.2"),
@@ -97,6 +90,8 @@ DAMAGE = {  # what is done to a store, and the tiles that are then damaged
         ],
         ["0.2", "1.0"],
     ),
+    "a mark is a folder": (lambda place: ((place / "done/1.0").unlink(), (place / "done/1.0").mkdir()), ["1.0"]),
+    "a mark is removed": (lambda place: (place / "done/1.0").unlink(), ["1.0"]),
     "a mark is empty": (lambda place: (place / "done/1.0").write_bytes(b""), ["1.0"]),
     "a bit of a mark is flipped": (lambda place: flip(place / "done/1.0", 30), ["1.0"]),
     "a mark is that of another tile": (lambda place: shutil.copy(place / "done/0.0", place / "done/1.0"), ["1.0"]),
@@ -116,6 +111,11 @@ ELSEWHERE = {  # the same of what belongs to no tile
     "an array is removed": lambda place: shutil.rmtree(place / "results.zarr/settled"),
     "all results are removed": lambda place: shutil.rmtree(place / "results.zarr"),
     "all marks are removed": lambda place: shutil.rmtree(place / "done"),
+    "what says that it is finished is altered": lambda place: flip(place / "finished", 12),
+    "metadata are a folder": lambda place: (
+        (place / "results.zarr/word/zarr.json").unlink(),
+        (place / "results.zarr/word/zarr.json").mkdir(),
+    ),
     "a mark is of no tile": lambda place: shutil.copy(place / "done/0.0", place / "done/7.0"),
 }
 
@@ -126,19 +126,17 @@ def test_a_damaged_tile_is_found_named_and_computed_again(tmp_path, whole, cheap
     done, tiles = DAMAGE[what]
     done(whole)
     found = verify_study(whole)
-    assert (found.ok, found.tiles, found.stored) == (False, TILES, TILES)
+    assert (found.ok, found.tiles, found.stored) == (False, TILES, TILES - ("removed" in what and "mark" in what))
     assert [".".join(map(str, index)) for index in found.damaged] == tiles
     assert main(["verify", str(whole)]) == 3
     assert all(f"damaged    tile {name}: " in capsys.readouterr().out for name in tiles[:1])
     with pytest.raises(StoreError, match=r"is damaged: tile .*--resume"):
         open_study(whole).load()
     cheap.clear()
-    if what.endswith("a folder"):
-        (whole / CHUNK).rmdir()
     with pytest.warns(DamageWarning, match=rf"whole: is damaged, and mended: tile {tiles[0]}: "):
         stored(whole, resume=True)
     assert sum(len(next(iter(over.values()))) for over in cheap) == 2 * len(tiles)
-    assert {name: data for name, data in files(whole).items() if "elsewhere" not in name} == before
+    assert files(whole) == before
     assert verify_study(whole).finished
 
 
@@ -184,7 +182,8 @@ def test_a_whole_store_and_none(tmp_path, whole, capsys):
     assert (found.ok, found.finished, found.stored, found.damaged, found.others) == (True, True, TILES, {}, ())
     assert main(["verify", str(whole)]) == 0
     assert f"whole: whole; {TILES} of {TILES} tiles are stored." in capsys.readouterr().out
-    (whole / "done" / "0.1").unlink()  # as if the study had been stopped before
+    (whole / "finished").unlink()  # as if the study had been stopped before
+    (whole / "done" / "0.1").unlink()
     found = verify_study(whole)
     assert (found.ok, found.finished, found.stored) == (True, False, TILES - 1)
     assert main(["verify", str(whole)]) == 0
@@ -194,6 +193,7 @@ def test_a_whole_store_and_none(tmp_path, whole, capsys):
 
 
 def test_a_tile_without_a_mark_is_not_there_even_if_some_of_its_chunks_are(whole):
+    (whole / "finished").unlink()
     (whole / "done" / "1.0").unlink()
     (whole / "results.zarr" / "word" / "c.1.0").unlink()
     found = open_study(whole).load()
@@ -279,8 +279,8 @@ def elsewhere(monkeypatch):
 
 def test_a_study_is_not_gone_on_with_by_another_version_unless_asked(whole, monkeypatch, capsys):
     before = files(whole)
-    for mark in ("1.0", "1.2"):
-        (whole / "done" / mark).unlink()
+    for name in ("finished", "done/1.0", "done/1.2"):
+        (whole / name).unlink()
     elsewhere(monkeypatch)
     with pytest.raises(CaseError) as refusal:
         stored(whole, resume=True)
@@ -309,3 +309,107 @@ def test_mixed_needs_resume(tmp_path, whole):
     with pytest.raises(CaseError, match="mixed: goes on with a stored study"):
         stored(tmp_path / "new", mixed=True)
     assert "mixed" not in open_study(whole).attrs
+
+
+# --- what is not ours is left alone -----------------------------------------------------------------------------------
+def mine(folder):
+    """Files of the user's."""
+    place = folder / "mine"
+    (place / "deep").mkdir(parents=True)
+    for name in ("1.0", "9.9", "zarr.json", "thesis.txt", "deep/c.1.0"):
+        (place / name).write_text(f"mine: {name}")
+    return place
+
+
+def linked(path, target):
+    if path.is_dir():
+        shutil.rmtree(path)
+    path.unlink(missing_ok=True)
+    path.symlink_to(target)
+
+
+PLACES = ("done", "results.zarr", "unfinished", "results.zarr/word", CHUNK, "done/1.0", "results.zarr/zarr.json")
+PLACES += ("finished", "mixed", "lock", "beginning", "unfinished/host-1-2", "done/9.9", "study.json")
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("target", ["a folder", "a file", "nothing"])
+def test_a_link_in_a_study_is_refused_and_what_it_leads_to_is_as_before(tmp_path, whole, place, target, capsys):
+    users = mine(tmp_path)
+    (whole / place).parent.mkdir(exist_ok=True)
+    linked(whole / place, users / {"a folder": "", "a file": "thesis.txt", "nothing": "none"}[target])
+    before, there = files(users), files(whole)
+    with pytest.raises((CaseError, StoreError), match=place.split("/")[-1]):
+        stored(whole, resume=True)
+    with pytest.raises(CaseError):
+        stored(whole)
+    assert main(["verify", str(whole)]) in (2, 3)
+    assert place.split("/")[-1] in "".join(capsys.readouterr())
+    assert files(users) == before
+    assert files(whole) == there
+
+
+@pytest.mark.parametrize("place", ["done/notes.txt", "unfinished/notes.txt"])
+def test_a_file_of_the_users_in_a_study_is_not_removed(whole, place):
+    (whole / place).parent.mkdir(exist_ok=True)
+    (whole / place).write_text("mine")
+    with pytest.raises(CaseError, match=rf"{place} does not belong to the study(.|\n)*nothing was touched"):
+        stored(whole, resume=True)
+    assert (whole / place).read_text() == "mine"
+
+
+@pytest.mark.parametrize("place", [CHUNK, "done/1.0", "results.zarr/word/zarr.json"])
+def test_a_folder_with_something_in_it_is_refused_by_its_name(whole, place):
+    (whole / place).unlink()
+    (whole / place).mkdir()
+    (whole / place / "thesis.txt").write_text("mine")
+    with pytest.raises(CaseError, match=rf"{place} is a folder with something in it"):
+        stored(whole, resume=True)
+    assert (whole / place / "thesis.txt").read_text() == "mine"
+
+
+def test_a_second_name_of_a_file_is_not_written_through(tmp_path, whole):
+    """What is mended is a new file; the other name keeps what it had."""
+    users = mine(tmp_path)
+    for place in (CHUNK, "results.zarr/zarr.json"):
+        (whole / place).unlink()
+        os.link(users / "thesis.txt", whole / place)
+    before = files(users)
+    with pytest.warns(DamageWarning):
+        stored(whole, resume=True)
+    assert files(users) == before
+
+
+# --- what says what the arrays are ------------------------------------------------------------------------------------
+def test_no_flipped_bit_of_what_says_what_arrays_are_is_read(whole):
+    for name in ("zarr.json", "status/zarr.json"):
+        path = whole / "results.zarr" / name
+        data = path.read_bytes()
+        for at in range(0, len(data), 7):
+            flip(path, at)
+            with pytest.raises((CaseError, StoreError)):
+                open_study(whole)
+            path.write_bytes(data)
+    assert open_study(whole).sizes
+
+
+def test_runs_that_were_never_made_are_not_read_as_finished(whole, capsys):
+    """Whatever stands there for a run that was not made, and whether or not the checksums fit."""
+    path = whole / "results.zarr" / "status" / "zarr.json"
+    for name in ("finished", "done/1.0"):
+        (whole / name).unlink()
+    assert '"fill_value": -1' in path.read_text()
+    path.write_text(path.read_text().replace('"fill_value": -1', '"fill_value": -0'))
+    with pytest.raises(CaseError, match=r"status/zarr.json: fill_value should be -1"):
+        open_study(whole)
+    assert main(["plot", str(whole)]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_finished_study_that_lost_its_marks_is_damaged(whole, capsys):
+    for mark in (whole / "done").iterdir():
+        mark.unlink()
+    assert list(verify_study(whole).damaged.values()) == ["its mark is missing"] * TILES
+    assert main(["verify", str(whole)]) == 3
+    with pytest.raises(StoreError, match="its mark is missing"):
+        open_study(whole).load()

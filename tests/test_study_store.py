@@ -7,7 +7,6 @@ import json
 import os
 import random
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -127,7 +126,7 @@ def test_files_of_a_store_are_opened_as_bytes(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "O_BINARY", flag, raising=False)
     monkeypatch.setattr(os, "open", recording)
     stored(tmp_path / "a")
-    written = [flags for path, flags in opened if flags & os.O_WRONLY and "unfinished" in path]
+    written = [flags for path, flags in opened if flags & os.O_WRONLY and flags & os.O_EXCL]
     assert len(written) > 10
     assert all(flags & flag for flags in written)
 
@@ -240,7 +239,7 @@ def test_the_order_of_tiles_makes_no_difference(tmp_path):
         counts = run_and_store(study, str(tmp_path / "b"), index)
         assert sum(counts.values()) == 9 if index[1] < 2 else 3
         assert run_and_store(study, str(tmp_path / "b"), index) == {}
-    begun.clean()
+    begun.finish()
     lock.release()
     assert files(tmp_path / "a") == files(tmp_path / "b")
 
@@ -263,10 +262,11 @@ def test_a_finished_study_is_not_computed_again(tmp_path, cheap):
 def test_what_is_missing_is_computed_and_nothing_else(tmp_path, cheap):
     stored(tmp_path / "a")
     before = files(tmp_path / "a")
-    (tmp_path / "a" / "done" / "1.1.0").unlink()
+    for name in ("done/1.1.0", "finished"):
+        (tmp_path / "a" / name).unlink()
     (tmp_path / "a" / "results.zarr" / "mean_velocity" / "c.1.1.0").write_bytes(b"torn")
     (tmp_path / "a" / "unfinished").mkdir()
-    (tmp_path / "a" / "unfinished" / "left").write_bytes(b"over")
+    (tmp_path / "a" / "unfinished" / "host-1-2").write_bytes(b"left over")
     assert (open_study(tmp_path / "a")["status"] == 0).sum() > 0
     cheap.clear()
     stored(tmp_path / "a", resume=True)
@@ -347,24 +347,46 @@ def test_folders_of_others_are_refused_and_untouched(tmp_path):
             open_study(path)
 
 
-def test_an_unfinished_beginning_is_begun_anew(tmp_path):
+def test_an_unfinished_beginning_is_begun_anew_and_nothing_else_is_removed(tmp_path, monkeypatch):
     stored(tmp_path / "a")
-    shutil.copytree(tmp_path / "a", tmp_path / "b")
-    (tmp_path / "b" / "study.json").unlink()
-    (tmp_path / "b" / "beginning").touch()
-    (tmp_path / "b" / "results.zarr" / "strange").mkdir()
+    with monkeypatch.context() as context:  # of another study, in the middle of its beginning
+        context.setattr(stores, "rename", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            stored(tmp_path / "b", measures=("largest_angle",))
+    assert (tmp_path / "b" / "results.zarr" / "largest_angle" / "zarr.json").exists()
+    for name, said in (("results.zarr/notes", "notes"), ("results.zarr/status/zarr.json", "status/zarr.json")):
+        before = (tmp_path / "b" / name).read_bytes() if name.endswith("json") else None
+        (tmp_path / "b" / name).write_text("mine")
+        there = files(tmp_path / "b")
+        with pytest.raises(
+            CaseError, match=rf"{said} is not of the study that was begun there(.|\n)*nothing was touched"
+        ):
+            stored(tmp_path / "b")
+        assert files(tmp_path / "b") == there
+        (tmp_path / "b" / name).unlink() if before is None else (tmp_path / "b" / name).write_bytes(before)
     stored(tmp_path / "b")
     (tmp_path / "empty").mkdir()
     stored(tmp_path / "empty", resume=True)
     assert files(tmp_path / "a") == files(tmp_path / "b") == files(tmp_path / "empty")
-    assert not (tmp_path / "b" / "results.zarr" / "strange").exists()
+    assert not (tmp_path / "b" / "results.zarr" / "largest_angle").exists()
+
+
+def test_a_folder_that_only_looks_like_a_beginning_is_left_alone(tmp_path):
+    place = tmp_path / "results.zarr"
+    place.mkdir()
+    (place / "zarr.json").write_text("mine")
+    for name in ("", "begun"):
+        (tmp_path / "beginning").write_text(name)
+        with pytest.raises(CaseError, match="its beginning is damaged"):
+            stored(tmp_path)
+        assert (place / "zarr.json").read_text() == "mine"
 
 
 def test_one_writer_at_a_time(tmp_path):
     stored(tmp_path / "a")
     study = stored_study(tmp_path / "a")
     lock = opened_for_writing(tmp_path / "a", study, (1, 1, 1), resume=True).lock
-    with pytest.raises(CaseError, match="another process is writing there"):
+    with pytest.raises(CaseError, match=rf"(process {os.getpid()} .*|another process) is writing there"):
         stored(tmp_path / "a", resume=True)
     assert len(open_study(tmp_path / "a")) == 8  # reading is free
     lock.release()
@@ -387,7 +409,7 @@ class FullDisk:
         return self._write(handle, taken)
 
 
-@pytest.mark.parametrize(("start", "tiles"), [(0.01, 0), (0.5, 0), (0.99, 0), (1, 0.1), (1, 0.4), (1, 0.99)])
+@pytest.mark.parametrize(("start", "tiles"), [(0.01, 0), (0.5, 0), (0.99, 0), (1, 0.1), (1, 0.4), (1, 0.9)])
 def test_a_full_disk_loses_nothing(tmp_path, monkeypatch, start, tiles):
     """Full while the store is begun, or while tiles are written."""
     stored(tmp_path / "a")
@@ -417,9 +439,10 @@ def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
     stored(tmp_path / "a")
     before = files(tmp_path / "a")
-    (tmp_path / "a" / "done" / "0.0.0").unlink()
+    for name in ("done/0.0.0", "finished"):
+        (tmp_path / "a" / name).unlink()
     with monkeypatch.context() as context:
-        context.setattr(os, "replace", lambda *paths: refuse(paths[1]))
+        context.setattr(os, "replace", lambda *paths, **_: refuse(paths[1]))
         with pytest.raises(StoreError, match=r"a: cannot be written: Permission denied"):
             stored(tmp_path / "a", resume=True)
     stored(tmp_path / "a", resume=True)
@@ -454,20 +477,30 @@ def test_a_disk_that_is_really_full(tmp_path):
 def test_a_file_is_on_the_disk_before_it_has_its_name_and_a_mark_comes_last(tmp_path, monkeypatch):
     done = []
     replace = os.replace
-    monkeypatch.setattr(os, "fsync", lambda handle: done.append(os.readlink(f"/proc/self/fd/{handle}")))
-    monkeypatch.setattr(os, "replace", lambda old, new: (done.append((str(old), str(new))), replace(old, new)))
+
+    def path_of(handle, name=""):
+        return f"{os.readlink(f'/proc/self/fd/{handle}')}{name and '/'}{name}"
+
+    def replaced(old, new, **folders):
+        done.append((path_of(folders["src_dir_fd"], old), path_of(folders["dst_dir_fd"], new)))
+        replace(old, new, **folders)
+
+    monkeypatch.setattr(os, "fsync", lambda handle: done.append(path_of(handle)))
+    monkeypatch.setattr(os, "replace", replaced)
     stored(tmp_path / "a", tile_runs=1000)
     renamed = [i for i, what in enumerate(done) if isinstance(what, tuple)]
-    assert all(done[i - 1] == done[i][0] for i in renamed)  # forced, then renamed
+    assert all(done[i - 1] == done[i][0] for i in renamed if "unfinished" in done[i][0])  # forced, then renamed
     names = [str(Path(done[i][1]).relative_to(tmp_path / "a")) for i in renamed]
     last_chunk = max(i for i in renamed if "/c." in done[i][1])
     mark = next(i for i in renamed if "/done/" in done[i][1])
     begun = next(i for i in renamed if done[i][1].endswith("study.json"))
     folders = {str(Path(done[i][1]).parent) for i in renamed if "/c." in done[i][1] and i > begun}
     assert folders <= set(done[last_chunk + 1 : mark])
-    assert names[-1].startswith("done/")
+    assert names[-2].startswith("done/")
+    assert names[-1] == "finished"
     assert len(folders) == 8
-    first = names[: names.index("study.json")]
+    beginning, *first = names[: names.index("study.json")]
+    assert beginning == "beginning"
     assert first
     assert all(name.startswith("results.zarr/") for name in first)
 
@@ -481,7 +514,7 @@ def test_no_file_tells_the_time_or_the_machine(tmp_path):
     assert set(record["made_with"]) == {"python", "zarr", "numcodecs"}
     text = json.loads((tmp_path / "a" / "study.json").read_text())
     assert text == record | {"checksum": text["checksum"]}
-    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.OWN - {
+    assert {path.name for path in (tmp_path / "a").iterdir()} == stores.FORM.keys() - {
         stores.UNFINISHED,
         stores.BEGINNING,
         stores.MIXED,

@@ -188,7 +188,7 @@ METADATA = {
             (study / "results.zarr/word").rename(study / "word"),
             (study / "results.zarr/word").symlink_to(study / "word"),
         ),
-        "results.zarr/word does not belong",
+        "results.zarr/word (does not belong|is a link)",
     ),
     "format 2 beside it": (lambda study: (study / "results.zarr/.zmetadata").write_text("{}"), "does not belong"),
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-ATTACKS = ("kills", "damage", "full disk", "fuzzed cases", "fuzzed commands", "pairs")
+ATTACKS = ("kills", "links", "settings", "waits", "damage", "full disk", "fuzzed cases", "fuzzed commands", "pairs")
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 
 

@@ -18,6 +18,9 @@ from torture.outcome import Outcome
 # attack: its module and function, trials
 ATTACKS = {
     "kills": ("kills", 1000),
+    "links": ("links", 400),
+    "settings": ("settings", 42),
+    "waits": ("waits", 149),
     "fuzzed commands": ("fuzz_commands", 3000),
     "fuzzed cases": ("fuzz_cases", 10_000),
     "full disk": ("full_disk", 50),

@@ -3,6 +3,7 @@
 A name is imported from where it stands when it is first asked for, so that `import vibrocap` costs little.
 """
 
+import vibrocap.working_folder  # noqa: F401, I001  # before all that a stranger's folder could give
 from typing import TYPE_CHECKING, Any
 
 from vibrocap.doors import opened as _opened

@@ -6,6 +6,8 @@ import signal
 import sys
 from typing import Any
 
+from vibrocap import working_folder
+
 INTERRUPTED = 130  # as a shell says it
 
 
@@ -27,6 +29,7 @@ def run() -> int:
 
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # and not ignored, as in the background
         signal.signal(signal.SIGINT, interrupted)
+    working_folder.leave_out()
     gc.disable()  # while modules are made, which stay
     from vibrocap.cli.main import main
 

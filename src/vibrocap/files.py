@@ -2,17 +2,21 @@
 
 A result is written under a temporary name beside its place, forced to the disk and then renamed. So whoever looks sees
 the old file or the new one, never half of it, whatever ends the writing: a full disk, an interrupt, a kill.
+
+A link in the place of a file is not followed: in a folder from a stranger it would lead to any other file.
 """
 
 import contextlib
 import errno
 import os
+import re
 import secrets
 import stat
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+PROTECTED: set[tuple[int, int]] = set()  # files (device, number) that are not replaced: those that a command has read
 PART = ".part"  # before the ending of a temporary name, which writers look at
 ABANDONED = 3600.0  # s without a change, after which a temporary file is one of a process that died
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
@@ -26,17 +30,20 @@ class WriteError(OSError):
 def replacing(path: str | Path) -> Iterator[Path]:
     """Gives the `with` block a temporary name to write to; what stands there at its end takes the place of `path`.
 
-    The temporary name lies beside `path` and has its ending. The rights of a file that is replaced are kept, a link is
-    followed, and what is no file (a pipe, a device) is written to directly.
+    The temporary name lies beside `path` and has its ending. The rights of a file that is replaced are kept, a link to
+    a file is refused, and what is no file (a pipe that someone reads, a device) is written to directly.
 
     Raises WriteError for each error of the file system in the block. Whatever is raised there, the temporary file is
     removed and `path` is as before.
     """
     path = Path(path)
     with _said(path):
+        if said := other_place(path):
+            raise OSError(errno.ELOOP, said, str(path))
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file() and not target.is_dir():
-            yield target
+            with _read_by_someone(target):
+                yield target
             return
         temporary = _begun(target)
         try:
@@ -52,6 +59,30 @@ def replacing(path: str | Path) -> Iterator[Path]:
                 _force(target.parent, os.O_RDONLY)  # its name too
 
 
+def other_place(path: Path) -> str | None:
+    """Why what is written to a path would replace another file; None where it would not."""
+    if path.is_symlink() and (path.is_file() or not path.exists()):
+        return f"it is a link to {os.path.realpath(path)}; give the name of a file"
+    with contextlib.suppress(OSError):
+        status = path.stat()
+        if (status.st_dev, status.st_ino) in PROTECTED:
+            return "it is read by this command; give another name"
+    return None
+
+
+@contextlib.contextmanager
+def _read_by_someone(path: Path) -> Iterator[None]:
+    """Within it a pipe can be written to; OSError where nobody reads from it, which to open it would wait for."""
+    if not path.is_fifo():
+        yield
+        return
+    handle = os.open(path, os.O_WRONLY | os.O_NONBLOCK)  # kept open: else the reader sees an end
+    try:
+        yield
+    finally:
+        os.close(handle)
+
+
 def write_text(path: str | Path, text: str) -> Path:
     """Write a text file in UTF-8, whole or not at all; WriteError where that cannot be."""
     with replacing(path) as temporary:
@@ -59,10 +90,15 @@ def write_text(path: str | Path, text: str) -> Path:
     return Path(path)
 
 
-def made_folder(folder: str | Path) -> Path:
-    """A folder, made with those above it where it is missing; WriteError where that cannot be."""
+def made_folder(folder: str | Path, own: bool = False) -> Path:
+    """A folder, made with those above it where it is missing; WriteError where that cannot be.
+
+    own: its last name is not the user's but ours; then it may be no link
+    """
     folder = Path(folder)
     try:
+        if own and folder.is_symlink():
+            raise OSError(errno.ELOOP, f"it is a link to {os.path.realpath(folder)}")
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise WriteError(f"{folder}: this folder cannot be made: {_reason(error, folder)}") from error
@@ -99,9 +135,9 @@ def _begun(target: Path) -> Path:
         if not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
         rights = stat.S_IMODE(target.stat().st_mode)
-    prefix = f".{target.stem[:40]}-"
-    _remove_abandoned(target.parent, prefix)
-    temporary = target.with_name(f"{prefix}{secrets.token_hex(6)}{PART}{target.suffix}")
+    prefix, ending = f".{target.stem[:40]}-", f"{PART}{target.suffix}"
+    _remove_abandoned(target.parent, re.compile(f"{re.escape(prefix)}[0-9a-f]{{12}}{re.escape(ending)}"))
+    temporary = target.with_name(f"{prefix}{secrets.token_hex(6)}{ending}")
     handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS, 0o666)
     os.close(handle)
     if rights != 0o666:
@@ -110,10 +146,10 @@ def _begun(target: Path) -> Path:
     return temporary
 
 
-def _remove_abandoned(folder: Path, prefix: str) -> None:
+def _remove_abandoned(folder: Path, form: re.Pattern[str]) -> None:
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
-            if entry.name.startswith(prefix) and PART in entry.name:
+            if form.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
                 with contextlib.suppress(OSError):
                     if time.time() - entry.stat(follow_symlinks=False).st_mtime > ABANDONED:
                         os.unlink(entry.path)

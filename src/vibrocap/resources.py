@@ -11,14 +11,16 @@ _GROUPS = (  # (limit, use) of the memory of a container, by version of control 
 )
 NEGLIGIBLE = 2.0**20  # bytes that any machine has: to ask what is free takes longer than a short motion
 TELLING = 0.01  # share of the free memory from which the rest is foreseen: work may begin with an unusual part
+KEPT, KEPT_PER_PERIOD = 2.0**29, 2.0**21  # bytes of a motion that are kept: in any case, and for each of its periods
+EARLY = 0.25  # share of that from which the rest is foreseen
 
 
 class TooMuchMemory(MemoryError):
-    """Work that would need more memory than there is; `needed` and `available` in bytes."""
+    """Work that would need more memory than there is, or than is kept of it; `needed` and `available` in bytes."""
 
-    def __init__(self, needed: float, available: float):
-        super().__init__(f"needs {in_words(needed)} of memory, {in_words(available)} are free")
-        self.needed, self.available = needed, available
+    def __init__(self, needed: float, available: float, said: str = "are free"):
+        super().__init__(f"needs {in_words(needed)} of memory, {in_words(available)} {said}")
+        self.needed, self.available, self.said = needed, available, said
 
 
 def available_memory() -> float:
@@ -48,6 +50,17 @@ def check_memory(needed: float, known: float = math.inf) -> None:
     available = available_memory()
     if needed > available and known > TELLING * available:
         raise TooMuchMemory(needed, available)
+
+
+def check_kept(held: float, share: float, periods: float) -> None:
+    """TooMuchMemory for a motion of which far more would be kept than of any that its steps follow.
+
+    held: bytes of the share of it that was run. A thousand steps a period take about a megabyte, and few motions take
+    more; one that takes a million has a time scale that its steps should not have to follow.
+    """
+    allowed = KEPT + KEPT_PER_PERIOD * periods
+    if held > EARLY * allowed and held > share * allowed:
+        raise TooMuchMemory(held / share, allowed, f"at most are kept of {periods:g} periods")
 
 
 def free_disk(path: Path) -> float:

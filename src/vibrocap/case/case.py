@@ -12,6 +12,7 @@ from vibrocap.case.drive_file import with_columns
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
+from vibrocap.inputs import read_input
 from vibrocap.physics.actuator import Actuator
 from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.table import DriveTable
@@ -102,8 +103,7 @@ def read_case(path: str | Path, changes: Mapping[str, Any] | None = None, **run:
     """
     path = Path(path)
     try:
-        with path.open("rb") as file:
-            raw = file.read(LARGEST + 1)
+        raw = read_input(path, LARGEST + 1)
         text = raw.decode("utf-8-sig").replace("\r\n", "\n")
     except FileNotFoundError:
         raise CaseError(["no such file"], str(path)) from None

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vibrocap.arguments import ArgumentError, Complaints
+from vibrocap.inputs import read_input
 from vibrocap.physics.drives.table import DriveTable
 
 LARGEST = 2**26  # bytes
@@ -28,8 +29,7 @@ def read_drive_table(
 def drive_columns(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """(times, values) of a file, as they stand there."""
     try:
-        with path.open("rb") as file:
-            raw = file.read(LARGEST + 1)
+        raw = read_input(path, LARGEST + 1)
         text = raw.decode("utf-8-sig")
     except FileNotFoundError:
         raise ArgumentError("file", f"there is no file {str(path)!r}") from None

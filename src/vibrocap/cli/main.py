@@ -10,13 +10,14 @@ import inspect
 import io
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
+from vibrocap import files, inputs
 from vibrocap.case.case import CaseError
 from vibrocap.cli.command_examples import examples_of
 from vibrocap.cli.commands.branch import basins, branch
@@ -28,7 +29,7 @@ from vibrocap.cli.commands.records import datasets, stick_slip
 from vibrocap.cli.commands.simulate import simulate
 from vibrocap.cli.commands.start import convert, examples, new
 from vibrocap.cli.commands.sweep import measures, plot, sweep, verify
-from vibrocap.cli.options import Refusal, needs, writable_folder
+from vibrocap.cli.options import Refusal, needs, own_names, writable_folder
 from vibrocap.cli.parts import check, taking_parts
 from vibrocap.cli.terminal import (
     BROKEN_PIPE,
@@ -43,6 +44,7 @@ from vibrocap.cli.terminal import (
 )
 from vibrocap.files import WriteError
 
+OF_REPORT = (("claims", "json"), ("claims", "csv"), ("load", "json"), ("report", "html"))  # what `reproduce` writes
 WIDE = 120  # columns of a terminal
 BEGIN = """To begin with:
 
@@ -70,6 +72,8 @@ def reproduce(*, out: Path = Path("out"), only: str | None = None) -> int:
         raise Refusal(f"--only: should be one of {', '.join(KEYS)}, got {only!r}")
     needs("reproduce", "matplotlib")
     writable_folder("--out", out)
+    ending = "" if only is None else f"-{only}"
+    own_names("--out", out, *(f"{name}{ending}.{kind}" for name, kind in OF_REPORT))
     from vibrocap.report.reproduce import reproduce as reproduced
 
     with progress("The paper") as report:
@@ -154,13 +158,25 @@ def _silence() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+@contextlib.contextmanager
+def _nothing_read_is_replaced() -> Iterator[None]:
+    """Within it no file is written in the place of one that was read, by whatever name."""
+    inputs.READ.clear()
+    files.PROTECTED = inputs.READ
+    try:
+        yield
+    finally:
+        files.PROTECTED = set()
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
     for stream in (sys.stdout, sys.stderr):  # a terminal without Greek letters still gets the numbers
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        code = int(app(arguments, exit_on_error=False, print_error=False) or OK)
+        with _nothing_read_is_replaced():
+            code = int(app(arguments, exit_on_error=False, print_error=False) or OK)
         sys.stdout.flush()
         return code
     except (CaseError, Refusal) as error:

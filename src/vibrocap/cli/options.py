@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, suggestion
 from vibrocap.case.case import SECTIONS
+from vibrocap.files import other_place
 from vibrocap.physics.conversion import Quantity, quantity
 from vibrocap.physics.system import System
 
@@ -137,6 +138,8 @@ def writable_file(option: str, path: Path | None, kinds: Iterable[str]) -> None:
     if not path.parent.exists():
         raise Refusal(f"{option}: there is no folder {str(path.parent)!r}; make it first, or give another name")
     writable_folder(option, path.parent)
+    if said := other_place(path):
+        raise Refusal(f"{option}: {str(path)!r} cannot be written: {said}")
     if path.exists() and not os.access(path, os.W_OK):
         raise Refusal(f"{option}: {str(path)!r} exists and cannot be overwritten; give another name")
 
@@ -177,6 +180,17 @@ def writable_folder(option: str, folder: Path) -> None:
     except OSError as error:
         reason = f"cannot write into {str(there)!r} ({error.strerror or error})"
         raise Refusal(f"{option}: {reason}; give a folder that can be written") from None
+
+
+def own_names(option: str, folder: Path, *names: str) -> None:
+    """Refusal for a folder with files of the names that a command gives to its own, but not the first of them.
+
+    A command that writes files of its own names overwrites those that it wrote before, and nobody else's.
+    """
+    there = [name for name in names if os.path.lexists(folder / name)]
+    if there and not (folder / names[0]).is_file():
+        reason = f"holds {there[0]}, but no {names[0]}, so that was not written by this command"
+        raise Refusal(f"{option}: {str(folder)!r} {reason}; give another folder")
 
 
 def needs(option: str, *packages: str) -> None:

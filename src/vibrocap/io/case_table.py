@@ -8,6 +8,9 @@ from typing import Any
 
 from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
+from vibrocap.inputs import read_input
+
+LARGEST = 2**30  # bytes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,10 +27,13 @@ def read_cases(path: Path) -> CaseTable:
     Lines that begin with # are passed over. Raises CaseError with every complaint at once.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        raw = read_input(path, LARGEST + 1)
+        text = raw.decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "is not a text file in UTF-8"
         raise CaseError([f"--cases: {path}: {reason}"], str(path)) from None
+    if len(raw) > LARGEST:
+        raise CaseError([f"--cases: {path}: should be at most {LARGEST // 2**20} MB"], str(path))
     numbered = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
     cells = [[cell.strip() for cell in row] for row in csv.reader(line for _, line in numbered)]
     complaints = Complaints()

@@ -11,6 +11,7 @@ import numpy as np
 from vibrocap.arguments import lacking
 from vibrocap.case.case import Case, CaseError, case_from_text, case_text, read_case
 from vibrocap.files import replacing
+from vibrocap.inputs import require_plain_file
 from vibrocap.io.json_text import json_text
 from vibrocap.io.netcdf import write_netcdf
 
@@ -166,6 +167,7 @@ def _write_csv(motion: "Trajectory", case: Case, path: Path) -> None:
 
 def _case_in_csv(path: Path) -> str:
     header = []
+    require_plain_file(path)
     try:
         with path.open(encoding="utf-8-sig") as file:
             for line in file:
@@ -190,6 +192,7 @@ def _case_in_netcdf(path: Path) -> str:
     import h5netcdf
 
     try:
+        require_plain_file(path)
         with h5netcdf.File(path, "r") as file:
             if "case" in file.attrs:
                 return str(file.attrs["case"])

@@ -72,7 +72,8 @@ def defaults(system: System, tolerance: float) -> Preset:
 def file_preset(path: Path) -> Preset:
     """The case in a file, with the first words of its comment. Raises CaseError for what is no case."""
     case = read_case(path)
-    head = re.match(r"(?:#[^\n]*\n)*", path.read_text(encoding="utf-8-sig").replace("\r\n", "\n"))
+    text = path.read_text(encoding="utf-8-sig") if path.is_file() else ""  # of a pipe all was read
+    head = re.match(r"(?:#[^\n]*\n)*", text.replace("\r\n", "\n"))
     lines = [line[1:].strip().replace("`", "") for line in (head[0] if head else "").splitlines()]
     paragraphs = [" ".join(each.split()) for each in "\n".join(lines).split("\n\n")]
     note = " ".join(each for each in paragraphs if each and not each.startswith("vibrocap "))

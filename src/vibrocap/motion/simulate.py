@@ -148,7 +148,10 @@ def _run(
         fitting = periods * error.available / error.needed
         taken = f"{periods:g} drive periods of this motion take some {in_words(error.needed)} of memory"
         instead = f"some {fitting:.1g} at most, or for its measures alone (ensemble, sweep), which are taken as it runs"
-        raise ArgumentError("periods", f"{taken}, {in_words(error.available)} are free; ask for {instead}") from None
+        instead += "; is a damping or a stiffness far too large?" if error.said != "are free" else ""
+        raise ArgumentError(
+            "periods", f"{taken}, {in_words(error.available)} {error.said}; ask for {instead}"
+        ) from None
 
 
 def _trajectory(system, start, periods, tolerance, limits, time, phase, samples, recorded) -> Trajectory:

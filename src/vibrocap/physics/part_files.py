@@ -6,6 +6,7 @@ Loading such a file runs it, so it is done only where someone names the file: a 
 import copyreg
 import hashlib
 import importlib.util
+import os
 import sys
 import traceback
 from collections.abc import Iterable
@@ -13,9 +14,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from vibrocap.inputs import read_input
 from vibrocap.physics.catalogue import parts_in, register, unregister
 from vibrocap.physics.parameters import parameter_table
 
+LARGEST = 2**24  # bytes of a file
 PREFIX = "vibrocap_parts_"  # of the names of modules: the name of the file and the beginning of its digest follow
 
 
@@ -33,13 +36,15 @@ def load_parts(path: str | Path, digest: str | None = None) -> tuple[type, ...]:
     digest: SHA-256 that the file has to have, line ends aside, where only that very file will do.
     Raises PartsError: no such file, one that fails (with the line), that defines no part, or parts that cannot be used.
     """
-    path = Path(path).resolve()
+    path = Path(os.path.realpath(path))
     if path.suffix != ".py":
         raise PartsError(f"{path}: should be a Python file, whose name ends in .py")
     try:
-        text = path.read_bytes()
+        text = read_input(path, LARGEST + 1)
     except OSError as error:
         raise PartsError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if len(text) > LARGEST:
+        raise PartsError(f"{path}: should be at most {LARGEST // 2**20} MB")
     found = _digest(text)
     if digest is not None and found != digest:
         raise PartsError(f"{path}: has changed: its digest is {found[:12]}, the one asked for is {digest[:12]}")

@@ -51,7 +51,7 @@ def reproduce(out: Path, only: str | None = None, progress: Progress | None = No
     """
     wanted = chosen_figures(only)
     out = Path(out)
-    made_folder(out / "figures")
+    made_folder(made_folder(out) / "figures", own=True)
     name = "" if only is None else f"-{only}"
     if not (out / f"claims{name}.json").exists():  # a folder that takes no files is noticed before any work
         write_text(out / f"claims{name}.json", "[]\n")

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
+from vibrocap.inputs import require_plain_file
 from vibrocap.measures.measure import Measure
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.store.record import MIXED, measure_names, read_record
+from vibrocap.studies.store.places import MIXED
+from vibrocap.studies.store.record import measure_names, read_record
 from vibrocap.studies.store.zarr_form import checked_results
 from vibrocap.studies.variables import ALWAYS, axis_values, coordinate_attributes, study_attributes, variables
 
@@ -48,6 +50,7 @@ def _exported(path: Path, chunks: Any) -> "xarray.Dataset":
     import xarray
 
     try:
+        require_plain_file(path)
         found = xarray.open_dataset(path, engine="h5netcdf", chunks=chunks)
         if chunks is None and found.nbytes <= READ_AT_ONCE:
             found.load()  # damage is found here, before anything is made of it

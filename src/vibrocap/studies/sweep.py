@@ -281,8 +281,7 @@ def _store(study: Study, tile: tuple[int, ...], out: Path, how: Execution, progr
                 _run_here(store, pending, how.threads, report)
             if report:
                 report(float(len(pending)))
-            store.check_whole()
-            store.clean()
+            store.finish()
         except KeyboardInterrupt:
             stored = f"{total - len(store.pending())} of {total} tiles are stored in {out}"
             store.clean()

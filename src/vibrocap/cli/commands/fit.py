@@ -15,7 +15,7 @@ from vibrocap.cli.commands.fit_request import (
     read,
     units_of_case,
 )
-from vibrocap.cli.options import Refusal, split, writable_folder, writable_picture
+from vibrocap.cli.options import Refusal, own_names, split, writable_folder, writable_picture
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress
 from vibrocap.files import made_folder, write_text
 from vibrocap.io.json_text import json_text
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from vibrocap.identification.experiments.comparison import Comparison
     from vibrocap.identification.result.fit_result import Fit
     from vibrocap.records.record import Record
+
+OF_FIT = ("fit.json", "friction.toml", "residuals.csv", "fit.png", "residuals.png")  # what a fit writes into --out
 
 
 def fit(
@@ -135,6 +137,10 @@ def fit(
     with complaints.collected():
         if out is not None:
             writable_folder("--out", out)
+            if compare:
+                own_names("--out", out, "comparison.json", "comparison.png")
+            for folder in [out / each for each in laws] if compare else [out]:
+                own_names("--out", folder, *OF_FIT)
     with complaints.collected():
         writable_picture("--plot", plot)
     found, doubts = read(data, columns, units, sampling_rate, load, cutoff, complaints)
@@ -210,7 +216,11 @@ def _compared(
         own = {law: own_settings(law, settings) for law in laws}
         found = compare(records, laws, options=own, progress=report, **settings)
     good = [each.fit for each in found.laws if each.fit.ok]
-    written = [path for each in good for path in _write(each, out / each.law_name, scales)] if out is not None else []
+    written = (
+        [path for each in good for path in _write(each, made_folder(out / each.law_name, own=True), scales)]
+        if out is not None
+        else []
+    )
     if out is not None:
         text = json_text(comparison_record(found)) + "\n"
         written.append(write_text(made_folder(out) / "comparison.json", text))

@@ -1,6 +1,7 @@
 """`vibrocap new`, `vibrocap examples` and `vibrocap convert`: cases to begin with, and a case in the other form."""
 
 import dataclasses
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -155,8 +156,8 @@ def examples(*names: str, to: Path | None = None) -> int:
     for name in names or known:
         source = known[name.removesuffix(".toml")]
         target = folder / source.name
-        if target.exists():
-            same = target.read_bytes() == source.read_bytes()
+        if os.path.lexists(target):
+            same = target.is_file() and target.read_bytes() == source.read_bytes()
             page.say(f"{target} is there already" + ("" if same else ", and another; it is left as it is"))
             continue
         write_text(target, source.read_text(encoding="utf-8"))

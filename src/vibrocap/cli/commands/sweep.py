@@ -320,6 +320,8 @@ def plot(
     except CaseError as error:
         raise Refusal(*complaints, *(f"{source}: {complaint}" for complaint in error.complaints)) from None
     path = out or picture_path(source, measure or first_measure(dataset))
+    if out is None and path.is_file() and b"Matplotlib" not in path.read_bytes()[:1000]:
+        complaints.add("--out", f"{str(path)!r} is there, and was not drawn by this command; name a picture")
     with complaints.collected():
         view = study_view(dataset, measure, fixed, dead_band)
         writable_file("--out", path, PICTURES)

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 
 from vibrocap.numerics.compiler import cache
 from vibrocap.numerics.compiler.kinds import FLOAT, FLOATS, INT, INTS, Kind
-from vibrocap.numerics.compiler.library import Compiled
+from vibrocap.numerics.compiler.library import Compiled, NoObject
 from vibrocap.numerics.compiler.machine import Target, host, object_code
 from vibrocap.numerics.compiler.subset import LIBRARY, Refused
 from vibrocap.progress import stage
@@ -102,12 +102,21 @@ def _name(text: str, entry: str, short: bool, literal: bool) -> str:
 @functools.lru_cache(maxsize=128)
 def _compiled(text: str, entry: str, short: bool, literal: bool) -> Compiled:
     name = _name(text, entry, short, literal)
-    code = cache.kept(name)
-    if code is None:
-        with cache.one_process_at_a_time(name):
-            code = cache.kept(name)  # another process may have made it
-            if code is None:
-                with stage("compiling"):
-                    code = object_code((literal_ir if literal else ir)(text, entry, short=short), host())
-                cache.keep(name, code)
+    if (found := _linked(name)) is not None:
+        return found
+    with cache.one_process_at_a_time(name):
+        if (found := _linked(name)) is not None:  # another process has made it
+            return found
+        with stage("compiling"):
+            code = object_code((literal_ir if literal else ir)(text, entry, short=short), host())
+        cache.keep(name, code)
     return Compiled(code)
+
+
+def _linked(name: str) -> Compiled | None:
+    """The kernel of this name from the disk; None where there is none, or no object file for this computer."""
+    code = cache.kept(name)
+    try:
+        return None if code is None else Compiled(code)
+    except NoObject:
+        return None

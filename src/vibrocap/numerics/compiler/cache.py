@@ -10,19 +10,28 @@ import functools
 import hashlib
 import os
 import pathlib
+import re
 import secrets
 import shutil
 import stat
 import tempfile
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+
+from vibrocap import locks
 
 HEAD = b"vibrocap kernel 1\n"
 SUFFIX = ".kernel"
 LIMIT = 256 * 2**20  # bytes of all object files; beyond it those used longest ago go
 ABANDONED = 3600.0  # s, after which a temporary file is one of a process that died
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+_NO_WAITING = _NO_LINKS | getattr(os, "O_NONBLOCK", 0)  # in the place of a file there may be a pipe
+_KERNEL = re.compile(r"[0-9a-f]{40}\.kernel")  # files of ours; others in the folder are let alone
+_ON_ITS_WAY = re.compile(r"\.[0-9a-f]{40}\.[0-9a-f]{16}\.tmp")
+PATIENCE = 60.0  # s for which another process may make a kernel
+STOPPED = 1.0  # s for which one may that is stopped
+PAUSES = 0.01, 0.2  # s between two looks, at first and at last
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -116,7 +125,7 @@ def kept(name: str) -> bytes | None:
     """The object file of this name; None where there is none that is whole and our own."""
     path = place(name)
     try:
-        handle = os.open(path, os.O_RDONLY | _NO_LINKS)
+        handle = os.open(path, os.O_RDONLY | _NO_WAITING)
     except OSError:
         return None
     with os.fdopen(handle, "rb") as file:
@@ -173,9 +182,11 @@ def _evict(newest: pathlib.Path) -> None:
         for entry in entries:
             with contextlib.suppress(OSError):
                 status = entry.stat(follow_symlinks=False)
-                if entry.name.endswith(".tmp") and entry.name.startswith(".") and _is_old(status):
+                if not stat.S_ISREG(status.st_mode):
+                    continue
+                if _ON_ITS_WAY.fullmatch(entry.name) and _is_old(status):
                     os.unlink(entry.path)
-                elif entry.name.endswith(SUFFIX):
+                elif _KERNEL.fullmatch(entry.name):
                     found.append((status.st_mtime, status.st_size, entry.path))
     total = sum(size for _, size, _ in found)
     for _, size, path in sorted(found):
@@ -193,18 +204,40 @@ def _is_old(status: os.stat_result) -> bool:
 
 @contextlib.contextmanager
 def one_process_at_a_time(name: str) -> Iterator[None]:
-    """Processes that want the same kernel wait for the first to make it (where the system can lock files)."""
+    """Processes that want the same kernel wait for the first to make it (where the system can lock files).
+
+    After a minute, or at once for a process that is stopped, each makes its own, with a warning that says who was
+    waited for.
+    """
     try:
         import fcntl
 
         # A few files serve all kernels, so that none need ever be removed.
-        handle = os.open(folder() / f".lock-{name[0]}", os.O_RDWR | os.O_CREAT | _NO_LINKS, 0o600)
+        handle = os.open(folder() / f".lock-{name[0]}", os.O_RDWR | os.O_CREAT | _NO_WAITING, 0o600)
     except (ImportError, OSError):  # a folder that cannot be written, or a link in the place of the lock
         yield
         return
     try:
         with contextlib.suppress(OSError):  # a folder on a network that has no locks
-            fcntl.flock(handle, fcntl.LOCK_EX)
+            _wait_for(lambda: fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB), handle)
         yield
     finally:
         os.close(handle)
+
+
+def _wait_for(lock: Callable[[], None], handle: int) -> None:
+    """Take a lock, or give it up after a while, with a warning."""
+    begun, (pause, longest) = time.monotonic(), PAUSES
+    while True:
+        try:
+            return lock()
+        except BlockingIOError:
+            waited, holder = time.monotonic() - begun, locks.holder(handle)
+        if waited > (STOPPED if locks.is_stopped(holder) else PATIENCE):
+            words = (
+                f"a kernel is made anew: {locks.in_words(holder)} has kept its lock in {folder()} for {waited:.0f} s"
+            )
+            warnings.warn(words, RuntimeWarning, stacklevel=2)
+            return None
+        time.sleep(pause)
+        pause = min(2.0 * pause, longest)

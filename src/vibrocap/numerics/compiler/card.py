@@ -47,4 +47,4 @@ def ptx(text: str, reals: int, wholes: int) -> str:
     """The code of all threads, each with so many floats and ints of its own; from the disk or made now."""
     one = thread_code(text).replace("define i64 @kernel_entry", "define internal i64 @kernel_entry")
     code = one + ALL_THREADS.format(entry=ENTRY, reals=reals, wholes=wholes)
-    return foreign_code(code, CARD, "assembly").decode()
+    return foreign_code(code, CARD, "assembly", f".entry {ENTRY}(".encode()).decode()

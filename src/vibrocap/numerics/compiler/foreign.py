@@ -10,15 +10,17 @@ from vibrocap.numerics.compiler.machine import Target, assembly, object_code
 Form = Literal["assembly", "object"]
 
 
-def foreign_code(text: str, target: Target, form: Form) -> bytes:
+def foreign_code(text: str, target: Target, form: Form, mark: bytes) -> bytes:
     """Code of a text in LLVM's language, as the text of an assembler or as an object file; from the disk or made now.
 
+    mark: what such code holds; kept code without it is made anew
     Raises RuntimeError, with LLVM's own words, where it makes none.
     """
     name = cache.key(target.name, own_source(), form, text)
     found = cache.kept(name)
-    if found is None:
-        command = [sys.executable, "-m", __name__, form, target.triple, target.processor, target.features]
+    if found is None or mark not in found:
+        # -P: its modules do not come from the working folder
+        command = [sys.executable, "-P", "-m", __name__, form, target.triple, target.processor, target.features]
         done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
         if done.returncode != 0:
             said = done.stderr.decode(errors="replace")[-2000:]

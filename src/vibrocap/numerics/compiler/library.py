@@ -16,10 +16,14 @@ NUMBERS = itertools.count()
 LINKER: list[Any] = []
 
 
+class NoObject(ValueError):
+    """What should be an object file of a kernel and is none, or none for this computer."""
+
+
 class Compiled:
     """A compiled kernel. It is called like the plain one, by any number of threads at once, which all run meanwhile.
 
-    The code stays in memory as long as this object lives.
+    The code stays in memory as long as this object lives. Raises NoObject for code that cannot be linked.
     """
 
     def __init__(self, code: bytes, arguments: tuple[Kind, ...] = (FLOATS, INTS, FLOATS, INT)):
@@ -29,9 +33,13 @@ class Compiled:
                 LINKER.append(llvm.create_lljit_compiler())
             name = f"kernel_{next(NUMBERS)}"
             library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(ENTRY)
-            self._tracker = library.link(LINKER[0], name)
+            try:
+                self._tracker = library.link(LINKER[0], name)
+                address = self._tracker[ENTRY]
+            except (RuntimeError, KeyError) as error:
+                raise NoObject(f"is no object file of a kernel: {error}") from None
         kinds = [ctypes.c_void_p if kind in TYPES else ctypes.c_int64 for kind in arguments]
-        self._call = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(self._tracker[ENTRY])
+        self._call = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds)(address)
         self._types = tuple(TYPES.get(kind) for kind in arguments)
 
     def __call__(self, *arguments: Any) -> int:

@@ -66,7 +66,7 @@ def module(kernels: Iterable[tuple[str, Mapping[str, tuple[str, tuple[Kind, ...]
             called = f"%r = call double {written.written(own)}(double %x, double %y)"
             entries.append(f"define double @fmod(double %x, double %y) nounwind {{\n  {called}\n  ret double %r\n}}\n")
     text = SMALL + written.text.replace(" contract ", " ") + "".join(entries)
-    return module_of(foreign_code(text, BROWSER, "object"), exports)
+    return module_of(foreign_code(text, BROWSER, "object", HEAD), exports)
 
 
 def with_own_functions(text: str) -> str:

@@ -15,7 +15,7 @@ from vibrocap.numerics.kernel.memory_layout import Layout
 from vibrocap.numerics.kernel.step.taylor import hold_rate
 from vibrocap.numerics.linker.link import compiled_kernel, linked_source, plain_kernel
 from vibrocap.numerics.linker.recipes import motion_recipe
-from vibrocap.resources import check_memory
+from vibrocap.resources import check_kept, check_memory
 
 ROUNDS = 50_000  # steps between two looks at the clock, the keyboard and the trace
 EVENT_ROOM = 2_000
@@ -183,6 +183,7 @@ def recorded_run(
             held = sum(part.nbytes for part in pieces) + sum(part.nbytes for part in events)
             if pieces and share > 0.0:  # to be joined in the end, which takes the same again
                 check_memory(held * (2.0 / share - 1.0), held)  # a motion may begin with very many short steps
+                check_kept(held, share, periods)
         if progress is not None:
             progress((ints[place["PERIOD_COUNT"]] + floats[place["TIME"]] / period - phase) / periods)
     completed = int(ints[place["PERIOD_COUNT"]])

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vibrocap.inputs import read_input
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import RECORD, Table
 from vibrocap.records.reading.units import DIMENSIONS, unit_named
@@ -87,8 +88,10 @@ def _column_of_records(names: list[str], wanted: str | int | None, path: Path) -
 
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Lines that are not blank, stripped, with their numbers from 1."""
-    with path.open("rb") as file:
-        raw = file.read(MOST_BYTES + 1)
+    try:
+        raw = read_input(path, MOST_BYTES + 1)
+    except TimeoutError as error:
+        raise RecordError([error.strerror], str(path)) from None
     if len(raw) > MOST_BYTES:
         raise RecordError([f"has more than {MOST_BYTES // 2**20} MB; give the records in several files"], str(path))
     if b"\x00" in raw[:4096]:

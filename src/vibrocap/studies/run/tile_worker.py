@@ -12,7 +12,8 @@ from vibrocap.motion.trajectory import Status
 from vibrocap.studies.plan.differences import code_differences
 from vibrocap.studies.plan.study import Study, code_of
 from vibrocap.studies.run.sent_study import SentStudy
-from vibrocap.studies.store.record import STUDY, read_record
+from vibrocap.studies.store.places import STUDY
+from vibrocap.studies.store.record import read_record
 from vibrocap.studies.store.store import Store
 from vibrocap.studies.store.writing import StoreError
 from vibrocap.studies.tile import run_tile

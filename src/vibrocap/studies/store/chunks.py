@@ -51,6 +51,8 @@ def checked_chunk(path: Path, record: Mapping[str, Any], results: Results, name:
             index = tuple(map(int, chunk.split(".")))
             mark = read_mark(path, record, index)
             if mark is None:
+                if results.finished:
+                    raise DamageError("its mark is missing")
                 return None
             data = read_chunk(path, record, name, index, mark)
         _check_content(name, data, array.chunk_size, results.types[name])

@@ -1,12 +1,17 @@
-"""Marks: a file per stored tile, with the checksums of its chunks, written last: a tile that is marked is whole."""
+"""Marks: a file per stored tile, with the checksums of its chunks, written last: a tile that is marked is whole.
+
+One file more says that all tiles are stored: then a tile without a mark has lost it.
+"""
 
 import dataclasses
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vibrocap.studies.store.checksums import STRANGE, ChecksumError, checksum, read_plain, sealed, unsealed, why_strange
-from vibrocap.studies.store.record import DONE, FIRST_FORMAT, RESULTS
+from vibrocap.studies.store.checksums import ChecksumError, checksum, sealed, unsealed
+from vibrocap.studies.store.places import DONE, FINISHED, RESULTS, STRANGE, read_plain, why_strange
+from vibrocap.studies.store.record import FIRST_FORMAT
 
 LARGEST = 2**20  # bytes of a mark
 LARGEST_CHUNK = 2**30
@@ -49,7 +54,7 @@ def mark_text(identity: str, index: Index, chunks: Mapping[str, bytes], made_by:
 def read_mark(path: Path, record: Mapping[str, Any], index: Index) -> Mark | None:
     """The mark of a tile of the store at a path; None where it has none. DamageError where it is damaged."""
     try:
-        data = _read(path / DONE / tile_name(index), LARGEST, "its mark")
+        data = _read(path, f"{DONE}/{tile_name(index)}", LARGEST, "its mark")
     except FileNotFoundError:
         return None
     if record["format"] == FIRST_FORMAT:
@@ -59,6 +64,31 @@ def read_mark(path: Path, record: Mapping[str, Any], index: Index) -> Mark | Non
         return Mark(entries["chunks"], entries.get("made_by"))
     except ChecksumError as error:
         raise DamageError(f"its mark {error}") from None
+
+
+def is_mark(path: Path, name: str) -> bool:
+    """Whether a file among the marks was written as one, of whichever tile and study."""
+    try:
+        entries = json.loads(read_plain(path, f"{DONE}/{name}", LARGEST))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(entries, dict) and entries.keys() - {"made_by"} == {"chunks", "checksum"}
+
+
+def finished_text(identity: str, tiles: int) -> bytes:
+    """The content of the file that says that all tiles are stored."""
+    return sealed({"tiles": tiles}, identity, FINISHED)
+
+
+def is_finished(path: Path, record: Mapping[str, Any]) -> bool:
+    """Whether a store says that all of its tiles were stored; DamageError where what says so is damaged."""
+    try:
+        unsealed(_read(path, FINISHED, LARGEST, FINISHED), record["identity"], FINISHED)
+    except FileNotFoundError:
+        return False
+    except ChecksumError as error:
+        raise DamageError(f"{FINISHED} {error}") from None
+    return True
 
 
 def read_chunk(path: Path, record: Mapping[str, Any], name: str, index: Index, mark: Mark) -> bytes:
@@ -74,7 +104,7 @@ def read_first(path: Path, record: Mapping[str, Any], place: str) -> bytes:
 def _checked(path: Path, record: Mapping[str, Any], place: str, wanted: str | None, what: str) -> bytes:
     """A file of the results that has the checksum that is wanted of it."""
     try:
-        data = _read(path / RESULTS / place, LARGEST_CHUNK, what)
+        data = _read(path, f"{RESULTS}/{place}", LARGEST_CHUNK, what)
     except FileNotFoundError:
         raise DamageError(f"{what} is missing") from None
     if record["format"] != FIRST_FORMAT and wanted != checksum(record["identity"], place, data):
@@ -82,9 +112,9 @@ def _checked(path: Path, record: Mapping[str, Any], place: str, wanted: str | No
     return data
 
 
-def _read(path: Path, limit: int, what: str) -> bytes:
+def _read(path: Path, place: str, limit: int, what: str) -> bytes:
     try:
-        return read_plain(path, limit)
+        return read_plain(path, place, limit)
     except OSError as error:
         if error.errno in STRANGE:
             raise DamageError(f"{what} {why_strange(error)}") from None

@@ -11,11 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from vibrocap.case.case import CaseError
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import FORMAT, PLANS
-from vibrocap.studies.store.checksums import STRANGE, ChecksumError, read_plain, sealed, unsealed, why_strange
+from vibrocap.studies.store.checksums import ChecksumError, sealed, unsealed
+from vibrocap.studies.store.places import RESULTS, STRANGE, STUDY, read_plain, why_strange
 from vibrocap.studies.tile import tile_counts
 
-STUDY, RESULTS, DONE = "study.json", "results.zarr", "done"
-LOCK, UNFINISHED, BEGINNING, MIXED = "lock", "unfinished", "beginning", "mixed"
 FIRST_FORMAT = "vibrocap study, format 1"  # without checksums: it is read, and not gone on with
 LARGEST = 2**30  # bytes of study.json: of some ten million values
 MOST_RUNS_OF_A_TILE, MOST_TILES = 2**26, 2**24
@@ -110,42 +109,42 @@ def record_text(record: Mapping[str, Any]) -> bytes:
     return sealed(record, record["identity"], STUDY)
 
 
-def read_record(path: Path) -> dict[str, Any]:
+def read_record(path: Path, name: str = STUDY) -> dict[str, Any]:
     """What study.json says; CaseError where a folder holds no store of this program, or one that does not fit together.
 
-    DamagedRecord where it is not as it was written.
+    name: of the file. DamagedRecord where it is not as it was written.
     """
     try:
-        data = read_plain(path / STUDY, LARGEST)
+        data = read_plain(path, name, LARGEST)
         record = json.loads(data, parse_constant=_refuse)
         known = record["format"]
     except FileNotFoundError:
-        complaint = "no such folder" if not path.exists() else f"holds no study: there is no {STUDY} in it"
+        complaint = "no such folder" if not path.exists() else f"holds no study: there is no {name} in it"
         raise CaseError([complaint], str(path)) from None
     except NotADirectoryError:
         raise CaseError(["is a file, not the folder of a study"], str(path)) from None
     except OSError as error:
         reason = why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
-        raise CaseError([f"its {STUDY} {reason}"], str(path)) from None
+        raise CaseError([f"its {name} {reason}"], str(path)) from None
     except (ValueError, KeyError, TypeError, RecursionError):
         if (path / RESULTS).is_dir():
-            raise DamagedRecord([f"its {STUDY} is damaged: it cannot be read"], str(path)) from None
-        raise CaseError([f"holds no study: its {STUDY} is of another kind"], str(path)) from None
+            raise DamagedRecord([f"its {name} is damaged: it cannot be read"], str(path)) from None
+        raise CaseError([f"holds no study: its {name} is of another kind"], str(path)) from None
     if known not in (FIRST_FORMAT, FORMAT):
         raise CaseError([f"is of another format ({known!r}) than this version reads ({FORMAT!r})"], str(path))
     if known == FORMAT:
         try:
             record = unsealed(data, None, STUDY)
         except ChecksumError as error:
-            raise DamagedRecord([f"its {STUDY} is damaged: it {error}"], str(path)) from None
+            raise DamagedRecord([f"its {name} is damaged: it {error}"], str(path)) from None
     try:
         _Record.model_validate(record)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = ".".join(str(step) for step in first["loc"])
-        raise CaseError([f"{STUDY}: {place}: {first['msg']}"], str(path)) from None
+        raise CaseError([f"{name}: {place}: {first['msg']}"], str(path)) from None
     if wrong := _disagreement(record):
-        raise CaseError([f"{STUDY}: {wrong}"], str(path))
+        raise CaseError([f"{name}: {wrong}"], str(path))
     return record
 
 

@@ -6,22 +6,18 @@
     done/           a file per tile that is stored, named by its place, such as "3.0", with the checksums of its chunks
     lock            held by the process that writes
     unfinished/     files on their way; gone when no one writes
-    beginning       there until study.json is: what is beside it may be begun anew
+    beginning       study.json before all that it tells of is there; what it tells of may be begun anew
+    finished        there since all tiles were stored: from then on, a tile without a mark has lost it
     mixed           there where some tiles were computed with something else than the study was begun with
 
 Each file is written elsewhere, forced to the disk and then renamed to its place, and a tile's mark comes after its
 chunks. So a tile either is marked and whole, or is computed again to the same bytes. Nothing in a store tells the time
 or the order of writing: a store that was interrupted and resumed equals an uninterrupted one, file by file.
-
-The Zarr files are made in memory, and are all that `zarr_form` lets in again: so little of Zarr that it is written
-directly, to the bytes that Zarr 3 would write (a test compares them), as a small sweep is done before Zarr is imported.
 """
 
 import dataclasses
 import functools
-import json
-import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,119 +28,35 @@ from vibrocap.studies.plan.code_version import surroundings
 from vibrocap.studies.plan.differences import code_differences, differences
 from vibrocap.studies.plan.study import FORMAT, Study
 from vibrocap.studies.store.checksums import checksum
-from vibrocap.studies.store.marks import Index, mark_text, tile_name
-from vibrocap.studies.store.record import (
+from vibrocap.studies.store.marks import Index, finished_text, is_mark, mark_text, tile_name
+from vibrocap.studies.store.places import (
     BEGINNING,
     DONE,
+    FILE,
+    FINISHED,
+    FOLDER,
+    FORM,
     LOCK,
     MIXED,
     RESULTS,
     STUDY,
     UNFINISHED,
-    read_record,
-    record_text,
+    kind,
+    make_folder,
+    names,
+    read_plain,
+    remove,
+    remove_unfinished,
+    rename,
+    strange_places,
+    write,
 )
+from vibrocap.studies.store.record import LARGEST, read_record, record_text
 from vibrocap.studies.store.verification import Verification, verified
-from vibrocap.studies.store.writing import Lock, StoreError, force_names, kept, write_files
-from vibrocap.studies.store.zarr_form import METADATA, checked_results
-from vibrocap.studies.tile import tile_block, tile_indices
-from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
-
-COMPRESSION = 3  # level of zstd: measures hardly shrink further
-
-
-class ZarrFiles:
-    """Encodes the results of a study: `first` once, `chunks` for each tile. The same input gives the same bytes."""
-
-    def __init__(self, study: Study, tile: tuple[int, ...]):
-        self.study, self.tile = study, tile
-        self._variables = variables(study)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The arrays that are stored tile by tile."""
-        return tuple(each.name for each in self._variables)
-
-    def first(self) -> dict[str, bytes]:
-        """Every file but those of the tiles, by its place in the group's folder."""
-        plan = self.study.plan
-        attributes = study_attributes(self.study)
-        if not plan.gridded:
-            attributes["coordinates"] = " ".join(plan.paths)
-        found = {METADATA: _text({"attributes": attributes, "zarr_format": 3, "node_type": "group"})}
-        for path, values in axis_values(self.study).items():
-            described = coordinate_attributes(path, self.study.case.system)
-            fill = "" if values.dtype == TEXT else np.nan
-            shape = values.shape
-            found[f"{path}/{METADATA}"] = _array_text(values.dtype, fill, shape, shape, (path,), described)
-            found[f"{path}/c.0"] = _chunk(values)
-        for each in self._variables:
-            form = (plan.shape, self.tile, plan.dims, each.stored_attributes)
-            found[f"{each.name}/{METADATA}"] = _array_text(each.dtype, each.fill, *form)
-        return found
-
-    def chunks(self, index: tuple[int, ...], arrays: Mapping[str, np.ndarray]) -> dict[str, bytes]:
-        """The files of one tile, by their place; arrays: as `run_tile` gives them."""
-        lengths = [block.stop - block.start for block in tile_block(self.study.plan.shape, self.tile, index)]
-        there = tuple(slice(0, length) for length in lengths)
-        found = {}
-        for each in self._variables:
-            chunk = each.empty(self.tile)  # whole, also where the tile is cut by the edge
-            chunk[there] = arrays[each.name]
-            found[f"{each.name}/c.{'.'.join(map(str, index))}"] = _chunk(chunk)
-        return found
-
-
-def _array_text(
-    dtype: Any,
-    fill: Any,
-    shape: tuple[int, ...],
-    chunk: tuple[int, ...],
-    dims: tuple[str, ...],
-    attributes: Mapping[str, Any],
-) -> bytes:
-    """The file that says what an array is."""
-    dtype = np.dtype(dtype)
-    own: dict[str, Any] = {"name": "bytes"}
-    if dtype == TEXT:
-        own = {"name": "vlen-utf8", "configuration": {}}
-    elif dtype.itemsize > 1:
-        own["configuration"] = {"endian": "little"}
-    return _text(
-        {
-            "shape": list(shape),
-            "data_type": "string" if dtype == TEXT else dtype.name,
-            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk)}},
-            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
-            "fill_value": "NaN" if fill != fill else fill,
-            "codecs": [own, {"name": "zstd", "configuration": {"level": COMPRESSION, "checksum": True}}],
-            "attributes": dict(attributes),
-            "dimension_names": list(dims),
-            "zarr_format": 3,
-            "node_type": "array",
-            "storage_transformers": [],
-        }
-    )
-
-
-def _text(entries: Mapping[str, Any]) -> bytes:
-    return json.dumps(entries, indent=2).encode()
-
-
-def _chunk(values: np.ndarray) -> bytes:
-    """The file of the values of a chunk."""
-    from numcodecs.zstd import compress
-
-    if values.dtype == TEXT:
-        from numcodecs.vlen import VLenUTF8
-
-        data = VLenUTF8().encode(values.astype(object))
-    else:
-        data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
-    return bytes(compress(data, COMPRESSION, checksum=True))
-
-
-OWN = {STUDY, RESULTS, DONE, LOCK, UNFINISHED, BEGINNING, MIXED}
+from vibrocap.studies.store.writing import Lock, StoreError, kept
+from vibrocap.studies.store.zarr_files import ZarrFiles
+from vibrocap.studies.store.zarr_form import checked_results
+from vibrocap.studies.tile import tile_indices
 
 
 class Store:
@@ -176,12 +88,13 @@ class Store:
     def pending(self) -> list[Index]:
         """The tiles that are not stored yet."""
         with kept(self.path):
-            done = {entry.name for entry in (self.path / DONE).iterdir()}
+            done = names(self.path, DONE)
         return [index for index in self.indices if tile_name(index) not in done]
 
     def is_done(self, index: Index) -> bool:
         """Whether a tile is stored."""
-        return (self.path / DONE / tile_name(index)).exists()
+        with kept(self.path):
+            return kind(self.path, f"{DONE}/{tile_name(index)}") == FILE
 
     def check_place(self) -> None:
         """StoreError where the folder is no longer there, or another one."""
@@ -194,14 +107,14 @@ class Store:
         chunks = self._files.chunks(index, arrays)
         mark = mark_text(self.study.identity, index, chunks, self.made_by)
         with kept(self.path):
-            write_files(self.path / RESULTS, chunks, self.path / UNFINISHED)
-            write_files(self.path / DONE, {tile_name(index): mark}, self.path / UNFINISHED)
+            write(self.path, _among_results(chunks))
+            write(self.path, {f"{DONE}/{tile_name(index)}": mark})
 
-    def check_whole(self) -> None:
-        """StoreError where a file of some tile is no longer there; to be asked when all are stored."""
+    def finish(self) -> None:
+        """Say in the store that all tiles are there; StoreError where a file of one is not."""
         self.check_place()
         with kept(self.path):
-            there = {name: {file.name for file in (self.path / RESULTS / name).iterdir()} for name in self._files.names}
+            there = {name: names(self.path, f"{RESULTS}/{name}") for name in self._files.names}
         pending = self.pending()
         lost = [each for each in self.indices if any(f"c.{tile_name(each)}" not in names for names in there.values())]
         if gone := dict.fromkeys([*pending, *lost]):
@@ -210,6 +123,10 @@ class Store:
                 f"{self.path}: was changed by others while the study ran: files of {len(gone):,} tiles are gone "
                 f"({few}). --resume (resume=True) computes these again"
             )
+        with kept(self.path):
+            if kind(self.path, FINISHED) is None:
+                write(self.path, {FINISHED: finished_text(self.study.identity, sum(1 for _ in self.indices))})
+        self.clean()
 
     def mend(self, found: Verification) -> None:
         """Let go of damaged tiles, so that they are computed again, and write anew what belongs to no tile."""
@@ -217,25 +134,38 @@ class Store:
         record = read_record(self.path)
         with kept(self.path):
             for index in found.damaged:
-                (self.path / DONE / tile_name(index)).unlink()
+                for place in (f"{DONE}/{tile_name(index)}", *self._empty_folders(index)):
+                    remove(self.path, place)
             if not found.others:
                 return
-            (self.path / DONE).mkdir(exist_ok=True)
-            for name in {entry.name for entry in (self.path / DONE).iterdir()} - set(map(tile_name, self.indices)):
-                (self.path / DONE / name).unlink()
             if record["files"] != _checksums(record["identity"], first):
                 raise CaseError([*found.others, "this version of Zarr cannot make it anew"], str(self.path))
+            make_folder(self.path, DONE)
+            for name in names(self.path, DONE).keys() - set(map(tile_name, self.indices)):
+                remove(self.path, f"{DONE}/{name}")
+            remove(self.path, FINISHED)
             for place in first:
-                (self.path / RESULTS / place).parent.mkdir(parents=True, exist_ok=True)
-            write_files(self.path / RESULTS, first, self.path / UNFINISHED)
+                if kind(self.path, f"{RESULTS}/{place}") == FOLDER:
+                    remove(self.path, f"{RESULTS}/{place}")
+            _write_first(self.path, first)
         checked_results(self.path, record)
+
+    def _empty_folders(self, index: Index) -> list[str]:
+        """Folders, which are empty, in the places of the chunks of a tile."""
+        places = [f"{RESULTS}/{name}/c.{tile_name(index)}" for name in self._files.names]
+        return [place for place in places if kind(self.path, place) == FOLDER]
+
+    def refuse_strange(self) -> None:
+        """CaseError where the folder holds what this package has not written; damaged files of its own are none."""
+        with kept(self.path):
+            marks = names(self.path, DONE) if kind(self.path, DONE) == FOLDER else {}
+            others = [name for name in marks.keys() - set(map(tile_name, self.indices)) if not is_mark(self.path, name)]
+        _refuse_strange(self.path, [f"{DONE}/{name} does not belong to the study" for name in sorted(others)])
 
     def clean(self) -> None:
         """Remove what unfinished writing left."""
         with kept(self.path):
-            if (self.path / UNFINISHED).exists():
-                shutil.rmtree(self.path / UNFINISHED)
-            (self.path / BEGINNING).unlink(missing_ok=True)
+            remove_unfinished(self.path)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -260,7 +190,7 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
         path.mkdir(parents=True, exist_ok=True)
         lock = Lock(path / LOCK)
     try:
-        if not (path / STUDY).exists():
+        if kind(path, STUDY) is None:
             _begin(path, study, tile)
             return Opened(Store(path, study, tile, lock), lock)
         if not resume:
@@ -279,11 +209,11 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
             ways = "begin anew, or go on with --mixed (mixed=True), which marks what is computed now"
             raise CaseError([*found, f"the rest would not have the bits that it had there; {ways}"], str(path))
         store = Store(path, begun, tuple(record["tile"]), lock, study.code if other else None)
+        store.refuse_strange()
         store.clean()
-        if other:
-            with kept(path):
-                (path / MIXED).touch()
         with kept(path):
+            if other and kind(path, MIXED) is None:
+                write(path, {MIXED: b""})
             verification = verified(path, record)
         if not verification.ok:
             store.mend(verification)
@@ -295,38 +225,45 @@ def opened_for_writing(path: Path, study: Study, tile: tuple[int, ...], *, resum
 
 def _refuse_foreign(path: Path) -> None:
     """CaseError where a folder holds anything but a store, or what is left of one: nothing is wiped unasked."""
+    if path.is_symlink() and not path.exists():
+        raise CaseError(["is a link that leads nowhere; give a folder"], str(path))
     if not path.exists():
         return
     if not path.is_dir():
         raise CaseError(["is a file; give a folder"], str(path))
     with kept(path):
-        names = {entry.name for entry in path.iterdir()}
-    if STUDY in names:
+        there = names(path)
+    if STUDY in there:
         read_record(path)
         return
-    if strange := sorted(names - OWN):
+    if strange := sorted(there.keys() - FORM.keys()):
         listed = ", ".join(strange[:3])
         raise CaseError([f"is not the folder of a study, it holds {listed}; give a new or empty folder"], str(path))
-    if BEGINNING not in names and names - {LOCK}:
+    if BEGINNING not in there and there.keys() - {LOCK, UNFINISHED}:
         reason = f"its {STUDY} is lost; nothing there was touched. Give another folder, or remove it"
         raise CaseError([f"holds results, but {reason}"], str(path))
 
 
+def _refuse_strange(path: Path, others: Iterable[str] = ()) -> None:
+    """CaseError where a folder holds what this package has not written and would have to pass, remove or overwrite."""
+    with kept(path):
+        found = [*strange_places(path), *others]
+    if found:
+        few = found if len(found) < 6 else [*found[:5], f"and {len(found) - 5:,} more"]
+        raise CaseError([*few, "vibrocap wrote no such thing; nothing was touched. Remove it, then go on"], str(path))
+
+
 def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:
     """Write everything but the tiles; what a beginning that was interrupted left is removed first."""
+    _refuse_strange(path)
     with kept(path):
-        if any((path / name).exists() for name in (RESULTS, DONE, UNFINISHED)) and not (path / BEGINNING).exists():
+        there = names(path)
+        if BEGINNING in there:
+            _remove_begun(path)
+        elif {RESULTS, DONE} & there.keys():
             raise CaseError([f"its {STUDY} is lost; nothing there was touched"], str(path))  # since it was looked at
-        for name in (RESULTS, DONE, UNFINISHED):
-            if (path / name).exists() and (path / BEGINNING).exists():
-                shutil.rmtree(path / name)
-        (path / BEGINNING).touch()
-        force_names(path)
+        remove_unfinished(path)
         first = ZarrFiles(study, tile).first()
-        for place in first:
-            (path / RESULTS / place).parent.mkdir(parents=True, exist_ok=True)
-        write_files(path / RESULTS, first, path / UNFINISHED)
-        (path / DONE).mkdir()
         record: dict[str, Any] = {
             "format": FORMAT,
             "identity": study.identity,
@@ -335,8 +272,43 @@ def _begin(path: Path, study: Study, tile: tuple[int, ...]) -> None:
             "files": _checksums(study.identity, first),
             "made_with": surroundings(),
         }
-        write_files(path, {STUDY: record_text(record)}, path / UNFINISHED)
-        (path / BEGINNING).unlink()
+        write(path, {BEGINNING: record_text(record)})
+        _write_first(path, first)
+        make_folder(path, DONE)
+        rename(path, BEGINNING, STUDY)
+
+
+def _remove_begun(path: Path) -> None:
+    """Remove what a beginning wrote, after a look at all of it; CaseError where anything else is there."""
+    record = read_record(path, BEGINNING)
+    files, folders = [], [f"{RESULTS}/{name}" for name, each in _in(path, RESULTS).items() if each == FOLDER]
+    strange = [f"{DONE}/{name}" for name in _in(path, DONE)]
+    for folder in (RESULTS, *folders):
+        for name in (name for name, each in _in(path, folder).items() if each == FILE):
+            place = f"{folder}/{name}".removeprefix(f"{RESULTS}/")
+            data = read_plain(path, f"{folder}/{name}", LARGEST)
+            own = record["files"].get(place) == checksum(record["identity"], place, data)
+            (files if own else strange).append(f"{folder}/{name}")
+    _refuse_strange(path, [f"{place} is not of the study that was begun there" for place in strange])
+    for place in (*files, *folders, RESULTS, DONE):
+        remove(path, place)
+
+
+def _in(path: Path, place: str) -> dict[str, str]:
+    return names(path, place) if kind(path, place) == FOLDER else {}
+
+
+def _write_first(path: Path, first: Mapping[str, bytes]) -> None:
+    """Write the files that belong to no tile, and the folders of all."""
+    make_folder(path, RESULTS)
+    for place in first:
+        if "/" in place:
+            make_folder(path, f"{RESULTS}/{place.partition('/')[0]}")
+    write(path, _among_results(first))
+
+
+def _among_results(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    return {f"{RESULTS}/{place}": data for place, data in files.items()}
 
 
 def _checksums(identity: str, files: Mapping[str, bytes]) -> dict[str, str]:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.case.case import CaseError
-from vibrocap.studies.store.marks import DamageError, Index, read_chunk, read_first, read_mark, tile_name
-from vibrocap.studies.store.record import DONE, FIRST_FORMAT, LOCK, RESULTS, STUDY, DamagedRecord, plan_of, read_record
+from vibrocap.studies.store.marks import DamageError, Index, is_finished, read_chunk, read_first, read_mark, tile_name
+from vibrocap.studies.store.places import DONE, LOCK, RESULTS, STRANGE, STUDY, names, strange_places, why_strange
+from vibrocap.studies.store.record import FIRST_FORMAT, DamagedRecord, plan_of, read_record
 from vibrocap.studies.store.zarr_form import checked_results, expected_arrays, first_places, strange_names
 from vibrocap.studies.tile import tile_indices
 
@@ -75,25 +76,35 @@ def verify_study(path: str | Path) -> Verification:
 def verified(path: Path, record: Mapping[str, Any]) -> Verification:
     """The same of a store whose study.json was read."""
     arrays = expected_arrays(record)
-    if strange := strange_names(path / RESULTS, arrays):
+    if strange := strange_names(path, arrays):
         raise CaseError(strange, str(path))
-    others = _others(path, record)
+    others, finished, marked = _others(path, record), False, set[str]()
+    try:
+        finished = is_finished(path, record)
+    except DamageError as error:
+        others = (*others, str(error))
     if not others:
         checked_results(path, record)  # as it was written, but perhaps not by this package
-    shape, names = plan_of(record).shape, [name for name, each in arrays.items() if each.along_runs]
+    shape, measured = plan_of(record).shape, [name for name, each in arrays.items() if each.along_runs]
     indices = list(tile_indices(shape, tuple(record["tile"])))
     try:
-        marked = {entry.name for entry in (path / DONE).iterdir()}
-    except (FileNotFoundError, NotADirectoryError):
-        marked, others = set(), (*others, f"{DONE} is missing")
+        marked = set(names(path, DONE))
+    except FileNotFoundError:
+        others = (*others, f"{DONE} is missing")
+    except OSError as error:
+        if error.errno not in STRANGE:
+            raise
+        others = (*others, f"{DONE} {why_strange(error)}")
     strange = marked - {tile_name(index) for index in indices}
     others = (*others, *(f"{DONE}/{name} does not belong to the study" for name in sorted(strange)))
+    others = (*others, *(each for each in strange_places(path) if each not in others))
     stored = [index for index in indices if tile_name(index) in marked]
+    looked_at = indices if finished else stored
     damaged: dict[Index, str] = {}
     mixed: list[Index] = []
     with ThreadPoolExecutor(READERS) as pool:
-        looks = pool.map(lambda index: _tile(path, record, names, index), stored)
-        for index, (what, other) in zip(stored, looks, strict=True):
+        looks = pool.map(lambda index: _tile(path, record, measured, index), looked_at)
+        for index, (what, other) in zip(looked_at, looks, strict=True):
             if what:
                 damaged[index] = what
             elif other:

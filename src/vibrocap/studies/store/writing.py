@@ -2,17 +2,19 @@
 
 import contextlib
 import errno
-import itertools
 import os
-import socket
-from collections.abc import Iterator, Mapping
+import stat
+from collections.abc import Iterator
 from pathlib import Path
 
+from vibrocap import locks
 from vibrocap.case.case import CaseError
 from vibrocap.files import WriteError
 
+_LOCKED = os.O_RDWR | os.O_CREAT  # how the file of a lock is opened: no link, and a pipe is not waited for
+for _name in ("O_NOFOLLOW", "O_CLOEXEC", "O_NONBLOCK"):
+    _LOCKED |= getattr(os, _name, 0)
 GONE = (errno.ENOENT, errno.ENOTDIR, errno.ESTALE)
-_numbers = itertools.count()
 
 
 class StoreError(WriteError):
@@ -47,59 +49,6 @@ def kept(folder: Path) -> Iterator[None]:
         ) from error
 
 
-def write_file(path: Path, data: bytes, unfinished: Path) -> None:
-    """Write a file elsewhere (in the folder `unfinished`, on the same disk), force it to the disk, rename it.
-
-    `files.replacing` does this for single files. It looks through their folder for what dead processes left, which
-    would take longer with every tile, and puts unfinished ones where only the files of the results may be.
-    """
-    unfinished.mkdir(exist_ok=True)
-    temporary = unfinished / f"{socket.gethostname()}-{os.getpid()}-{next(_numbers)}"
-    binary = getattr(os, "O_BINARY", 0)  # without it Windows writes \r\n for \n
-    handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | binary, 0o666)
-    try:
-        try:
-            rest = memoryview(data)
-            while rest:
-                rest = rest[os.write(handle, rest) :]
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary)
-        raise
-
-
-def write_files(folder: Path, files: Mapping[str, bytes], unfinished: Path) -> None:
-    """Write files given by their place below a folder; on return they and their names are on the disk.
-
-    Their folders should be there: one that went away is no place to go on in.
-    """
-    places = set()
-    for name, data in files.items():
-        path = folder / name
-        write_file(path, data, unfinished)
-        places.add(path.parent)
-    for place in sorted(places | {folder, folder.parent}):
-        force_names(place)
-
-
-def force_names(folder: Path) -> None:
-    """Force the names in a folder to the disk, where the system can."""
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.ENOTSUP):
-            raise
-    finally:
-        os.close(handle)
-
-
 class Lock:
     """An exclusive lock on a file, which the system releases when the process ends, however it ends.
 
@@ -108,7 +57,10 @@ class Lock:
 
     def __init__(self, path: Path):
         self._path = path
-        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+        self._handle = os.open(path, _LOCKED, 0o666)
+        if not stat.S_ISREG(os.fstat(self._handle).st_mode):
+            os.close(self._handle)
+            raise OSError(errno.EINVAL, f"{path.name} is no plain file")
         try:
             import fcntl
 
@@ -116,8 +68,9 @@ class Lock:
         except ImportError:
             pass
         except BlockingIOError:
+            holder = locks.in_words(locks.holder(self._handle))
             os.close(self._handle)
-            raise CaseError(["another process is writing there; wait for it, or stop it"], str(path.parent)) from None
+            raise CaseError([f"{holder} is writing there; wait for it, or end it"], str(path.parent)) from None
         except OSError as error:
             if error.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL):
                 os.close(self._handle)
@@ -127,7 +80,7 @@ class Lock:
         """StoreError where the folder is no longer the one that was locked."""
         mine = os.fstat(self._handle)
         try:
-            now = os.stat(self._path)
+            now = os.lstat(self._path)
         except OSError:
             now = None
         if now is None or not os.path.samestat(mine, now):

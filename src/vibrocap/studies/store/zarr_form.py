@@ -6,31 +6,32 @@ so are JSON; they are read here and handed on as they were looked at, so that no
 """
 
 import dataclasses
+import json
 import math
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vibrocap.case.case import CaseError
 from vibrocap.studies.store.array_units import ArrayUnits
-from vibrocap.studies.store.checksums import STRANGE, read_plain, why_strange
-from vibrocap.studies.store.record import RESULTS, measure_names, plan_of
+from vibrocap.studies.store.marks import DamageError, is_finished, read_first
+from vibrocap.studies.store.places import FILE, FOLDER, RESULTS, STRANGE, names, read_plain, why_strange
+from vibrocap.studies.store.record import measure_names, plan_of
+from vibrocap.studies.store.writing import StoreError
 
 METADATA = "zarr.json"
 LARGEST = 2**24  # bytes of such a file
 NUMBERS, TEXT = "float64", "string"
-ALWAYS = {  # types of what is stored of every run
-    "status": "int8",
-    "settled": "bool",
-    "response_period": "int16",
-    "window_start": "int32",
-    "window_periods": "int32",
+ALWAYS: dict[str, tuple[str, int | bool]] = {  # of what is stored of every run: its type, what stands for no run
+    "status": ("int8", -1),
+    "settled": ("bool", False),
+    "response_period": ("int16", 0),
+    "window_start": ("int32", -1),
+    "window_periods": ("int32", 0),
 }
-FILLS: dict[str, Any] = {"float64": "NaN", "string": "", "bool": False}
+FILLS = {NUMBERS: "NaN", TEXT: ""}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,11 +55,15 @@ class ExpectedArray:
 
 @dataclasses.dataclass(frozen=True)
 class Results:
-    """The arrays of a store, looked at: what each should be, the type of each, and the files that say so."""
+    """The arrays of a store, looked at: what each should be, the type of each, and the files that say so.
+
+    finished: whether the store says that all tiles were stored
+    """
 
     arrays: Mapping[str, ExpectedArray]
     types: Mapping[str, str]
     metadata: Mapping[str, bytes]
+    finished: bool = False
 
 
 class _Strict(BaseModel):
@@ -157,7 +162,7 @@ def expected_arrays(record: Mapping[str, Any]) -> dict[str, ExpectedArray]:
         else:
             found[path] = ExpectedArray(plan.dims, plan.shape, tile, (kind,), True)
     for name in (*ALWAYS, *measure_names(record)):
-        types = (ALWAYS[name],) if name in ALWAYS else (NUMBERS, TEXT)
+        types = (ALWAYS[name][0],) if name in ALWAYS else (NUMBERS, TEXT)
         found[name] = ExpectedArray(plan.dims, plan.shape, tile, types, True)
     return found
 
@@ -170,21 +175,24 @@ def first_places(record: Mapping[str, Any]) -> list[str]:
 
 
 def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
-    """The results of a store, if they are of the form that this package writes; CaseError, with all that is not."""
+    """The results of a store, if they are of the form that this package writes; CaseError, with all that is not.
+
+    StoreError where they are of that form and yet not as they were written.
+    """
     arrays, units = expected_arrays(record), ArrayUnits(record)
     metadata: dict[str, bytes] = {}
     types: dict[str, str] = {}
-    complaints = strange_names(path / RESULTS, arrays)
+    complaints = strange_names(path, arrays)
     for name in (None, *arrays):
         place = METADATA if name is None else f"{name}/{METADATA}"
         try:
-            metadata[place] = read_plain(path / RESULTS / place, LARGEST)
+            metadata[place] = read_plain(path, f"{RESULTS}/{place}", LARGEST)
             if name is None:
                 _Group.model_validate_json(metadata[place])
             else:
                 array = _Array.model_validate_json(metadata[place])
                 types[name] = array.data_type
-                wrong = _differences(array, arrays[name]) or units.complaints(name, dict(array.attributes))
+                wrong = _differences(name, array, arrays[name]) or units.complaints(name, dict(array.attributes))
                 complaints += [f"{RESULTS}/{place}: {each}" for each in wrong]
         except FileNotFoundError:
             complaints.append(f"{RESULTS}/{place} is missing")
@@ -197,41 +205,45 @@ def checked_results(path: Path, record: Mapping[str, Any]) -> Results:
             complaints.append(f"{RESULTS}/{field}: {first['msg']}; vibrocap writes no such thing")
     if complaints:
         raise CaseError(complaints, str(path))
-    return Results(arrays, types, metadata)
+    try:
+        for place, data in metadata.items():
+            if read_first(path, record, place) != data:
+                raise DamageError(f"{RESULTS}/{place} changes while it is read")
+        return Results(arrays, types, metadata, is_finished(path, record))
+    except DamageError as error:
+        raise StoreError(
+            f"{path}: is damaged: {error}. `vibrocap verify` names all damage, the sweep with --resume (resume=True) "
+            "mends it"
+        ) from None
 
 
-def strange_names(folder: Path, arrays: Mapping[str, ExpectedArray]) -> list[str]:
-    """What stands among the results and does not belong there."""
+def strange_names(path: Path, arrays: Mapping[str, ExpectedArray]) -> list[str]:
+    """What stands among the results of a store and does not belong there."""
     found = []
     try:
-        with os.scandir(folder) as entries:
-            for entry in entries:
-                if entry.name == METADATA or (entry.name in arrays and entry.is_dir(follow_symlinks=False)):
-                    continue
-                if entry.name.startswith(".z") or entry.is_symlink() or entry.is_dir() or entry.name in arrays:
-                    found.append(f"{RESULTS}/{entry.name} does not belong to the study")
+        for name, kind in names(path, RESULTS).items():
+            if name == METADATA or (name in arrays and kind == FOLDER):
+                continue
+            if name.startswith(".z") or kind != FILE or name in arrays:
+                found.append(f"{RESULTS}/{name} does not belong to the study")
     except FileNotFoundError:
         return []  # which is said of the files that should be there
     except OSError as error:
-        return [f"{RESULTS} cannot be read: {error.strerror}"]
+        reason = why_strange(error) if error.errno in STRANGE else f"cannot be read: {error.strerror}"
+        return [f"{RESULTS} {reason}"]
     return sorted(found)
 
 
-def _differences(array: _Array, expected: ExpectedArray) -> list[str]:
+def _differences(name: str, array: _Array, expected: ExpectedArray) -> list[str]:
     """In what an array, which is of the right form, is not the one that the study has."""
     kind, chunk = array.data_type, array.chunk_grid.configuration.chunk_shape
+    fill = ALWAYS[name][1] if name in ALWAYS else FILLS.get(kind)
     found = [
         ("data_type", kind in expected.types, " or ".join(expected.types)),
         ("shape", tuple(array.shape) == expected.shape, list(expected.shape)),
         ("dimension_names", tuple(array.dimension_names) == expected.dims, list(expected.dims)),
         ("chunk_shape", tuple(chunk) == expected.chunk, list(expected.chunk)),
         ("codecs", isinstance(array.codecs[0], _Words) == (kind == TEXT), "those of its type"),
-        ("fill_value", _fills(array.fill_value, kind), "that of its type"),
+        ("fill_value", type(array.fill_value) is type(fill) and array.fill_value == fill, json.dumps(fill)),
     ]
     return [f"{name} should be {wanted}" for name, right, wanted in found if not right]
-
-
-def _fills(value: Any, kind: str) -> bool:
-    if kind in FILLS:
-        return value == FILLS[kind] and type(value) is type(FILLS[kind])
-    return type(value) is int and np.iinfo(kind).min <= value <= np.iinfo(kind).max

@@ -1,0 +1,254 @@
+"""Places in the folder of a study: every file there is read, written and removed through here, and no link is followed.
+
+A folder may come from a stranger, or be changed by one: a link in it would lead what is written or removed to other
+files. So a place is reached from the study's folder step by step, by handles of folders that are no links; what is
+written is a new file, renamed to its place; what is removed is one plain file, or an empty folder. The folder of the
+study itself may be reached by a link: it is where whoever asks for it says that it is.
+"""
+
+import contextlib
+import errno
+import itertools
+import os
+import re
+import socket
+import stat
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+STUDY, RESULTS, DONE = "study.json", "results.zarr", "done"
+LOCK, UNFINISHED, BEGINNING, MIXED, FINISHED = "lock", "unfinished", "beginning", "mixed", "finished"
+FILE, FOLDER, LINK, OTHER = "a file", "a folder", "a link", "neither a file nor a folder"
+FORM = {  # of what stands at the top
+    **dict.fromkeys((STUDY, LOCK, BEGINNING, MIXED, FINISHED), FILE),
+    **dict.fromkeys((RESULTS, DONE, UNFINISHED), FOLDER),
+}
+STRANGE = (errno.ELOOP, errno.EMLINK, errno.EISDIR, errno.ENXIO, errno.EINVAL, errno.EFBIG, errno.ENOTDIR)
+_NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
+_PLAIN = _NO_LINKS | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+_READ = os.O_RDONLY | _PLAIN | getattr(os, "O_NONBLOCK", 0)
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS
+_FOLDERS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_CLOEXEC", 0)
+_BY_HANDLE = bool(_NO_LINKS) and os.open in os.supports_dir_fd and os.scandir in os.supports_fd
+_ON_ITS_WAY = re.compile(r"[\w.-]+-\d+-\d+")  # computer, process, number
+_numbers = itertools.count()
+
+
+@contextlib.contextmanager
+def at(root: Path, place: str) -> Iterator[tuple[str, int | None]]:
+    """(name, handle of its folder) of a place below a folder, for functions that take `dir_fd`.
+
+    OSError with an `errno` of STRANGE where a link is on the way. Without handles (Windows) each step is looked at.
+    """
+    *steps, name = place.split("/")
+    if not _BY_HANDLE:
+        for step in steps:
+            root = root / step
+            if root.is_symlink() or getattr(root, "is_junction", bool)():
+                raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(root))
+        yield str(root / name), None
+        return
+    handle = os.open(root, _FOLDERS)
+    try:
+        for number, step in enumerate(steps, 1):
+            try:
+                inner = os.open(step, _FOLDERS | _NO_LINKS, dir_fd=handle)
+            except OSError as error:
+                code = errno.ELOOP if _kind(step, handle) == LINK else error.errno or 0
+                raise OSError(code, os.strerror(code), str(root.joinpath(*steps[:number]))) from None
+            os.close(handle)
+            handle = inner
+        yield name, handle
+    finally:
+        os.close(handle)
+
+
+def _kind(name: str, folder: int | None) -> str | None:
+    try:
+        mode = os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode
+    except FileNotFoundError:
+        return None
+    return FILE if stat.S_ISREG(mode) else FOLDER if stat.S_ISDIR(mode) else LINK if stat.S_ISLNK(mode) else OTHER
+
+
+def kind(root: Path, place: str) -> str | None:
+    """What stands at a place: FILE, FOLDER, LINK, OTHER; None for nothing."""
+    try:
+        with at(root, place) as (name, folder):
+            return _kind(name, folder)
+    except FileNotFoundError:
+        return None
+
+
+def names(root: Path, place: str = "") -> dict[str, str]:
+    """What stands in a folder, by name: FILE, FOLDER, LINK or OTHER. FileNotFoundError where there is none."""
+    with at(root, f"{place}/." if place else ".") as (name, folder):
+        handle = os.open(name, _FOLDERS, dir_fd=folder) if folder is not None else None
+        try:
+            with os.scandir(name if handle is None else handle) as entries:
+                return {each.name: _kind_of(each) for each in entries}
+        finally:
+            if handle is not None:
+                os.close(handle)
+
+
+def _kind_of(entry: "os.DirEntry[str]") -> str:
+    if entry.is_symlink() or getattr(entry, "is_junction", bool)():
+        return LINK
+    return FILE if entry.is_file() else FOLDER if entry.is_dir() else OTHER
+
+
+def read_plain(root: Path, place: str, limit: int) -> bytes:
+    """The content of a file that is no link, pipe or device, and holds no more than so many bytes.
+
+    Raises FileNotFoundError, and OSError with an `errno` of STRANGE for what is something else.
+    """
+    with at(root, place) as (name, folder):
+        handle = os.open(name, _READ, dir_fd=folder)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise OSError(errno.EINVAL, "is no plain file", str(root / place))
+    with os.fdopen(handle, "rb") as file:
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise OSError(errno.EFBIG, f"is larger than {limit:,} bytes", str(root / place))
+    return data
+
+
+def why_strange(error: OSError) -> str:
+    """What such a file is, in words."""
+    if error.errno in (errno.ELOOP, errno.EMLINK):
+        return "is a link"
+    if error.errno in (errno.EISDIR, errno.ENOTDIR):
+        return "is no file"
+    return error.strerror or str(error)
+
+
+def make_folder(root: Path, place: str) -> None:
+    """Make a folder below another, where it is missing."""
+    with at(root, place) as (name, folder), contextlib.suppress(FileExistsError):
+        os.mkdir(name, dir_fd=folder)
+
+
+def remove(root: Path, place: str) -> None:
+    """Remove a plain file, or an empty folder, if it is there; what is neither, or holds something, is an OSError."""
+    with contextlib.suppress(FileNotFoundError), at(root, place) as (name, folder):
+        found = _kind(name, folder)
+        if found == FOLDER:
+            os.rmdir(name, dir_fd=folder)
+        elif found == FILE:
+            os.unlink(name, dir_fd=folder)
+        elif found is not None:
+            raise OSError(errno.EINVAL, f"is {found}", str(root / place))
+
+
+def write(root: Path, files: Mapping[str, bytes]) -> None:
+    """Write files by their places; on return they and their names are on the disk.
+
+    Each is written in the folder `unfinished`, forced to the disk, and renamed. `files.replacing` does this for single
+    files; it looks through their folder for what dead processes left, which would take longer with every tile.
+    Their folders should be there: one that went away is no place to go on in.
+    """
+    make_folder(root, UNFINISHED)
+    with at(root, f"{UNFINISHED}/.") as (_, unfinished):
+        for place, data in files.items():
+            temporary = _written(root, unfinished, data)
+            try:
+                with at(root, place) as (name, folder):
+                    os.replace(temporary, name, src_dir_fd=unfinished, dst_dir_fd=folder)
+            except BaseException:
+                with contextlib.suppress(OSError):
+                    os.unlink(temporary, dir_fd=unfinished)
+                raise
+    ways = [place.split("/") for place in files]
+    for folder in sorted({"/".join(way[:deep]) for way in ways for deep in range(len(way))}):
+        force_names(root, folder)
+
+
+def _written(root: Path, unfinished: int | None, data: bytes) -> str:
+    """A new file among the unfinished ones; its name, for functions that take `dir_fd`."""
+    host = re.sub(r"[^\w.-]", "_", socket.gethostname()) or "host"
+    while True:
+        temporary = f"{host}-{os.getpid()}-{next(_numbers)}"
+        temporary = temporary if unfinished is not None else str(root / UNFINISHED / temporary)
+        with contextlib.suppress(FileExistsError):  # left by a process of the same number
+            binary = getattr(os, "O_BINARY", 0)  # without it Windows writes \r\n for \n
+            handle = os.open(temporary, _NEW | binary, 0o666, dir_fd=unfinished)
+            break
+    try:
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[os.write(handle, rest) :]
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary, dir_fd=unfinished)
+        raise
+    return temporary
+
+
+def rename(root: Path, old: str, new: str) -> None:
+    """Give a file at the top of the folder another name there."""
+    with at(root, old) as (name, folder):
+        os.replace(name, new if folder is not None else str(root / new), src_dir_fd=folder, dst_dir_fd=folder)
+    force_names(root)
+
+
+def force_names(root: Path, place: str = "") -> None:
+    """Force the names in a folder to the disk, where the system can."""
+    if os.name != "posix":
+        return
+    with at(root, f"{place}/." if place else ".") as (_, folder):
+        try:
+            os.fsync(folder or 0)
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+                raise
+
+
+def remove_unfinished(root: Path) -> None:
+    """Remove what unfinished writing left, and nothing else."""
+    with contextlib.suppress(FileNotFoundError):
+        for name, found in names(root, UNFINISHED).items():
+            if found == FILE and _ON_ITS_WAY.fullmatch(name):
+                remove(root, f"{UNFINISHED}/{name}")
+        try:
+            remove(root, UNFINISHED)
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+
+
+def strange_places(root: Path) -> list[str]:
+    """What in the folder of a study is not of the form that this package gives it, which is for its owner to remove.
+
+    Links, pipes and devices, files where folders belong, folders with something in them where files belong, and what
+    is no file of ours among the unfinished ones. A damaged file is none of these: it is written anew.
+    """
+    found = []
+    for name, there in sorted(names(root).items()):
+        if name in FORM and there != FORM[name] and not (there == FOLDER and not names(root, name)):
+            found.append(f"{name} is {there}, where {FORM[name]} belongs")
+    if not found:
+        for place in [each for each in (RESULTS, DONE, UNFINISHED) if kind(root, each) == FOLDER]:
+            found += _strange_below(root, place, 1 if place == RESULTS else 0)
+    return found
+
+
+def _strange_below(root: Path, place: str, deep: int) -> list[str]:
+    """The same below a folder; deep: of how many folders."""
+    found = []
+    for name, there in sorted(names(root, place).items()):
+        inner = f"{place}/{name}"
+        if there == FOLDER and deep:
+            found += _strange_below(root, inner, deep - 1)
+        elif there == FOLDER and names(root, inner):
+            found.append(f"{inner} is a folder with something in it, where a file belongs")
+        elif there in (LINK, OTHER):
+            found.append(f"{inner} is {there}")
+        elif place == UNFINISHED and there == FILE and not _ON_ITS_WAY.fullmatch(name):
+            found.append(f"{inner} does not belong to the study")
+    return found

@@ -1,0 +1,109 @@
+"""The Zarr files of a study, made in memory: all that `zarr_form` lets in again.
+
+That is so little of Zarr that it is written directly, to the bytes that Zarr 3 would write (a test compares them), as a
+small sweep is done before Zarr is imported.
+"""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibrocap.studies.plan.study import Study
+from vibrocap.studies.store.zarr_form import METADATA
+from vibrocap.studies.tile import tile_block
+from vibrocap.studies.variables import TEXT, axis_values, coordinate_attributes, study_attributes, variables
+
+COMPRESSION = 3  # level of zstd: measures hardly shrink further
+
+
+class ZarrFiles:
+    """Encodes the results of a study: `first` once, `chunks` for each tile. The same input gives the same bytes."""
+
+    def __init__(self, study: Study, tile: tuple[int, ...]):
+        self.study, self.tile = study, tile
+        self._variables = variables(study)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The arrays that are stored tile by tile."""
+        return tuple(each.name for each in self._variables)
+
+    def first(self) -> dict[str, bytes]:
+        """Every file but those of the tiles, by its place in the group's folder."""
+        plan = self.study.plan
+        attributes = study_attributes(self.study)
+        if not plan.gridded:
+            attributes["coordinates"] = " ".join(plan.paths)
+        found = {METADATA: _text({"attributes": attributes, "zarr_format": 3, "node_type": "group"})}
+        for path, values in axis_values(self.study).items():
+            described = coordinate_attributes(path, self.study.case.system)
+            fill = "" if values.dtype == TEXT else np.nan
+            shape = values.shape
+            found[f"{path}/{METADATA}"] = _array_text(values.dtype, fill, shape, shape, (path,), described)
+            found[f"{path}/c.0"] = _chunk(values)
+        for each in self._variables:
+            form = (plan.shape, self.tile, plan.dims, each.stored_attributes)
+            found[f"{each.name}/{METADATA}"] = _array_text(each.dtype, each.fill, *form)
+        return found
+
+    def chunks(self, index: tuple[int, ...], arrays: Mapping[str, np.ndarray]) -> dict[str, bytes]:
+        """The files of one tile, by their place; arrays: as `run_tile` gives them."""
+        lengths = [block.stop - block.start for block in tile_block(self.study.plan.shape, self.tile, index)]
+        there = tuple(slice(0, length) for length in lengths)
+        found = {}
+        for each in self._variables:
+            chunk = each.empty(self.tile)  # whole, also where the tile is cut by the edge
+            chunk[there] = arrays[each.name]
+            found[f"{each.name}/c.{'.'.join(map(str, index))}"] = _chunk(chunk)
+        return found
+
+
+def _array_text(
+    dtype: Any,
+    fill: Any,
+    shape: tuple[int, ...],
+    chunk: tuple[int, ...],
+    dims: tuple[str, ...],
+    attributes: Mapping[str, Any],
+) -> bytes:
+    """The file that says what an array is."""
+    dtype = np.dtype(dtype)
+    own: dict[str, Any] = {"name": "bytes"}
+    if dtype == TEXT:
+        own = {"name": "vlen-utf8", "configuration": {}}
+    elif dtype.itemsize > 1:
+        own["configuration"] = {"endian": "little"}
+    return _text(
+        {
+            "shape": list(shape),
+            "data_type": "string" if dtype == TEXT else dtype.name,
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk)}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
+            "fill_value": "NaN" if fill != fill else fill,
+            "codecs": [own, {"name": "zstd", "configuration": {"level": COMPRESSION, "checksum": True}}],
+            "attributes": dict(attributes),
+            "dimension_names": list(dims),
+            "zarr_format": 3,
+            "node_type": "array",
+            "storage_transformers": [],
+        }
+    )
+
+
+def _text(entries: Mapping[str, Any]) -> bytes:
+    return json.dumps(entries, indent=2).encode()
+
+
+def _chunk(values: np.ndarray) -> bytes:
+    """The file of the values of a chunk."""
+    from numcodecs.zstd import compress
+
+    if values.dtype == TEXT:
+        from numcodecs.vlen import VLenUTF8
+
+        data = VLenUTF8().encode(values.astype(object))
+    else:
+        data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
+    return bytes(compress(data, COMPRESSION, checksum=True))
