@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import CHOICES, RUN_DEFAULTS
+from vibrocap.case.case import RUN_DEFAULTS
+from vibrocap.case.sections import CHOICES
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
