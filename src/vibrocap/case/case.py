@@ -19,6 +19,7 @@ from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import FURTHER, state_names
 from vibrocap.physics.system import System
+from vibrocap.physics.units import UNDECLARED, undeclared
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
@@ -167,13 +168,18 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             plain, given = without_units(sections, form, scales, complaints)
             sections |= plain
             said = len(complaints)  # about what was given; the others are about fields without units
+    kept = data.get("units") == DIMENSIONLESS
+    if scales is not None and not kept:  # results are in SI
+        about = {each.field for each in complaints if isinstance(each, Complaint)}
+        fields = [f"{name}.{each}" for name, cls in classes.items() for each in undeclared(cls)]
+        complaints += [Complaint(field, UNDECLARED) for field in fields if field not in about]
+        said = len(complaints)
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
     moving = {"machine", "friction", *classes} - {"drive", "environment"}  # the parts that have states
     states = state_names(classes) if all(classes.get(name) for name in moving) else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None
-    kept = data.get("units") == DIMENSIONLESS
     if complete and None not in parts.values():
         try:
             system = System(**parts, units=None if kept else scales)

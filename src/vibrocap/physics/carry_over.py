@@ -12,7 +12,7 @@ from typing import Any
 from vibrocap.arguments import Complaint
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.roles import NUMBER
-from vibrocap.physics.units import one_way, parameter_keys
+from vibrocap.physics.units import UNDECLARED, one_way, parameter_keys, undeclared
 
 # Roles that say of what kind a quantity is rather than what it does: under another name it is another thing.
 BROAD = ("effort", "effort rate", "effort acceleration", "duration", "mass", "load", "speed")
@@ -57,7 +57,7 @@ def lacking(kind: type, effort: str, known: Container[str]) -> list[Complaint]:
     """
     name = kind.name  # type: ignore[attr-defined]
     keys = parameter_keys(kind, effort)
-    found = []
+    found = [Complaint(each, UNDECLARED) for each in undeclared(kind)]
     for info in needed(kind):
         key = one_way(keys, info.name)
         if info.name not in known and key is not None:
