@@ -22,6 +22,7 @@ from vibrocap.records.reading.columns import Table
 
 DEEPEST = 8  # structures in structures
 LONGEST = 120.0  # seconds that a file may take
+COMMAND = ("-P", "-m", __name__)  # -P: no modules of the working folder
 WANTED = "cannot be read as .mat; should be written by `save` in MATLAB"
 _COMPRESSED = 15  # type of a data element of MATLAB 5 to 7.2 that is compressed by zlib
 _CONTENT, _REFUSAL = b"C", b"R"
@@ -48,7 +49,7 @@ def mat_files(paths: Sequence[Path]) -> list[dict[str, Any]]:
     if not paths:
         return []
     names = [str(Path(path).resolve()) for path in paths]
-    command = [sys.executable, "-P", "-m", __name__, str(arrays.MOST_BYTES), *names]  # -P: no modules of this folder
+    command = [sys.executable, *COMMAND, str(arrays.MOST_BYTES), *names]
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, timeout=LONGEST * len(names), check=False
