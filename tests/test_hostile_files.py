@@ -2,6 +2,7 @@
 a terminal would obey. Each is refused, or shown as what it is.
 """
 
+import contextlib
 import io
 import os
 import socket
@@ -21,8 +22,9 @@ from vibrocap.case.case import CaseError, case_from_text, read_case
 from vibrocap.cli.commands.sweep import picture_path
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import Page, table, visible
+from vibrocap.io.case_table import read_cases
 from vibrocap.records.checks import RecordError
-from vibrocap.records.reading import arrays, text
+from vibrocap.records.reading import arrays, matlab, text
 from vibrocap.records.reading.readers import read_records
 
 h5py = pytest.importorskip("h5py")
@@ -90,10 +92,13 @@ def test_records_that_unpack_to_any_size_or_lie_elsewhere_are_refused(tmp_path, 
         read_records(tmp_path / name)
 
 
+NESTED = "machine.kind: should be .* got dict nested too deeply|TOML: is nested too deeply"  # from Python 3.14 on
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ("[machine]\nkind." + 2000 * "a." + "b = 1", "machine.kind: should be .* got dict nested too deeply"),
+        ("[machine]\nkind." + 2000 * "a." + "b = 1", NESTED),
         ("[machine]\nkind = " + 6000 * "[" + 6000 * "]", "TOML: is nested too deeply"),
     ],
 )
@@ -285,3 +290,80 @@ def test_modules_of_the_working_folder_are_left_out_for_the_command(monkeypatch,
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     working_folder.leave_out_its_modules()
     assert (str(tmp_path) not in sys.path) == left_out
+
+
+DAMAGED = [  # read by a process of its own, whatever ends it
+    "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)",
+    "import sys; sys.stdout.buffer.write(b'C' + (99).to_bytes(8, 'little') + b'half')",
+    "raise SystemExit(0)",
+]
+
+
+@pytest.mark.parametrize("ends", DAMAGED)
+def test_a_mat_file_that_ends_its_reader_is_refused(tmp_path, monkeypatch, ends):
+    path = tmp_path / "a.mat"
+    savemat(path, {"time": np.arange(9.0), "force": np.arange(9.0)})
+    monkeypatch.setattr(matlab, "COMMAND", ("-c", ends))
+    with pytest.raises(RecordError, match="ends the program that reads it, so it is damaged; write it anew"):
+        read_records(path)
+
+
+def test_a_mat_file_that_is_never_read_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "a.mat"
+    savemat(path, {"time": np.arange(9.0)})
+    monkeypatch.setattr(matlab, "COMMAND", ("-c", "import time; time.sleep(60)"))
+    monkeypatch.setattr(matlab, "LONGEST", 0.3)
+    with pytest.raises(RecordError, match=r"was not read within 0.3 s"):
+        read_records(path)
+
+
+def test_a_mat_file_comes_back_as_scipy_reads_it(tmp_path):
+    """Numbers, names and structures; by the modules of this package, whatever lies in the working folder."""
+    path = tmp_path / "a.mat"
+    run = {"force": np.arange(9.0), "velocity": np.arange(9.0, dtype=np.float32), "more": {"mass": 2.0}}
+    savemat(
+        path, {"time": np.arange(9.0), "run": run, "columns": np.array(["a", "b"]), "cells": np.array([1, "x"], object)}
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        (tmp_path / "scipy.py").write_text("raise SystemExit('not this one')")
+        found, again = matlab.mat_files([path, path])
+    wanted = matlab.content_of(path)
+    assert found.keys() == wanted.keys() == again.keys()
+    for name in ("time", "columns"):
+        np.testing.assert_array_equal(found[name], wanted[name])
+    for name in ("force", "velocity"):
+        np.testing.assert_array_equal(found["run"][name], run[name])
+        assert found["run"][name].dtype == run[name].dtype
+    assert found["run"]["more"]["mass"] == 2.0
+    assert found["cells"] is None
+
+
+@pytest.mark.slow
+def test_damaged_mat_files_are_read_or_refused(tmp_path):
+    good, rng = tmp_path / "good.mat", np.random.default_rng(5)
+    savemat(good, {"time": np.arange(40.0), "run": {"force": np.arange(40.0), "cells": np.array([1, "x"], object)}})
+    for number in range(6):
+        raw = bytearray(good.read_bytes())
+        for place in rng.integers(128, len(raw), 3):
+            raw[place] = rng.integers(256)
+        path = tmp_path / f"{number}.mat"
+        path.write_bytes(raw)
+        with contextlib.suppress(RecordError):
+            read_records(path)
+
+
+@pytest.mark.parametrize("damage", ["\r", "9" * 140_000, '"', '"\n"', "\x0c"])
+def test_tables_with_stray_signs_are_read_or_refused(tmp_path, damage):
+    """A carriage return within a line, a cell beyond the limit of csv, a quotation mark that is not closed."""
+    path = tmp_path / "a.csv"
+    lines = [f"{i},{i},{i}" for i in range(12)]
+    for line in ("5,5" + damage + ",5", damage + "5,5,5"):
+        path.write_text("\n".join(["time,force,velocity", *lines[:5], line, *lines[6:]]), newline="")
+        with contextlib.suppress(RecordError):
+            read_records(path)
+        path.write_text(
+            "\n".join(["machine.mass_ratio,machine.damping,drive.amplitude", *lines[1:5], line]), newline=""
+        )
+        with contextlib.suppress(CaseError):
+            read_cases(path)

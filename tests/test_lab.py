@@ -473,6 +473,81 @@ def test_an_address_that_is_wrong_is_said_so(node):
         assert bool(said) == bool(word)
 
 
+@needs_node
+@pytest.mark.parametrize("name", ["constructor", "toString", "__proto__", "hasOwnProperty", "valueOf"])
+def test_names_that_every_object_has_are_no_names_of_a_page(node, name):
+    """In an address, as a key, a section or a kind of a case file."""
+    found = node(
+        f"""
+    const said = (read, text) => {{ const model = new Model(data); return read(model, text).join("; "); }};
+    const keys = ["NAME=1", "beside.NAME=1", "NAME.NAME=1", "machine.NAME=1", "friction=NAME", "preset=NAME", "view=NAME",
+      "kept=NAME%3D1", "units=NAME", "map.NAME=1", "initial.NAME=1", "run.NAME=1", "NAME"];
+    const text = asToml(new Model(data));
+    print([keys.map((key) => said(readFragment, "#v=1&" + key.replaceAll("NAME", "{name}"))),
+      [text + "\\n[{name}]\\nx = 1\\n", text.replace("[run]", "[run]\\n{name} = 1"), "{name} = 1\\n" + text,
+       text.replace('"exponential"', '"{name}"')].map((each) => said(readToml, each))]);
+    """.replace("\\\\", "\\")
+    )
+    for i, said in enumerate(found[0]):
+        assert name in said or i == 1, (i, said)  # what nothing beside has is left aside
+    for said in found[1]:
+        assert name in said
+
+
+SI_CASE = """
+[machine]
+kind = "pendulum-capsule"
+capsule_mass_kg = 0.5
+pendulum_mass_kg = 0.2
+pendulum_length_m = 0.25
+stiffness_N_m_per_rad = 0.98
+damping_N_m_s_per_rad = 0.08
+normal_load_N = 3.0
+[friction]
+law = "coulomb"
+coulomb_coefficient = 0.05
+static_coefficient = 0.15
+[drive]
+waveform = "harmonic"
+amplitude_N_m = 0.7
+frequency_Hz = 1.0
+[run]
+periods = 3
+"""
+
+
+@needs_node
+def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_factory):
+    """Another law has the case's levels; what the case does not say is NaN, and no motion is asked for until it is."""
+    case = case_from_text(SI_CASE)
+    opened = Preset("own", "own", "", case)
+    two = dataclasses.replace(case.system, friction=vc.Exponential(), units=None)
+    crawl = vc.System(vc.TwoMassCapsule(), vc.Coulomb(), vc.Harmonic())
+    made = bundle(Contents((case.system, two, crawl), (opened,)))
+    (tmp_path / "data.json").write_text(json.dumps(made))
+    (tmp_path / "given.json").write_text("null")
+    lines = """
+    const model = new Model(data), before = fragmentOf(model), machine = model.choose("machine", "two-mass-capsule");
+    model.choose("friction", "exponential");
+    const values = { ...model.state.values }, lacking = model.lacking(), shared = fragmentOf(model);
+    let asked = ""; try { model.request(); } catch (error) { asked = error.message; }
+    const again = new Model(data), wrong = readFragment(again, shared);
+    const set = model.set("friction.decay_rate", 2), now = fragmentOf(model);
+    const third = new Model(data); readFragment(third, now);
+    model.choose("friction", "coulomb");
+    print([machine, values["friction.coulomb_coefficient"], values["friction.static_coefficient"], lacking, asked, shared,
+      again.lacking(), wrong, set, now, third.state.values["friction.decay_rate"], fragmentOf(model) === before]);
+    """
+    (tmp_path / "run.cjs").write_text("\n".join([HEAD, *map(source, ALONE), lines]))
+    command = [NODE, *(str(tmp_path / name) for name in ("run.cjs", "data.json", "given.json"))]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    needed = "friction.decay_rate: should be given; in SI it has no default"
+    shared = "#v=1&preset=own&friction=exponential"
+    wanted = [False, 0.05, 0.15, needed, needed, shared, needed, [], "", shared + "&friction.decay_rate=2", 2, True]
+    assert json.loads(done.stdout) == wanted
+
+
 def test_a_page_asks_for_nothing_and_holds_every_script(data):
     text = page(data, title="a <b> & c")
     assert "<title>a &lt;b&gt; &amp; c</title>" in text

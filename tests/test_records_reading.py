@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from vibrocap.records.checks import RecordError, RecordWarning
+from vibrocap.records.reading import matlab
 from vibrocap.records.reading.columns import quantity_of
 from vibrocap.records.reading.readers import read_records
 from vibrocap.records.reading.units import DIMENSIONS, QUANTITIES, si_unit, unit_named
@@ -515,4 +516,4 @@ def test_matlab_files_of_version_7_3(tmp_path, monkeypatch):
     assert_good(read_records(path)[0])
     monkeypatch.setitem(sys.modules, "h5py", None)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert "is a .mat of version 7.3 (HDF5), which needs h5py" in refused(read_records, path)
+    assert "is a .mat of version 7.3 (HDF5), which needs h5py" in refused(matlab.content_of, path)

@@ -19,7 +19,7 @@ import zarr
 
 import cheap_ensemble
 import interrupts
-from vibrocap import Exponential, Harmonic, Measure, PendulumCapsule, PendulumScales, System
+from vibrocap import Exponential, Harmonic, LuGre, Measure, PendulumCapsule, PendulumScales, System
 from vibrocap.case.case import RUN_DEFAULTS, CaseError
 from vibrocap.studies.dataset import open_study, stored_study
 from vibrocap.studies.execution import Execution
@@ -195,9 +195,10 @@ def as_zarr_writes(study, tile, tiles):
 def test_files_are_those_that_zarr_writes(over):
     """To the last byte: numbers and words, tiles cut by the edge, factors of units, signs beyond ASCII."""
     rng = np.random.default_rng(3)
-    system = dataclasses.replace(SYSTEM, units=PendulumScales(0.2, 0.25))
+    system = dataclasses.replace(SYSTEM, friction=LuGre(), units=PendulumScales(0.2, 0.25))
+    over = over and over | {"friction.law": "lugre,stribeck"}
     own = Measure.mean("peak", "\N{GREEK SMALL LETTER OMEGA} of its own", lambda now: now.velocity, si_unit="m/s")
-    cases = [{"friction.law": law, "machine.mass_ratio": 0.1 + i} for i, law in enumerate(("exponential", "lugre") * 4)]
+    cases = [{"friction.law": law, "machine.mass_ratio": 0.1 + i} for i, law in enumerate(("lugre", "stribeck") * 4)]
     study = planned_study(
         system,
         over,

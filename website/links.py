@@ -89,6 +89,7 @@ def _answer(url: str, seconds: float) -> str:
         with urllib.request.urlopen(request, timeout=seconds):
             return ""
     except urllib.error.HTTPError as error:
+        error.close()  # an answer too: Python 3.14 warns of one that is left open
         return f"{error.code} {error.reason}" if error.code in (404, 410) or error.code >= 500 else ""
     except (OSError, ValueError) as error:
         return str(error)

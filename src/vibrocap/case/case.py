@@ -7,34 +7,25 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibrocap.arguments import ArgumentError, Complaints, is_number, shown, suggestion
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, shown, suggestion
+from vibrocap.case.changes import change
 from vibrocap.case.drive_file import with_columns
+from vibrocap.case.sections import CATALOGUES, CHOICES, KEYS, OPTIONAL, SECTIONS
 from vibrocap.case.text import as_text
 from vibrocap.case.units import DIMENSIONLESS, as_given, check_word, form_of, without_units
 from vibrocap.files import write_text
 from vibrocap.inputs import read_input
-from vibrocap.physics.actuator import Actuator
-from vibrocap.physics.catalogue import drives, laws, machines
 from vibrocap.physics.drives.table import DriveTable
-from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import ParameterError, parameter_table
 from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import FURTHER, state_names
 from vibrocap.physics.system import System
-from vibrocap.physics.units import parameter_keys, state_keys, state_units
+from vibrocap.physics.units import UNDECLARED, undeclared
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
 
-# section of a case file: (the key that chooses the kind of part, what there is to choose from)
-CHOICES = {"machine": ("kind", machines), "friction": ("law", laws), "drive": ("waveform", drives)}
-CATALOGUES = {section: catalogue for section, (_, catalogue) in CHOICES.items()} | dict.fromkeys(FURTHER, laws)
-KEYS = {section: key for section, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, "law")
-OPTIONAL: dict[str, Any] = {"environment": Environment, "actuator": Actuator}  # sections that may be left out, no kinds
-PARTS = (*CHOICES, *OPTIONAL, *FURTHER)
-SECTIONS = (*CHOICES, *OPTIONAL, "scales", "initial", "run", *FURTHER)
 LARGEST = 2**24  # bytes of a case file
-KINDS = tuple(f"{section}.{key}" for section, (key, _) in CHOICES.items())  # such as "friction.law"
 
 
 class CaseError(ValueError):
@@ -122,7 +113,7 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
     """The case that a TOML text describes; CaseError with every complaint at once, or with the line that is no TOML.
 
     changes: values by path that replace those of the text, such as {"machine.mass_ratio": 2.0, "initial.angle": 0.5};
-        with another kind of part ("friction.law") that part has its kind's defaults but for further changes
+        another kind of part ("friction.law") keeps the parameters that both have, see `vibrocap.case.changes`
     run: the same for settings of the section [run], by name
     """
     try:
@@ -131,55 +122,14 @@ def case_from_text(text: str, source: str = "the case", changes: Mapping[str, An
         said = "is nested too deeply" if isinstance(error, RecursionError) else str(error)
         reason, _, place = said.partition(" (at ")
         raise CaseError([f"{place.rstrip(')') or 'TOML'}: {reason}"], source) from None
-    changes = {**(changes or {}), **{f"run.{name}": value for name, value in run.items()}}
-    for path in sorted(changes, key=lambda path: path not in KINDS):  # kinds first
-        _change(data, path, changes[path])
-        section, _, key = path.partition(".")
-        for other in _other_keys(data, section, key):
-            if f"{section}.{other}" not in changes:
-                data[section].pop(other, None)
-    return case_from_dict(data, source)
-
-
-def _change(data: dict[str, Any], path: str, value: Any) -> None:
-    """Put a value into the sections of a case."""
-    section, _, key = path.partition(".")
-    given = data.setdefault(section, {})
-    if not isinstance(given, dict):  # is complained of
-        return
-    if path in KINDS and value != given.get(key):
-        if section == "friction" and isinstance(start := data.get("initial"), dict):
-            law, own = laws().get(given.get(key, "")), data.get("machine")
-            machine = machines().get(own.get("kind", "")) if isinstance(own, dict) else None
-            lost = set() if law is None else set(law.internal)
-            if machine is not None and law is not None:
-                lost = set(state_names({"machine": machine, "friction": law})).difference(machine.states)
-            data["initial"] = {name: x for name, x in start.items() if name not in lost}
-        given.clear()
-    given[key] = value
-
-
-def _other_keys(data: Mapping[str, Any], section: str, key: str) -> list[str]:
-    """The other keys under which a quantity may stand in SI, such as frequency_rad_per_s for frequency_Hz."""
-    parts = []
-    for name, (kind, catalogue) in CHOICES.items():
-        given = data.get(name)
-        parts.append(catalogue().get(given.get(kind)) if isinstance(given, dict) else None)
-    if None in parts or section not in (*PARTS, "initial") or not isinstance(data.get(section), dict):
-        return []
-    classes: dict[str, Any] = dict(zip(CHOICES, parts, strict=True)) | OPTIONAL
-    for name in FURTHER:
-        own = laws().get(data[name].get(KEYS[name])) if isinstance(data.get(name), dict) else None
-        if own is not None:
-            classes[name] = own
-    machine = classes["machine"]
-    if section == "initial":
-        keys = state_keys(state_units(classes))
-    elif section not in classes:
-        return []
-    else:
-        keys = parameter_keys(classes[section], machine.effort)
-    return [other for other, each in keys.items() if key in keys and each.name == keys[key].name and other != key]
+    lacking = change(data, {**(changes or {}), **{f"run.{name}": value for name, value in run.items()}})
+    complaints = Complaints()
+    with complaints.collected():
+        case = case_from_dict(data, source)
+        if not lacking:
+            return case
+    said = {each.field for each in complaints if isinstance(each, Complaint)}
+    raise CaseError([*complaints, *(each for each in lacking if getattr(each, "field", "") not in said)], source)
 
 
 def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
@@ -218,13 +168,18 @@ def case_from_dict(data: Mapping[str, Any], source: str = "the case") -> Case:
             plain, given = without_units(sections, form, scales, complaints)
             sections |= plain
             said = len(complaints)  # about what was given; the others are about fields without units
+    kept = data.get("units") == DIMENSIONLESS
+    if scales is not None and not kept:  # results are in SI
+        about = {each.field for each in complaints if isinstance(each, Complaint)}
+        fields = [f"{name}.{each}" for name, cls in classes.items() for each in undeclared(cls)]
+        complaints += [Complaint(field, UNDECLARED) for field in fields if field not in about]
+        said = len(complaints)
     parts = {name: _part(name, cls, sections[name], complaints) for name, cls in classes.items() if cls}
     moving = {"machine", "friction", *classes} - {"drive", "environment"}  # the parts that have states
     states = state_names(classes) if all(classes.get(name) for name in moving) else None
     _check_initial(sections["initial"], states, complaints)
     _check_run(sections["run"], complaints)
     system = None
-    kept = data.get("units") == DIMENSIONLESS
     if complete and None not in parts.values():
         try:
             system = System(**parts, units=None if kept else scales)

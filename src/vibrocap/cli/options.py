@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from vibrocap.arguments import ArgumentError, Complaint, Complaints, lacking, suggestion
-from vibrocap.case.case import SECTIONS
+from vibrocap.case.sections import SECTIONS
 from vibrocap.files import other_place
 from vibrocap.physics.conversion import Quantity, quantity
 from vibrocap.physics.system import System

@@ -35,8 +35,15 @@ def read_cases(path: Path) -> CaseTable:
     if len(raw) > LARGEST:
         raise CaseError([f"--cases: {path}: should be at most {LARGEST // 2**20} MB"], str(path))
     numbered = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line[0] != "#"]
-    cells = [[cell.strip() for cell in row] for row in csv.reader(line for _, line in numbered)]
+    cells, reader = [], csv.reader(line for _, line in numbered)
+    try:
+        cells += [[cell.strip() for cell in row] for row in reader]
+    except csv.Error as error:
+        line = numbered[reader.line_num - 1][0]
+        raise CaseError([f"--cases: {path}, line {line}: is no row of a table ({error})"], str(path)) from None
     complaints = Complaints()
+    if len(cells) != len(numbered):
+        raise CaseError([f"--cases: {path}: a quotation mark is not closed in its line"], str(path))
     if len(cells) < 2:
         wanted = "a row of paths, such as machine.mass_ratio, and a row for each case"
         raise CaseError([f"--cases: {path}: should hold {wanted}"], str(path))

@@ -101,7 +101,7 @@ def motion_dataset(motion: "Trajectory", case: Case, certificate: str | None = N
         for name, values in table.items()
         if name != "time"
     }
-    variables["event_kind"] = ("event", np.array(motion.event_kinds, dtype=object), {"long_name": "kind of event"})
+    variables["event_kind"] = ("event", motion.event_kinds.astype(object), {"long_name": "kind of event"})
     return xarray.Dataset(
         variables,
         coords={
@@ -181,7 +181,7 @@ def _case_in_csv(path: Path) -> str:
     try:
         if tomllib.loads(case):
             return case
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         pass
     raise CaseError(["carries no case: a CSV file of vibrocap begins with it, as comments"], str(path))
 

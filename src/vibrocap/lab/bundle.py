@@ -5,18 +5,21 @@ import contextlib
 import dataclasses
 import itertools
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import ArgumentError
-from vibrocap.case.case import CHOICES, RUN_DEFAULTS
+from vibrocap.case.case import RUN_DEFAULTS
+from vibrocap.case.sections import CHOICES
 from vibrocap.lab.controls import part_record
 from vibrocap.lab.forms import TOLERANCE, Form, form_of, statuses
 from vibrocap.lab.presets import LONGEST, Preset, defaults, gallery, paper_presets, preset_record
 from vibrocap.numerics.api import browser_module, series_order
+from vibrocap.physics.carry_over import carried, carried_names
 from vibrocap.physics.catalogue import drives, laws, machines
+from vibrocap.physics.parameters import ParameterError
 from vibrocap.physics.states import FURTHER
 from vibrocap.physics.system import System
 
@@ -67,10 +70,11 @@ def contents(
             continue  # with the first drive only: a page is to stay small
         if own is not None and names == (own.machine.name, own.friction.name, own.drive.name):
             continue
-        made = own.machine if own is not None and own.machine.name == names[0] else machines()[names[0]]()
+        classes = machines()[names[0]], laws()[names[1]], drives()[names[2]]
         with contextlib.suppress(ArgumentError):  # a law that the machine of the case does not take
             kept: Any = {} if own is None else {"environment": own.environment, "actuator": own.actuator}
-            systems.append(System(made, laws()[names[1]](), drives()[names[2]](), **kept))
+            before = (None,) * 3 if own is None else (own.machine, own.friction, own.drive)
+            systems.append(System(*map(_in_place_of, before, classes), **kept))
     offered = [
         *([] if opened is None else [opened]),
         *paper_presets(),
@@ -85,6 +89,26 @@ def contents(
             system = next(each for each in systems if each.machine.name == kind)
             presets.append(defaults(system, tolerance))
     return Contents(tuple(systems), tuple(presets), tolerance)
+
+
+def _in_place_of(part: Any, kind: type) -> Any:
+    """A part of that kind with what it takes over from another, as far as its own rules let it."""
+    if type(part) is kind:
+        return part
+    try:
+        return kind(**({} if part is None else carried(part, kind)))
+    except ParameterError:  # numbers, which the page has from the case itself; they decide no form
+        return kind()
+
+
+def _carried(parts: Mapping[str, Mapping[str, type]]) -> dict[str, Any]:
+    """By section and kind, from which other kind it takes what: {parameter: the other's parameter}."""
+    return {
+        section: {
+            a: {b: dict(carried_names(old, new)) for b, old in kinds.items() if b != a} for a, new in kinds.items()
+        }
+        for section, kinds in parts.items()
+    }
 
 
 def _names(asked: Iterable[str], own: str | None, usual: Iterable[str]) -> list[str]:
@@ -115,15 +139,18 @@ def bundle(chosen: Contents, tell: Callable[[float], None] | None = None) -> dic
             tell((len(chosen.forms) + i + 1) / work)
     efforts = {system.machine.name: system.machine.effort for system in chosen.forms}
     parts: dict[str, dict[str, Any]] = {}
+    kinds: dict[str, dict[str, type]] = {}
     for system in chosen.forms:
         for name, record in system.parts.items():
             part = type(record)
             parts.setdefault(name, {}).setdefault(part.name, part_record(part, efforts[system.machine.name]))
+            kinds.setdefault(name, {})[part.name] = part
     code = zlib.compress(browser_module([(form.motion, form.ensemble) for form in forms]), 9)
     return {
         "layout": LAYOUT,
         "version": version("vibrocap"),
         "parts": parts,
+        "carried": _carried(kinds),
         "keys": {name: key for name, (key, _) in CHOICES.items()} | dict.fromkeys(FURTHER, CHOICES["friction"][0]),
         "run": {"periods": RUN_DEFAULTS["periods"], "tolerance": RUN_DEFAULTS["tolerance"]},
         "limits": {"events": RUN_DEFAULTS["max_events_per_period"], "steps": RUN_DEFAULTS["max_steps"]},

@@ -4,6 +4,7 @@ import math
 import typing
 from typing import Any
 
+from vibrocap.physics.carry_over import needed
 from vibrocap.physics.catalogue import laws, wrappers
 from vibrocap.physics.parameters import ParameterInfo, parameter_table
 from vibrocap.physics.roles import Dimension
@@ -67,6 +68,7 @@ def _parameter(part: Any, info: ParameterInfo, effort: str) -> dict[str, Any]:
         "symbol": info.symbol,
         "meaning": info.meaning,
         "default": info.default,
+        "needed": any(each.name == info.name for each in needed(part)),
         **bounds,
         "low": low,
         "high": high,

@@ -241,8 +241,7 @@ def _check_values(system: System, columns: Mapping[str, np.ndarray]) -> None:
     for part, record in system.parts.items():
         paths = [path for path in columns if path.startswith(f"{part}.")]
         if paths and type(record).__pydantic_decorators__.model_validators:
-            rows = np.column_stack([columns[path] for path in paths]).astype(float)
-            runs |= dict.fromkeys(map(int, np.unique(rows, axis=0, return_index=True)[1]))
+            runs |= dict.fromkeys(_different(columns, paths)[0].tolist())
     for run in runs:
         try:
             _system_of_run(system, columns, run)
@@ -306,12 +305,21 @@ def _mirrored(system: System, columns: Mapping[str, np.ndarray]) -> np.ndarray:
             paths += [path for path in columns if path.startswith(f"{part}.")]
     if not paths:
         return np.full(runs, system.mirrored)
-    rows, which = np.unique(np.column_stack([columns[path] for path in paths]), axis=0, return_inverse=True)
+    first, which = _different(columns, paths)
     varied = System(**{part: copy.copy(record) for part, record in system.parts.items()})
-    mirrored = np.empty(len(rows), dtype=bool)
-    for k, row in enumerate(rows):
-        for path, value in zip(paths, row, strict=True):
+    mirrored = np.empty(len(first), dtype=bool)
+    for k, run in enumerate(first):
+        for path in paths:
             part, name = path.split(".", 1)
-            object.__setattr__(getattr(varied, part), name, float(value))  # checked before
+            value = columns[path][run]  # checked before
+            object.__setattr__(getattr(varied, part), name, value if isinstance(value, str) else float(value))
         mirrored[k] = varied.mirrored
-    return mirrored[which.ravel()]
+    return mirrored[which]
+
+
+def _different(columns: Mapping[str, np.ndarray], paths: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """(the first run of each combination of values at some paths, words among them, which of these each run has)."""
+    numbers = [columns[path] for path in paths]
+    numbers = [np.unique(x.astype(str), return_inverse=True)[1] if x.dtype == object else x for x in numbers]
+    _, first, which = np.unique(np.column_stack(numbers), axis=0, return_index=True, return_inverse=True)
+    return first, which.ravel()

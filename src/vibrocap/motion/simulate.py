@@ -213,7 +213,7 @@ def _contact_events(system: System, recorded: Recorded) -> tuple[np.ndarray, Any
         kept = numbers != codes.SWITCHED
     if system.machine.coupled == "distances":
         return _joint_events(system, recorded, kinds, kept)
-    for i in np.flatnonzero(np.char.startswith(kinds.astype(str), "stick_")):
+    for i in np.flatnonzero(np.char.startswith(kinds, "stick_")):
         number = kinds[i].removeprefix("stick_")
         for k in range(i + 1, len(kinds)):
             if tuple(instants[k]) != tuple(instants[i]) or kinds[k] == kinds[i]:
@@ -253,7 +253,7 @@ def _joint_events(system: System, recorded: Recorded, kinds: np.ndarray, kept: n
                 found.append(f"{'stick' if now == 0.0 else leaves if was == 0.0 else 'reversal'}_{number}")
                 chosen.append(i)
         before = None
-    return np.array(found, dtype=object), np.array(chosen, dtype=int)
+    return np.array(found, dtype=str), np.array(chosen, dtype=int)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

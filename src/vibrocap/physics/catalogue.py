@@ -84,7 +84,7 @@ def law(name: str) -> Any:
     """
     if name in tuple(laws()):
         return laws()[name]
-    prefix, _, rest = name.partition("-")
+    prefix, _, rest = str(name).partition("-")
     if prefix in wrappers():
         return wrappers()[prefix](law(rest))
     raise KeyError(

@@ -8,7 +8,16 @@ from vibrocap.arguments import ArgumentError, Complaint, Complaints, is_number, 
 from vibrocap.physics.parameters import ParameterError, ParameterInfo, parameter_table
 from vibrocap.physics.part import PartInSI
 from vibrocap.physics.scales import Scales
-from vibrocap.physics.units import Key, Units, one_way, parameter_keys, same_without_units, state_keys, state_units
+from vibrocap.physics.units import (
+    UNDECLARED,
+    Key,
+    Units,
+    one_way,
+    parameter_keys,
+    same_without_units,
+    state_keys,
+    state_units,
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,7 +167,7 @@ def _named(key: str, value: Any, names: Iterable[str], keys: Mapping[str, Key], 
     first = one_way(keys, name) if name else None
     if first is None:
         if key in names:
-            return "declares neither a role nor a unit, so that it cannot be given in SI"
+            return UNDECLARED
         return f"no such key in SI; {suggestion(key, keys)}"
     if isinstance(value, str):
         return first

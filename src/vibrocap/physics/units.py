@@ -55,6 +55,7 @@ QUANTITIES = {
     "actuator_torque": "N m",
     "impulse": "N s",
 }
+UNDECLARED = 'declares neither a role nor a unit, so that it cannot stand in SI; of a pure number declare unit="1"'
 DRIVE_UNITS = {"force": "N", "torque": "N m", "displacement": "m", "number": "1"}
 
 
@@ -91,6 +92,12 @@ def suffix(unit: str) -> str:
     above, _, below = unit.replace("^", "").partition("/")
     words = ([] if above == "1" else above.split()) + (["per", *below.split()] if below else [])
     return "".join(f"_{word}" for word in words)
+
+
+def undeclared(part: Any) -> list[str]:
+    """The numbers among the parameters of a part that declare no dimension, and so cannot stand in SI."""
+    table = parameter_table(part)
+    return [info.name for info in table if info.dimension is None and not isinstance(info.default, str)]
 
 
 def unit_name(dimension: Dimension, effort: str = "force") -> str:
@@ -245,7 +252,7 @@ def written(
     for name, value in values.items():
         ways = [each for each in keys.values() if each.name == name]
         if not ways and not isinstance(value, str):
-            raise ValueError(f"{name}: declares neither a role nor a unit, so that it cannot be given in SI")
+            raise ValueError(f"{name}: {UNDECLARED}")
         if isinstance(value, str) or not ways[0].has_unit:
             found[name if isinstance(value, str) else ways[0].key] = value
             continue

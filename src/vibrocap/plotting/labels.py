@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.case.case import KEYS, Case
+from vibrocap.case.case import Case
+from vibrocap.case.sections import KEYS
 from vibrocap.physics.conversion import path_in_si
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.roles import NUMBER

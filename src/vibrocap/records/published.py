@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrocap.records.checks import RecordError
 from vibrocap.records.preparation import prepared
-from vibrocap.records.reading.arrays import mat_variables
+from vibrocap.records.reading.matlab import mat_files
 from vibrocap.records.reading.readers import read_records
 from vibrocap.records.record import Record
 
@@ -115,9 +115,10 @@ def paper_stick_slip(folder: str | Path | None = None) -> list[Record]:
                 if match := re.fullmatch(r"k(\d+)_v(\d+)", name):
                     pulls[int(match[1]), int(match[2])] = archive[name]
     else:
-        for path in [*place.glob("*.mat"), *place.glob("data_raw/*.mat")]:
-            if match := re.fullmatch(r"k(\d+)Nm_v(\d+)", path.stem):
-                pulls[int(match[1]), int(match[2])] = _variable(mat_variables(path), "Fnorm", path)
+        there = [*place.glob("*.mat"), *place.glob("data_raw/*.mat")]
+        files = {path: match for path in there if (match := re.fullmatch(r"k(\d+)Nm_v(\d+)", path.stem))}
+        for (path, match), variables in zip(files.items(), mat_files([*files]), strict=True):
+            pulls[int(match[1]), int(match[2])] = _variable(variables, "Fnorm", path)
     records = [_paper_record(stiffness, speed, pulls[stiffness, speed]) for stiffness, speed in sorted(pulls)]
     return _or_none_there(records, place, "paper_stick_slip.npz, or files such as k168Nm_v42.mat")
 
@@ -174,8 +175,8 @@ def emps(path: str | Path | None = None, *, cutoff: float = 100.0, mass: float |
     files = [place] if place.is_file() else sorted(place.rglob("DATA_EMPS*.mat"))
     records = []
     shared: dict[str, Any] = {}
-    for file in files:
-        variables = {**shared, **mat_variables(file)}
+    for file, own in zip(files, mat_files(files), strict=True):
+        variables = {**shared, **own}
         time, position, voltage, gain = (_variable(variables, name, file) for name in ("t", "qm", "vir", "gtau"))
         shared["gtau"] = gain
         record = Record(

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from vibrocap.case.case import CaseError
-from vibrocap.physics.conversion import path_in_si
+from vibrocap.case.sections import KINDS
+from vibrocap.physics.conversion import INITIAL, path_in_si
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.checks import check_runs
 from vibrocap.studies.plan.runs import Block
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import INITIAL, KINDS, varied
+from vibrocap.studies.plan.variation import varied
 from vibrocap.studies.variables import as_stored, variables
 
 RUNS = 4096  # of a tile: a second or so of work, and about 30 kB per measure

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.case.case import CATALOGUES, case_text
+from vibrocap.case.case import case_text
+from vibrocap.case.sections import CATALOGUES, KINDS
 from vibrocap.measures.during_run import known_measures
 from vibrocap.motion.trajectory import Status
 from vibrocap.physics.actuator import Actuator
-from vibrocap.physics.conversion import path_in_si
+from vibrocap.physics.conversion import INITIAL, path_in_si
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import parameter_table
 from vibrocap.physics.symbols import STATES
@@ -17,7 +18,6 @@ from vibrocap.physics.system import System
 from vibrocap.physics.units import Key
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import INITIAL, KINDS
 
 TEXT = np.dtypes.StringDType()
 NOT_RUN = -1  # status of a run whose tile is not stored yet

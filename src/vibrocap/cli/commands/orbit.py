@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.cli.options import Refusal, quantity_range, refusing
+from vibrocap.arguments import Complaint, Complaints, suggestion
+from vibrocap.case.case import CaseError
+from vibrocap.case.sections import CATALOGUES, KINDS
+from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_si, orbit_units
 from vibrocap.io.json_text import json_text
 from vibrocap.io.motion_file import read_source
-from vibrocap.physics.conversion import quantity
 
 LEAST_SETTLING = 10  # drive periods for which a motion that has not settled is simulated on to tell its class
 
@@ -222,7 +224,8 @@ def crossing(
     value
         the value to look for, of a case in SI in the unit of the measure
     against
-        PATH=VALUE or friction.law=NAME: compare with the case so changed, and look for the difference instead
+        PATH=VALUE or friction.law=NAME, or several with commas between: compare with the case so changed, where a law
+        keeps the parameters that both laws have, and look for the difference instead
     points
         values of the parameter at which the motion is run first
     periods
@@ -292,22 +295,27 @@ def _crossings_record(found: Any) -> dict[str, Any]:
 
 
 def _other(system: Any, text: str) -> Any:
-    """The system with another friction law, which takes over the parameters that both have, or another parameter."""
-    from vibrocap.physics.catalogue import law
-    from vibrocap.physics.parameters import given_parameters
+    """The system with another kind of part, which keeps the parameters that both have, or with other parameters."""
+    from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal, varied, with_varied_parts
 
-    path, _, wanted = text.partition("=")
-    if not path or not wanted:
-        raise Refusal(f"--against should be friction.law=NAME or PATH=VALUE, got {text!r}")
+    found = Complaints()
+    wanted = "friction.law=NAME or PATH=VALUE"
+    values = {path: value_of(word) for path, word in pairs("against", split([text]), found, wanted).items()}
+    if found:
+        raise Refusal(f"--against should be {wanted}, got {text!r}")
+    for path, name in values.items():
+        if path in KINDS and (known := CATALOGUES[KINDS[path]]()).get(str(name)) is None:
+            found.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
+    system = with_varied_parts(system, values)
+    if not found:
+        found += path_complaints(values, [kinds_chosen(system, values)], system.units)
     try:
-        if path != "friction.law":
-            asked = quantity(path, system)
-            return system.with_parameters({asked.plain: float(wanted) / asked.scale})
-        kind = law(wanted)
-        shared = {field.name for field in dataclasses.fields(kind)}
-        given = {name: each for name, each in given_parameters(system.friction).items() if name in shared}
-        return dataclasses.replace(system, friction=kind(**given))
-    except KeyError as error:
-        raise Refusal(f"--against {text}: {error.args[0]}") from None
-    except ValueError as error:
-        raise Refusal(f"--against {text}: {error}") from None
+        if not found:
+            return varied(system, values)
+    except CaseError as error:
+        fields = [each.field for each in error.complaints if isinstance(each, Complaint)]
+        more = ",".join([text, *(f"{field}=..." for field in fields)])
+        found += [f"{each}; give it too, --against {more}" for each in error.complaints]
+    except ValueError:
+        found += refusal(system, values)
+    raise Refusal(*(f"--against {each}" for each in found))

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from vibrocap.arguments import Complaints, suggestion
-from vibrocap.case.case import CHOICES, RUN_DEFAULTS, CaseError, case_text
+from vibrocap.case.case import RUN_DEFAULTS, CaseError, case_text
+from vibrocap.case.sections import CHOICES
 from vibrocap.case.units import DIMENSIONLESS, SI, WORDS
 from vibrocap.cli.options import Refusal, pairs, split, writable_file, writable_folder
 from vibrocap.cli.terminal import OK, Page, table

@@ -97,8 +97,8 @@ class Controls {
     const { model } = this, names = Object.keys(model.data.parts[section]), select = element("select", { id: `choose-${section}` });
     select.setAttribute("aria-label", { machine: "Kind of machine", friction: "Friction law", drive: "Waveform of the drive" }[section]);
     for (const name of names) {
-      const held = model.formOf({ ...partsOf(model.form), [section]: name }) >= 0;
-      select.append(element("option", { value: name, textContent: held ? wordy(name) : `${name} (not with these parts)`, disabled: !held, selected: name === model.form[section] }));
+      const held = model.formWith(section, name) >= 0;
+      select.append(element("option", { value: name, textContent: held ? wordy(name) : `${name} (${section === "machine" && model.si ? "in SI a page for each" : "not with these parts"})`, disabled: !held, selected: name === model.form[section] }));
     }
     select.addEventListener("change", () => { if (model.choose(section, select.value)) this.chosen(); });
     return select;
@@ -141,7 +141,7 @@ class Controls {
 
   value(entry) {
     if (!entry.beside) return this.model.get(entry.path);
-    return this.model.state.besideValues[entry.path] ?? this.model.record(entry.path, this.besideForm).default;
+    return this.model.valuesBeside(this.model.data.forms.indexOf(this.besideForm))[entry.path];
   }
 
   factor(entry) { return entry.beside ? 1 : this.units.ofPath(entry.path)[0]; }
@@ -176,14 +176,15 @@ class Controls {
     const [low, high, log] = this.range(entry), value = this.value(entry), factor = this.factor(entry);
     const share = log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low || 1);
     entry.slider.value = String(Math.round(STEPS * Math.min(1, Math.max(0, share))));
-    const text = String(Number((value * factor).toPrecision(8))); // to read; the number itself keeps all its digits
+    const given = !Number.isNaN(value);
+    const text = given ? String(Number((value * factor).toPrecision(8))) : ""; // to read; the number itself keeps all its digits
     if (!keepBox) entry.box.value = text;
     const unit = entry.beside ? "" : this.units.ofPath(entry.path)[1];
     entry.slider.setAttribute("aria-valuetext", unit ? `${text} ${unit}` : text);
     entry.label.querySelector(".unit").textContent = unit ? ` [${unit}]` : "";
     entry.label.firstChild.textContent = this.units.name(entry.path, entry.beside);
-    entry.wrong.textContent = "";
-    entry.box.setAttribute("aria-invalid", "false");
+    entry.wrong.textContent = given ? "" : NEEDED;
+    entry.box.setAttribute("aria-invalid", String(!given));
   }
 
   refresh() { for (const entry of this.rows.values()) this.show(entry); }
@@ -232,7 +233,7 @@ class Controls {
     else if (!this.besideForm) state.beside = "";
     else {
       say("Dashed. What both laws have is the same number for both.");
-      for (const path of this.besideForm.parameters) if (path.startsWith("friction.") && !(path in state.values)) set.append(this.row(path, true));
+      for (const path of this.besideForm.parameters) if (path.startsWith("friction.") && !model.origin(path, this.besideForm, model.form)) set.append(this.row(path, true));
     }
   }
 

@@ -2,6 +2,7 @@
 
 const PARTS = ["machine", "friction", "drive"];
 const MOST_PERIODS = 2000;
+const NEEDED = "should be given; in SI it has no default";
 
 const wordy = (name) => name.replace(/_/g, " ");
 
@@ -55,10 +56,18 @@ class Model {
     return this.data.forms.findIndex((form) => PARTS.every((section) => form[section] === parts[section]));
   }
 
-  // Another machine, law or drive: what has the same name keeps its value, the rest begins with its default.
+  // Whether the case that the page shows is in SI: there no default of another machine's stands for its own.
+  get si() { return this.preset.units === "SI"; }
+
+  // The form with another machine, law or drive; -1 where there is none. In SI a machine counts in units of its own.
+  formWith(section, name) {
+    if (section === "machine" && this.si && name !== this.form.machine) return -1;
+    return this.formOf({ ...partsOf(this.form), [section]: name });
+  }
+
+  // Another machine, law or drive: what both have keeps its value, the rest begins with its default, or asks for one.
   choose(section, name) {
-    const wanted = { machine: this.form.machine, friction: this.form.friction, drive: this.form.drive, [section]: name };
-    const number = this.formOf(wanted);
+    const number = this.formWith(section, name);
     if (number < 0) return false;
     this.state.values = this.valuesFor(number, this.state.values);
     this.state.form = number;
@@ -69,11 +78,29 @@ class Model {
     return true;
   }
 
-  // Values for a form: those of the same path where there are, else defaults.
-  valuesFor(number, known) {
-    const form = this.data.forms[number], found = {};
-    for (const path of form.parameters) found[path] = known[path] ?? this.record(path, form).default;
+  // Under which path the value of a parameter of one form stands in another; undefined where it has none there.
+  origin(path, form, old) {
+    const [section, name] = path.split(".");
+    if (form[section] === old[section]) return path;
+    const from = this.data.carried[section]?.[form[section]]?.[old[section]]?.[name];
+    return from && `${section}.${from}`;
+  }
+
+  // Values for a form, from those of another or else from the preset's; else defaults, and NaN for what has none in SI.
+  valuesFor(number, known, old = this.form) {
+    const form = this.data.forms[number], own = this.data.forms[this.preset.form], found = {};
+    for (const path of form.parameters) {
+      const other = form[path.split(".")[0]] !== old[path.split(".")[0]], record = this.record(path, form);
+      const first = other ? this.preset.values[this.origin(path, form, own)] : undefined;
+      found[path] = known[this.origin(path, form, old)] ?? first ?? (other && this.si && record.needed ? NaN : record.default);
+    }
     return found;
+  }
+
+  // What is still to be given, in the first place where something is; "" where nothing is.
+  lacking(form = this.form, values = this.state.values) {
+    const path = form.parameters.find((each) => Number.isNaN(values[each]));
+    return path ? `${path}: ${NEEDED}` : "";
   }
 
   record(path, form = this.form) {
@@ -142,7 +169,8 @@ class Model {
 
   // What the worker is asked for.
   request(form = this.state.form, values = this.state.values) {
-    const record = this.data.forms[form];
+    const record = this.data.forms[form], lacking = this.lacking(record, values);
+    if (lacking) throw new Error(lacking);
     return {
       form,
       parameters: record.parameters.map((path) => values[path]),
@@ -197,7 +225,7 @@ class Model {
   valuesBeside(number) {
     const values = this.valuesFor(number, this.state.values);
     for (const [path, value] of Object.entries(this.state.besideValues)) {
-      if (path in values && !(path in this.state.values)) values[path] = value;
+      if (Object.hasOwn(values, path) && !this.origin(path, this.data.forms[number], this.form)) values[path] = value;
     }
     return values;
   }
@@ -219,7 +247,7 @@ function rangeOfPath(model, path) {
   if (path === "run.tolerance") return [...TOLERANCES[model.form.motion.sizes.order], true];
   if (path.startsWith("initial.")) return isSwitched(model.form, path) ? [-1, 1, false] : [-3.2, 3.2, false];
   const { low, high, log } = model.record(path), value = model.state.values[path] ?? low;
-  return log ? [low, high, true] : [Math.min(low, value), Math.max(high, value), false];
+  return log || Number.isNaN(value) ? [low, high, log] : [Math.min(low, value), Math.max(high, value), false];
 }
 
 // A number as a person reads it: at most so many digits, no noise.

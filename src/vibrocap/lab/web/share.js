@@ -5,8 +5,8 @@ function caseOf(model) {
   const { state, preset } = model, parts = [`preset=${preset.key}`], fresh = model.fresh(preset), put = putter(parts);
   const own = model.data.forms[fresh.form], form = model.form;
   for (const section of PARTS) if (form[section] !== own[section]) put(section, form[section]);
-  const start = state.form === fresh.form ? fresh.values : model.valuesFor(state.form, fresh.values);
-  for (const [path, value] of Object.entries(state.values)) if (value !== start[path]) put(path, value);
+  const start = state.form === fresh.form ? fresh.values : model.valuesFor(state.form, fresh.values, own);
+  for (const [path, value] of Object.entries(state.values)) if (!Object.is(value, start[path])) put(path, value);
   for (const [name, value] of Object.entries(state.initial)) if (value !== (fresh.initial[name] ?? 0)) put(`initial.${name}`, value);
   for (const name of ["periods", "tolerance"]) if (state[name] !== fresh[name]) put(`run.${name}`, state[name]);
   return parts.join("&");
@@ -52,7 +52,7 @@ function readFragment(model, fragment) {
     wrong.push(model.paths.includes(key) ? `${key}: ${withGiven(model.complaint(key, typed(value)), value)}` : `${key}: there is no such number in this system`);
   }
   for (const [key] of numbers) others.delete(key);
-  const choices = { units: ["SI", "none"], view: ["motion", "map", "strip"] };
+  const choices = new Map([["units", ["SI", "none"]], ["view", ["motion", "map", "strip"]]]);
   for (const [key, value] of others) {
     const number = typed(value), scales = value.split(",").map(typed);
     if (key === "shown" && number > 0) state.shown = number;
@@ -61,9 +61,9 @@ function readFragment(model, fragment) {
     else if (key === "kept") {
       const said = readFragment(new Model(data), `v=${data.layout}&${value}`);
       if (said.length) wrong.push(...said.map((each) => `kept: ${each}`)); else state.kept = value;
-    } else if (choices[key]?.includes(value)) state[key] = value;
+    } else if (choices.get(key)?.includes(value)) state[key] = value;
     else if (key === "scales" && scales.length === 3 && scales.every((each) => each > 0)) state.scales = scales;
-    else if (key in usualFields(model)) {
+    else if (Object.hasOwn(usualFields(model), key)) {
       const said = fieldWrong(model, key, value);
       if (said) wrong.push(`${key}: ${said}, got ${value}`); else state.fields[key] = value;
     } else wrong.push(`${key}: should be another value than ${value}, or is not known here`);
@@ -84,7 +84,7 @@ function pythonNumber(value) {
 function given(model, section) {
   const { form, state } = model, found = {};
   for (const { name } of model.part(section).parameters) {
-    const path = `${section}.${name}`, value = path in state.values ? state.values[path] : form.fixed[path];
+    const path = `${section}.${name}`, value = Object.hasOwn(state.values, path) ? state.values[path] : form.fixed[path];
     if (value !== undefined && value !== null) found[name] = value;
   }
   return found;
@@ -146,7 +146,7 @@ function asCommand(model) {
 // A case file: { section: { key: number or text } }. Strict: what a case has, and nothing else.
 // Throws an Error with the line for what is no such file.
 function parsedToml(text) {
-  const found = {};
+  const found = Object.create(null);
   let section = null;
   text.replace(/^\uFEFF/, "").split(/\r?\n/).forEach((raw, number) => {
     const fail = (what) => { throw new Error(`line ${number + 1}: ${what}`); };
@@ -155,12 +155,12 @@ function parsedToml(text) {
     const head = /^\[\s*([A-Za-z0-9_-]+)\s*\]\s*(#.*)?$/.exec(line);
     if (head) {
       if (head[1] in found) fail(`the section [${head[1]}] stands twice`);
-      section = found[head[1]] = {};
+      section = found[head[1]] = Object.create(null);
       return;
     }
     const pair = /^([A-Za-z0-9_-]+)\s*=\s*("(?:[^"\\]|\\.)*"|'[^']*'|[^#"']+?)\s*(#.*)?$/.exec(line);
     if (!pair) fail(`is no "key = value" and no [section]: ${line.slice(0, 60)}`);
-    const target = section ?? (found[""] ??= {});
+    const target = section ?? (found[""] ??= Object.create(null));
     if (pair[1] in target) fail(`the key ${pair[1]} stands twice`);
     if (pair[2].startsWith('"')) target[pair[1]] = JSON.parse(pair[2]);
     else if (pair[2].startsWith("'")) target[pair[1]] = pair[2].slice(1, -1);
@@ -191,7 +191,7 @@ function readToml(model, text) {
   for (const section of PARTS) {
     const key = data.keys[section], name = sections[section]?.[key];
     if (typeof name !== "string") wrong.push(`${section}.${key}: is missing`);
-    else if (!(name in data.parts[section])) wrong.push(`${section}.${key}: this page does not hold ${name}; it has ${Object.keys(data.parts[section]).join(", ")}`);
+    else if (!Object.hasOwn(data.parts[section], name)) wrong.push(`${section}.${key}: this page does not hold ${name}; it has ${Object.keys(data.parts[section]).join(", ")}`);
     parts[section] = name;
   }
   if (wrong.length) return wrong;
@@ -199,7 +199,7 @@ function readToml(model, text) {
   if (number < 0) return [`friction.law: this page does not hold ${parts.friction} with the drive ${parts.drive}`];
   Object.assign(trial, { preset: model.preset });
   trial.state = { ...trial.fresh(model.preset), form: number, values: {}, initial: {}, periods: data.run.periods, tolerance: data.run.tolerance };
-  trial.state.values = trial.valuesFor(number, {});
+  trial.state.values = trial.valuesFor(number, {}, trial.form);
   for (const name of trial.form.states) trial.state.initial[name] = 0;
   const left = [];
   for (const section of [...trial.form.sections, "initial", "run"]) {
@@ -207,7 +207,7 @@ function readToml(model, text) {
   }
   const numbers = [];
   const odd = left.filter(([path, value]) => {
-    const limit = { "run.max_events_per_period": "events", "run.max_steps": "steps" }[path], { fixed } = trial.form;
+    const limit = { __proto__: null, "run.max_events_per_period": "events", "run.max_steps": "steps" }[path], { fixed } = trial.form;
     if (limit) {
       const whole = Number.isInteger(value) && value >= 1;
       if (whole) trial.state.limits[limit] = value;

@@ -5,7 +5,8 @@ function listenToSharing(lab) {
   $$("link").addEventListener("click", () => copied(lab, location.href.split("#")[0] + fragmentOf(model), "The link"));
   $$("copy").addEventListener("change", () => {
     const made = { toml: asToml, python: asPython, command: asCommand }[$$("copy").value];
-    if (made) copied(lab, made(model), `The case as ${$$("copy").selectedOptions[0].textContent}`);
+    if (made && model.lacking()) lab.notice(model.lacking(), true);
+    else if (made) copied(lab, made(model), `The case as ${$$("copy").selectedOptions[0].textContent}`);
     $$("copy").value = "";
   });
   $$("save").addEventListener("change", () => {

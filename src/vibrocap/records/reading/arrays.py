@@ -1,4 +1,4 @@
-"""Tables in files of named arrays: NPZ of NumPy, MAT of MATLAB."""
+"""Tables in files of named arrays, such as NPZ of NumPy."""
 
 import dataclasses
 import zipfile
@@ -9,14 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.arguments import lacking
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import Table, quantity_of
 
 NAMES_KEY = "columns"  # the array that names the columns of two-dimensional ones
 MOST_BYTES = 2**30  # of a file's content in memory; a small file can claim to unpack to any size
-DEEPEST = 8  # structures in structures
-_COMPRESSED = 15  # type of a data element of MATLAB 5 to 7.2 that is compressed by zlib
 UNREADABLE = (ValueError, TypeError, OSError, IndexError, EOFError, MemoryError)  # what readers raise on damage
 
 
@@ -24,7 +21,7 @@ def npz_tables(path: Path) -> list[Table]:
     """The tables of a NumPy file .npz; see `tables_of`."""
     try:
         with zipfile.ZipFile(path) as archive:
-            _check_size(sum(info.file_size for info in archive.infolist()), path)
+            check_size(sum(info.file_size for info in archive.infolist()), path)
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
     except RecordError:
@@ -35,87 +32,7 @@ def npz_tables(path: Path) -> list[Table]:
     return tables_of(arrays, path)
 
 
-def mat_tables(path: Path) -> list[Table]:
-    """The tables of a MATLAB file .mat; see `tables_of`."""
-    return tables_of(mat_variables(path), path)
-
-
-def mat_variables(path: Path) -> dict[str, Any]:
-    """The variables of a MATLAB file: arrays without axes of length 1, structures as dicts.
-
-    Versions 4 to 7.2 are read by SciPy, version 7.3 (which is HDF5) by h5py.
-    """
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        _check_size(_unpacked_size(path), path)
-        content = loadmat(path, squeeze_me=True, simplify_cells=True)
-    except NotImplementedError:
-        return _variables_7_3(path)
-    except RecordError:
-        raise
-    except (*UNREADABLE, MatReadError, zlib.error, RecursionError):
-        raise RecordError(["cannot be read as .mat; should be written by `save` in MATLAB"], str(path)) from None
-    return {name: value for name, value in content.items() if not name.startswith("__")}
-
-
-def _variables_7_3(path: Path) -> dict[str, Any]:
-    if said := lacking("h5py"):
-        wanted = f"is a .mat of version 7.3 (HDF5), which {said}, or save it in MATLAB with the option '-v7'"
-        raise RecordError([wanted], str(path))
-    import h5py
-
-    size = 0
-
-    def content(group: Any, depth: int) -> dict[str, Any]:
-        nonlocal size
-        found: dict[str, Any] = {}
-        for name in group:
-            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                raise RecordError([f"{name}: is a link to elsewhere; should be stored in the file itself"], str(path))
-            item = group[name]
-            if isinstance(item, h5py.Group) and not name.startswith("#"):
-                if depth == DEEPEST:
-                    raise RecordError([f"{name}: should not be nested deeper than {DEEPEST} structures"], str(path))
-                found[name] = content(item, depth + 1)
-            elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu":
-                if item.external or item.is_virtual:
-                    raise RecordError([f"{name}: should be stored in the file itself, not in another"], str(path))
-                size += item.nbytes
-                _check_size(size, path)
-                found[name] = np.squeeze(np.asarray(item).T)  # MATLAB stores columns first
-        return found
-
-    try:
-        with h5py.File(path, "r") as file:
-            return content(file, 0)
-    except RecordError:
-        raise
-    except (*UNREADABLE, RuntimeError, KeyError):
-        raise RecordError(["cannot be read as .mat of version 7.3 (HDF5)"], str(path)) from None
-
-
-def _unpacked_size(path: Path) -> int:
-    """Bytes to which a .mat file of versions 5 to 7.2 unpacks, counted as far as is allowed."""
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        order = {b"IM": "little", b"MI": "big"}.get(file.read(128)[126:128])
-        while order and len(tag := file.read(8)) == 8:
-            kind, length = (int.from_bytes(part, order) for part in (tag[:4], tag[4:]))  # type: ignore[arg-type]
-            if kind != _COMPRESSED:
-                file.seek(length, 1)
-                continue
-            end, unpacker = file.tell() + length, zlib.decompressobj()
-            while size <= MOST_BYTES and not unpacker.eof and (piece := file.read(min(65_536, end - file.tell()))):
-                while piece and size <= MOST_BYTES:
-                    size += len(unpacker.decompress(piece, 2**24))
-                    piece = unpacker.unconsumed_tail
-            file.seek(end)
-    return size
-
-
-def _check_size(size: int, path: Path) -> None:
+def check_size(size: int, path: Path) -> None:
     """RecordError for more content than a measured record has."""
     if size > MOST_BYTES:
         most = f"{MOST_BYTES // 2**20} MB"

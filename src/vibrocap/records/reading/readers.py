@@ -9,8 +9,9 @@ import numpy as np
 from vibrocap.arguments import is_positive
 from vibrocap.inputs import require_plain_file
 from vibrocap.records.checks import RecordError, complaints
-from vibrocap.records.reading.arrays import mat_tables, npz_tables
+from vibrocap.records.reading.arrays import npz_tables
 from vibrocap.records.reading.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
+from vibrocap.records.reading.matlab import mat_tables
 from vibrocap.records.reading.text import text_tables
 from vibrocap.records.reading.units import base_quantity
 from vibrocap.records.record import COLUMNS, Record

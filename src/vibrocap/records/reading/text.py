@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vibrocap.arguments import shown
 from vibrocap.inputs import read_input
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import RECORD, Table
@@ -121,8 +122,11 @@ def _rows(lines: Sequence[tuple[int, str]], delimiter: str | None) -> list[Row]:
     if delimiter is None:
         return [(number, line.split()) for number, line in lines]
     cells = csv.reader((line for _, line in lines), delimiter=delimiter, skipinitialspace=True)
-    split = [[cell.strip() for cell in row] for row in cells]
-    if len(split) != len(lines):  # a quotation mark that is not closed runs over the end of its line
+    try:
+        split = [[cell.strip() for cell in row] for row in cells]
+    except csv.Error:  # a carriage return within a line, or a cell without end
+        split = []
+    if len(split) != len(lines):  # or a quotation mark that is not closed runs over the end of its line
         split = [[cell.strip() for cell in line.split(delimiter)] for _, line in lines]
     if all(row and row[-1] == "" for row in split):
         split = [row[:-1] for row in split]  # a delimiter at the end of each line
@@ -185,7 +189,7 @@ def _numbers(cells: dict[str, tuple[str, ...]], order: Sequence[int]) -> tuple[d
         if name not in columns or "_" in "".join(column):  # Python takes 1_000 for a number
             bad = [(number, cell) for number, cell in zip(order, column, strict=True) if not _is_number(cell)]
             for number, cell in bad:
-                what = f"{cell!r} is no number" if cell else "the cell is empty"
+                what = f"{shown(cell)} is no number" if cell else "the cell is empty"
                 wrong.append((number, f"line {number}, column {name!r}: {what}; should be a number, or nan"))
     return columns, wrong
 

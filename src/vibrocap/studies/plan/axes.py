@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import Complaint, shown, suggestion
+from vibrocap.case.sections import CATALOGUES, KINDS
 from vibrocap.studies.plan.runs import Block, Runs, values_array
-from vibrocap.studies.plan.variation import KINDS
 
 MOST_VALUES = 10_000_000  # along an axis: they are listed, in memory (a gigabyte) and in the store
 FORMS = "LOW:HIGH:COUNT, log:LOW:HIGH:COUNT or a list such as 1,2,3"
@@ -185,7 +185,7 @@ def _row_complaints(path: str, values: list[Any]) -> list[str]:
     if strange:
         return [f"should hold finite numbers, got {strange[0]} (value {values.index(strange[0]) + 1})"]
     if path in KINDS:
-        known = list(KINDS[path][1]())
+        known = list(CATALOGUES[KINDS[path]]())
         unknown = [value for value in values if value not in known]
         if unknown:
             return [f"there is no {shown(unknown[0])}; {suggestion(unknown[0], known)}"]

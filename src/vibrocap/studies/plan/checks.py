@@ -9,12 +9,14 @@ import numpy as np
 
 from vibrocap.arguments import Complaint
 from vibrocap.case.case import CaseError
+from vibrocap.case.sections import KINDS
+from vibrocap.physics.conversion import INITIAL
 from vibrocap.physics.system import System
 from vibrocap.studies.plan.axes import Axis, Grid
 from vibrocap.studies.plan.cases import CaseList
 from vibrocap.studies.plan.designs import Drawn
 from vibrocap.studies.plan.runs import Runs
-from vibrocap.studies.plan.variation import INITIAL, KINDS, kinds_chosen, path_complaints, refusal
+from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, refusal
 
 LIMIT = 20_000  # combinations tried before any work (some 20 microseconds each); the others are looked at tile by tile
 SHOWN = 20  # complaints about single cases
@@ -73,7 +75,7 @@ def _groups(system: System, plan: Grid) -> Iterator[tuple[dict[str, Any], list[A
         for axis in numbered:
             parts.setdefault(axis.path.partition(".")[0], []).append(axis)
         for part, axes in parts.items():
-            kind = type(chosen[part])
+            kind = chosen[part] if isinstance(chosen[part], type) else type(chosen[part])
             yield kinds, axes, bool(kind.__pydantic_decorators__.model_validators) or hasattr(kind, "__post_init__")
 
 

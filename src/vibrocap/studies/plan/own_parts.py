@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from types import CodeType
 from typing import Any
 
-from vibrocap.case.case import CATALOGUES, KEYS, Case
+from vibrocap.case.case import Case
+from vibrocap.case.sections import CATALOGUES, KEYS
 from vibrocap.physics.part_files import file_of
 
 OWN_FUNCTIONS = ("__post_init__",)  # with two underscores; all others of these are made by Python

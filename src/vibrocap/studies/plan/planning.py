@@ -4,7 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vibrocap.arguments import Complaint, Complaints, check_threshold, is_whole, shown
-from vibrocap.case.case import PARTS, RUN_DEFAULTS, Case, CaseError
+from vibrocap.case.case import RUN_DEFAULTS, Case, CaseError
+from vibrocap.case.sections import KINDS, PARTS
 from vibrocap.measures.during_run import known_measures, resolved
 from vibrocap.measures.measure import Measure
 from vibrocap.measures.standard import LOAD_WATCH
@@ -18,7 +19,7 @@ from vibrocap.studies.plan.checks import kind_choices, plan_complaints
 from vibrocap.studies.plan.designs import Design, Drawn, range_from
 from vibrocap.studies.plan.runs import Runs
 from vibrocap.studies.plan.study import Study
-from vibrocap.studies.plan.variation import KINDS, kinds_chosen, path_complaints, with_varied_parts
+from vibrocap.studies.plan.variation import kinds_chosen, path_complaints, values_chosen, with_varied_parts
 
 
 def planned_study(
@@ -140,6 +141,7 @@ def _without_unsaid_words(system: System, plan: CaseList, column: Column) -> Col
     values = list(column.values)
     for number, value in enumerate(values):
         if value is None:
-            own = getattr(kinds_chosen(system, plan.case(number)).get(part), name, None)
+            known = values_chosen(system, kinds_chosen(system, plan.case(number)))
+            own = known.get(part, {}).get(name)
             values[number] = own if isinstance(own, str) else None
     return Column(column.path, tuple(values))

@@ -7,9 +7,11 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from vibrocap.arguments import ArgumentError, Complaints, suggestion
-from vibrocap.case.case import CATALOGUES, KEYS, PARTS, CaseError, case_from_dict
+from vibrocap.arguments import ArgumentError, Complaint, Complaints, suggestion
+from vibrocap.case.case import CaseError, case_from_dict
+from vibrocap.case.sections import CATALOGUES, KEYS, KINDS, PARTS
 from vibrocap.case.units import as_given
+from vibrocap.physics.carry_over import carried, lacking
 from vibrocap.physics.conversion import INITIAL, path_in_si, paths_in_si, values_without_units
 from vibrocap.physics.environment import Environment
 from vibrocap.physics.parameters import parameter_table
@@ -17,8 +19,8 @@ from vibrocap.physics.scales import Scales
 from vibrocap.physics.states import FURTHER, state_names
 from vibrocap.physics.system import System
 
-# path of a kind: (part of the system, what there is to choose from), such as "friction.law": ("friction", laws)
-KINDS = {f"{part}.{key}": (part, CATALOGUES[part]) for part, key in KEYS.items()}
+ALL = "vary what all kinds have, do a study for each, or give a list of cases"
+CURE = "give it in a list of cases, or begin with a case whose {} is of this kind"
 
 
 def with_varied_parts(system: System, paths: Iterable[str]) -> System:
@@ -31,23 +33,45 @@ def with_varied_parts(system: System, paths: Iterable[str]) -> System:
 
 
 def kinds_chosen(system: System, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The parts of a system by name; those that get another kind have that kind's defaults."""
+    """The parts of a system by name; of one that gets another kind the class, for what it lacks may be given yet."""
     parts: dict[str, Any] = dict(system.parts)
-    for path, (part, catalogue) in KINDS.items():
-        if path in values and part in parts and values[path] != parts[part].name:
-            parts[part] = catalogue()[values[path]]()
+    for path, section in KINDS.items():
+        if path in values and section in parts and values[path] != parts[section].name:
+            parts[section] = CATALOGUES[section]()[values[path]]
     return parts
+
+
+def values_chosen(system: System, kinds: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The parameters of each part by name, before values are given; kinds: as `kinds_chosen` has them."""
+    found = {}
+    for name, part in system.parts.items():
+        kind = kinds[name] if isinstance(kinds[name], type) else type(part)
+        found[name] = {info.name: info.default for info in parameter_table(kind)} | carried(part, kind)
+    return found
 
 
 def varied(system: System, values: Mapping[str, Any]) -> System:
     """The system with other kinds and parameters; values of initial states are passed over.
 
-    A part of another kind has that kind's defaults where no value is given.
-    Raises ValueError for a value that a part, or the system, refuses.
+    A part of another kind keeps the parameters that both kinds have (`vibrocap.physics.carry_over`). What else it has
+    is given by values, or by its defaults, which in SI are none.
+    Raises ValueError for a value that a part, or the system, refuses, CaseError for one that is missing in SI.
     """
     parts = kinds_chosen(system, values)
-    for part, new in _fields(values_without_units(values, system.units, parts)).items():
-        parts[part] = dataclasses.replace(parts[part], **new)
+    fields = _fields(values_without_units(values, system.units, parts))
+    missing = Complaints()
+    for name, part in parts.items():
+        new = fields.get(name, {})
+        if isinstance(part, type):
+            new = carried(system.parts[name], part) | new
+            for each in () if system.units is None else lacking(part, system.machine.effort, new):
+                missing.append(each.about(f"{name}.{each.field}"))
+            if not missing:
+                parts[name] = part(**new)
+        elif new:
+            parts[name] = dataclasses.replace(part, **new)
+    if missing:
+        raise CaseError(missing, "the system")
     return System(**parts, units=system.units)
 
 
@@ -55,18 +79,22 @@ def refusal(system: System, values: Mapping[str, Any]) -> tuple[str, ...]:
     """What is wrong with these values, in the words of a case file; empty where nothing is."""
     try:
         varied(system, values)
+    except CaseError as error:
+        said = [each for each in error.complaints if isinstance(each, Complaint)]
+        return tuple(
+            Complaint(each.field, f"{each.text}; {CURE.format(each.field.partition('.')[0])}") for each in said
+        )
     except (ValueError, TypeError):
         pass
     else:
         return ()
-    sections: dict[str, dict[str, Any]] = {}
-    parts = kinds_chosen(system, values)
-    for name, part in parts.items():
-        sections[name] = {info.name: getattr(part, info.name) for info in parameter_table(part)}
-        if name in KEYS:
-            sections[name][KEYS[name]] = part.name
+    kinds = kinds_chosen(system, values)
+    sections = values_chosen(system, kinds)
+    for name in KEYS:
+        if name in kinds:
+            sections[name][KEYS[name]] = kinds[name].name
     try:
-        plain = values_without_units(values, system.units, parts)
+        plain = values_without_units(values, system.units, kinds)
     except ArgumentError as error:
         return error.complaints
     for part, new in _fields(plain).items():
@@ -101,7 +129,7 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
     units: of the system; paths that carry a unit need to know them
     """
     choices = list(choices)
-    kinds = [path for path, (part, _) in KINDS.items() if any(part in parts for parts in choices)]
+    kinds = [path for path, part in KINDS.items() if any(part in parts for parts in choices)]
     plain = [*dict.fromkeys(path for parts in choices for path in paths(parts)), *kinds]
     in_si = dict.fromkeys(path for parts in choices for path in paths_in_si(parts))
     known = [*plain, *(in_si if units is not None else ())]
@@ -114,12 +142,12 @@ def path_complaints(given: Iterable[str], choices: Iterable[Mapping[str, Any]], 
             complaints.add(path, "machines count in units of their own; in SI do a study for each")
         elif path in in_si:
             if any(path_in_si(path, parts) is None for parts in choices):
-                complaints.add(path, "not all kinds have it; vary what they have, or do a study for each")
+                complaints.add(path, f"not all kinds have it; {ALL}")
         elif path.startswith("actuator.") and not any("actuator" in parts for parts in choices):
             complaints.add(path, "the system has no actuator; give the case a section [actuator]")
         elif path not in known:
             complaints.add(path, f"there is no such quantity here; {suggestion(path, known)}")
         elif path not in KINDS and (lacking := [parts for parts in choices if path not in paths(parts)]):
             part = lacking[0][path.partition(".")[0].replace("initial", "friction")]
-            complaints.add(path, f"{part.name!r} has none; vary what all kinds have, or do a study for each")
+            complaints.add(path, f"{part.name!r} has none; {ALL}")
     return complaints

@@ -1,0 +1,88 @@
+"""Carry-over: what a part of another kind keeps of the part in whose place it comes, and what it has to be told.
+
+Whatever changes the kind of a part asks here: `--set friction.law=...`, sweeps over kinds, `crossing --against`, the
+lab.
+"""
+
+import functools
+from collections.abc import Container, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from vibrocap.arguments import Complaint
+from vibrocap.physics.parameters import ParameterInfo, parameter_table
+from vibrocap.physics.roles import NUMBER
+from vibrocap.physics.units import UNDECLARED, one_way, parameter_keys, undeclared
+
+# Roles that say of what kind a quantity is rather than what it does: under another name it is another thing.
+BROAD = ("effort", "effort rate", "effort acceleration", "duration", "mass", "load", "speed")
+# Pure numbers with these roles are chosen, not measured; their defaults are neutral: a Gaussian droop, equal halves.
+CHOSEN = ("exponent", "convention", "share", "phase")
+
+
+@functools.cache
+def carried_names(old: type, new: type) -> Mapping[str, str]:
+    """Which parameter of one kind of part each parameter of another takes its value from: {name in new: name in old}.
+
+    Those of the same name, role and dimension; of what is left, those whose role each of the two has once: a friction
+    law's level is its level, whatever it is called. A pure number, and what has a `BROAD` role, keeps to its name; a
+    share of a whole goes over with all the others, or not at all.
+    """
+    names: tuple[Mapping[str, str], ...] = tuple(getattr(kind, "si_names", {}) for kind in (old, new))
+    before = {info.name: info for info in parameter_table(old)}
+    found: dict[str, str] = {}
+    for info in parameter_table(new):
+        same = before.get(info.name)
+        stems = [each.get(info.name, info.name) for each in names]
+        if same is not None and _alike(same, info) and stems[0] == stems[1]:
+            found[info.name] = info.name
+    shares = [info.name for info in parameter_table(new) if info.role == "share"]
+    if any(name not in found for name in shares):
+        found = {name: other for name, other in found.items() if name not in shares}
+    left = [_by_role(old, found.values()), _by_role(new, found)]
+    found |= {left[1][role]: left[0][role] for role in left[1] if role in left[0]}
+    return MappingProxyType(found)
+
+
+def carried(part: Any, kind: type) -> dict[str, Any]:
+    """The values, by name, that a part of another kind takes over from a part."""
+    return {name: getattr(part, old) for name, old in carried_names(type(part), kind).items()}
+
+
+def lacking(kind: type, effort: str, known: Container[str]) -> list[Complaint]:
+    """What has to be said of a part in SI that took the place of another, field by field.
+
+    A default without units is that of a certain paper's machine: only nothing, a word and a number that is `CHOSEN`
+    stand for themselves. known: names of the parameters that were carried over or given; effort: of the machine
+    """
+    name = kind.name  # type: ignore[attr-defined]
+    keys = parameter_keys(kind, effort)
+    found = [Complaint(each, UNDECLARED) for each in undeclared(kind)]
+    for info in needed(kind):
+        key = one_way(keys, info.name)
+        if info.name not in known and key is not None:
+            found.append(Complaint(key.key, f"is missing; {name!r} needs it, and in SI it has no default"))
+    return found
+
+
+def needed(kind: type) -> Iterator[ParameterInfo]:
+    """The parameters of a kind of part that have no default where it takes the place of another in SI."""
+    for info in parameter_table(kind):
+        chosen = info.role in CHOSEN and info.dimension == NUMBER
+        if not (info.default in (None, 0.0) or isinstance(info.default, str) or info.dimension is None or chosen):
+            yield info
+
+
+def _alike(one: ParameterInfo, other: ParameterInfo) -> bool:
+    """Whether two parameters of one name are the same quantity; a word is one that has a word for its default."""
+    words = isinstance(one.default, str), isinstance(other.default, str)
+    return one.role == other.role and one.dimension == other.dimension and words[0] == words[1]
+
+
+def _by_role(kind: type, taken: Container[str]) -> dict[str, str]:
+    """The parameters that are not taken yet, by the roles that but one of them has and that say what it does."""
+    roles: dict[str, list[str]] = {}
+    for info in parameter_table(kind):
+        if info.role and info.role not in BROAD and info.dimension != NUMBER:
+            roles.setdefault(info.role, []).append(info.name)
+    return {role: names[0] for role, names in roles.items() if len(names) == 1 and names[0] not in taken}
