@@ -91,8 +91,9 @@ def _is_number(text: str) -> bool:
 class Enclosures:
     """Enclosures of the nodes of a graph by interval arithmetic, from those of its leaves."""
 
-    def __init__(self, graph: Graph, text: Lines, leaf: Callable[[int], Interval | None]):
-        self.graph, self.text, self.leaf = graph, text, leaf
+    def __init__(self, graph: Graph, text: Lines, leaf: Callable[[int], Interval | None], inverses: dict | None = None):
+        """inverses: of divisors that are watched elsewhere, what one over them is where their own enclosure fails."""
+        self.graph, self.text, self.leaf, self.inverses = graph, text, leaf, inverses or {}
         self._known: dict[int, Interval] = {}
 
     def of(self, index: int) -> Interval:
@@ -139,14 +140,14 @@ class Enclosures:
         if low == high:
             return same(text.name(f"1.0 / {low}"))
         passes = text.name(f"({low} <= 0.0) & ({high} >= 0.0)" if text.simd else f"{low} <= 0.0 and {high} >= 0.0")
-        bound = "1e+300"
+        least, most = self.inverses.get(index, ("-1e+300", "1e+300"))
         if text.simd:
             one = text.name(f"1.0 / where({passes}, 1.0, {high})")
             other = text.name(f"1.0 / where({passes}, 1.0, {low})")
-            return text.name(f"where({passes}, -{bound}, {one})"), text.name(f"where({passes}, {bound}, {other})")
+            return text.name(f"where({passes}, {least}, {one})"), text.name(f"where({passes}, {most}, {other})")
         return (
-            text.name(f"-{bound} if {passes} else 1.0 / {high}"),
-            text.name(f"{bound} if {passes} else 1.0 / {low}"),
+            text.name(f"{least} if {passes} else 1.0 / {high}"),
+            text.name(f"{most} if {passes} else 1.0 / {low}"),
         )
 
     def _pair(self, a: Interval, formula: Callable[[str], str], turned: bool = False) -> Interval:

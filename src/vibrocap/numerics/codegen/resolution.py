@@ -240,8 +240,9 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
         """The values of the leaves at a start with this velocity."""
         return lambda index: same(velocity) if index == contact else at_start(index)
 
-    step, start = Enclosures(graph, text, over_step), Enclosures(graph, text, at_start)
-    ends = [Enclosures(graph, text, at(velocity)) for velocity in ("start_low", "start_high")]
+    near = [_inverses(equations, text, factor) for factor in (2.0, 1.0)]
+    step, start = Enclosures(graph, text, over_step, near[0]), Enclosures(graph, text, at_start, near[1])
+    ends = [Enclosures(graph, text, at(velocity), near[1]) for velocity in ("start_low", "start_high")]
     inverses = [
         text.entry(f"INVERSE_SCALE + {i} * LANES") if simd else f"1.0 / floats[SCALE + {i} * LANES + lane]"
         for i in range(len(equations.rates))
@@ -302,6 +303,19 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
                 else f"worst += 1.0 if widened == 0.0 and {rest} and not ({told}) else 0.0"
             )
     return "\n".join([head, *(f"    {line}" for line in text.lines), "    return worst", ""])
+
+
+def _inverses(equations: Any, text: Lines, factor: float) -> dict[int, Interval]:
+    """One over the divisor of a load that follows the motion, which is the first bound: within a factor of its start.
+
+    What would change it more shortens the step, as it does the load. Of a whole range of states nothing is known.
+    """
+    if not equations.loads or equations.graph.nodes[equations.loads[0].index][0] != "div":
+        return {}
+    start = text.name(f"1.0 / {text.entry('SWITCH + BRANCHES * (ORDER + 1) * LANES')}")
+    ends = [(f"{start} * {1.0 / factor!r}", "-1e+300"), (f"{start} * {factor!r}", "1e+300")]
+    least, most = (text.name(near if text.simd else f"{near} if widened == 0.0 else {far}") for near, far in ends)
+    return {equations.graph.nodes[equations.loads[0].index][2]: (least, most)}
 
 
 def _largest(text: Lines, sizes: Sequence[str]) -> list[str]:
