@@ -102,7 +102,7 @@ def test_the_exponent_of_a_crawler_that_turns_and_its_error(monkeypatch):
     expected = math.log(MULTIPLIER) / (2.0 * math.pi)
     found = lyapunov_exponent(TURNING, periods=60, transient=60)
     assert found.value == pytest.approx(expected, abs=2e-9)
-    assert 1e-13 < found.error < 1e-9
+    assert 1e-11 < found.error < 1e-9
     sound = StroboscopicMap.images
 
     def planted(*given, **more):
@@ -309,7 +309,7 @@ OTHERS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", exhaustive_but([0, 1], list(OTHERS)))
+@pytest.mark.parametrize("name", exhaustive_but([1, 2], list(OTHERS)))
 def test_derivatives_are_those_of_simulated_motions(name, monkeypatch):
     """Of the map over two periods, to what the differences of whole simulations are known to; of tangents alone."""
     monkeypatch.setattr(StroboscopicMap, "through_joint_turns", lambda *_: None)
