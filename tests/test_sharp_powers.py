@@ -14,7 +14,7 @@ import pytest
 import vibrocap as vc
 from thinned import exhaustive_but, slow_but
 from vibrocap.motion.equations import equations, parameter_values
-from vibrocap.numerics.codegen.at_rest import gaps, rough_nodes
+from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.resolution import system_sharpness
 from vibrocap.numerics.run.ensemble import Budget, ensemble_run
 from vibrocap.physics.friction.smoothed import smoothed
@@ -132,7 +132,7 @@ def test_powers_without_a_whole_series_at_rest_are_found_in_the_recorded_graph()
     def found(law):
         recorded = equations(vc.System(vc.PendulumCapsule(), law, vc.Harmonic()))
         sharp = system_sharpness(recorded).nodes
-        return sorted(power for _, power in gaps(recorded, sharp).values()), bool(rough_nodes(recorded, sharp))
+        return sorted(power for _, power in gaps(recorded, sharp).values()), rough(recorded, sharp)
 
     def stribeck(exponent):
         return vc.Stribeck(stribeck_exponent=exponent, viscous_damping=0.0)

@@ -38,23 +38,11 @@ def speeds(equations: Any) -> list[Speed]:
     return found
 
 
-def rough_nodes(equations: Any, sharp: Sequence[int]) -> dict[int, Speed]:
-    """The sharp nodes that depend on a logarithm of the velocity of a contact that sticks, and this velocity.
-
-    A power that is an exponential of a logarithm has no Taylor series at rest.
-    """
-    graph, found = equations.graph, {}
-    for node in sharp:
-        needed = reachable(graph, [node])
-        for speed in speeds(equations):
-            if speed.sticks and speed.expression.index in needed:
-                if any(
-                    graph.nodes[each][0] == "log" and speed.expression.index in reachable(graph, [each])
-                    for each in needed
-                ):
-                    found[node] = speed
-                break
-    return found
+def rough(equations: Any, sharp: Sequence[int]) -> bool:
+    """Whether the law of a contact that sticks has a logarithm of its velocity: a power without a series at rest."""
+    graph, contact = equations.graph, equations.contact_velocity.index
+    logs = [node for node in sharp if graph.nodes[node][0] == "log"]
+    return equations.hold is not None and any(contact in reachable(graph, [node]) for node in logs)
 
 
 def gaps(equations: Any, sharp: Sequence[int]) -> dict[int, tuple[Speed, int]]:

@@ -10,9 +10,9 @@ law, it is asked over the whole step:
     gentle      (of 1/x, log, sqrt) x changes by a factor of 2 (log: 3)     the series converges, whatever it is
 
 From rest the series of a power |v|^m, m > 2, has gaps (`gaps`): a node of it is not seen by the last terms there, and
-what the first power of its argument that is beyond the order would add is held to the tolerance besides. In laws that
-stick all this is held to less than the tolerance near rest where a power of the speed has no series, see
-`resolved.faint`.
+what the first power of its argument that is beyond the order would add is held to the tolerance besides, or to less
+where the contact leaves stick, see `resolved.faint`. A power that has no series at rest shows in the last terms: those
+of what it is rounded off to.
 
 G is the largest |derivative of a rate by the node| over the step, over the natural size of the state. A guard of the
 law's branches is asked like a state, with its derivative itself for G h: it decides even where no rate knows the node
@@ -34,7 +34,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrocap.numerics.codegen.at_rest import Speed, gaps, rough_nodes
+from vibrocap.numerics.codegen.at_rest import Speed, gaps
 from vibrocap.numerics.codegen.enclosures import Enclosures, Interval, Lines, same
 from vibrocap.numerics.expressions.graph import Expression, Graph, evaluate, operands_of, reachable, sensitivity
 
@@ -194,7 +194,7 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
     imposed = {velocity.index: i for i, velocity in enumerate(equations.imposed_velocities)}
     for name, place in (("side", "SIDE"), ("tolerance", "TOLERANCE"), ("time", "TIME")):
         text.lines.append(f"{name} = {text.entry(place)}")
-    lost, powers = gaps(equations, sharp.nodes), rough_nodes(equations, sharp.nodes)
+    lost = gaps(equations, sharp.nodes)
 
     def over_step(index: int) -> Interval | None:
         op, *operands = graph.nodes[index]
@@ -280,13 +280,12 @@ def resolution_source(equations: Any, order: int, simd: bool, polynomials: bool)
             least = text.smaller(most, text.larger(*at_ends))
         varies, size, gentle = _node(graph, node, text, step, start)
         theta = VISIBLE[graph.nodes[node][0]]
-        strict = near_rest(powers[node]) if node in powers else "tolerance"
-        either = [f"({least} * {size} >= {theta!r} * {strict})"] if theta < math.inf else []
+        either = [f"({least} * {size} >= {theta!r} * tolerance)"] if theta < math.inf else []
         either += [f"({gentle})"] if gentle else []
         shown = text.name((" | " if simd else " or ").join(either))
         share = f"{most} * {varies}"
         # Not a number (0 times infinity) is no proof.
-        unseen = text.name(f"{share} <= {strict}")
+        unseen = text.name(f"{share} <= tolerance")
         fine = f"{shown} | {unseen}" if simd else f"{shown} or {unseen}"
         text.lines.append(f"worst = where({fine}, worst, worst + 1.0)" if simd else f"worst += 0.0 if {fine} else 1.0")
         if node in lost:

@@ -7,7 +7,7 @@ import operator
 from collections.abc import Sequence
 from typing import Any
 
-from vibrocap.numerics.codegen.at_rest import gaps, rough_nodes
+from vibrocap.numerics.codegen.at_rest import gaps, rough
 from vibrocap.numerics.codegen.jets import JetWriter
 from vibrocap.numerics.codegen.resolution import mirrored, resolution_source, sparse, system_sharpness
 from vibrocap.numerics.codegen.true_load import LoadSeries
@@ -60,9 +60,8 @@ def generated_source(equations: Any, layout: Layout, loop: str = "single") -> st
     sharp = system_sharpness(equations)
     constants |= {"SHARP": bool(sharp.nodes), "SHARP_INTERNAL": sharp.internal, "MIRRORED": mirrored(equations)}
     constants["SPARSE"] = sparse(equations)
-    rough, gap = rough_nodes(equations, sharp.nodes), gaps(equations, sharp.nodes)
-    constants["ROUGH"] = any(speed.row == "VELOCITY" for speed in rough.values())
-    constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gap.values())
+    constants["ROUGH"] = rough(equations, sharp.nodes)
+    constants["GAPS"] = any(speed.row == "VELOCITY" for speed, _ in gaps(equations, sharp.nodes).values())
     if equations.guards and "OCCURRED" not in constants:
         constants["OCCURRED"] = -1
     constants |= {"WATCHED": layout.watched} | ({} if layout.watched else {"LIFTED": -1})
