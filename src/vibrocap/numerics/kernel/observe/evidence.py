@@ -25,7 +25,7 @@ from vibrocap.numerics.kernel.generated.facts import (
 )
 from vibrocap.numerics.kernel.generated.lane import SERIES, SIDE, STATE, STIFF, TAYLOR_STEPS, TIME, TOLERANCE, WORK
 from vibrocap.numerics.kernel.generated.rows import HOLD, LIMIT, VELOCITY
-from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER, STATES
+from vibrocap.numerics.kernel.generated.sizes import BASE, LANES, ORDER
 from vibrocap.numerics.kernel.interface import fit_to_slopes
 from vibrocap.numerics.kernel.observe.turning_points import sign_change, turning_point
 from vibrocap.numerics.kernel.step.taylor import series_value
@@ -38,8 +38,8 @@ SLOWER, CLOSER = 0.5, 0.9  # shares of the speed, and of what is left to the lim
 IMPLICIT_POINTS = 8  # at which a step is asked whose dense output is less exact than its end
 MOST = 1e300  # in the place of what is no number
 ASKED_STATE = WORK
-SLOPE = ASKED_STATE + STATES
-FOUND = SLOPE + STATES
+SLOPE = ASKED_STATE + BASE
+FOUND = SLOPE + BASE
 
 
 def take_evidence(floats, ints, lane, h):
@@ -96,7 +96,7 @@ def value_and_slope(floats, row, s, degree):
 
 def ask(floats, ints, lane, s, h):
     """Ask the equations at time s of the piece."""
-    for i in range(STATES):
+    for i in range(BASE):
         value, slope = value_and_slope(floats, SERIES + i * (ORDER + 1) * LANES + lane, s, ORDER)
         floats[ASKED_STATE + i] = value
         floats[SLOPE + i] = slope
