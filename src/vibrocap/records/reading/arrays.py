@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import lacking
+from vibrocap.inputs import require_plain_file
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import Table, quantity_of
 
@@ -22,6 +23,7 @@ UNREADABLE = (ValueError, TypeError, OSError, IndexError, EOFError, MemoryError)
 
 def npz_tables(path: Path) -> list[Table]:
     """The tables of a NumPy file .npz; see `tables_of`."""
+    _check_plain(path)
     try:
         with zipfile.ZipFile(path) as archive:
             _check_size(sum(info.file_size for info in archive.infolist()), path)
@@ -48,6 +50,7 @@ def mat_variables(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
+    _check_plain(path)
     try:
         _check_size(_unpacked_size(path), path)
         content = loadmat(path, squeeze_me=True, simplify_cells=True)
@@ -113,6 +116,16 @@ def _unpacked_size(path: Path) -> int:
                     piece = unpacker.unconsumed_tail
             file.seek(end)
     return size
+
+
+def _check_plain(path: Path) -> None:
+    """RecordError for a pipe or a device, of which the libraries would wait."""
+    try:
+        require_plain_file(path)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise RecordError([str(error.strerror)], str(path)) from None
 
 
 def _check_size(size: int, path: Path) -> None:
