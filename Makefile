@@ -29,7 +29,7 @@ test-slow: $(READY) ## the slow tests alone
 test-exhaustive: $(READY) ## the long rest of tables of which the others run a part: before a release
 	@$(TESTS) -m exhaustive
 
-torture: $(READY) ## kills, damage, full disks, fuzzed cases and commands: ten minutes (docs/trust.md)
+torture: $(READY) ## kills, links, damage, full disks, waits, fuzzed cases and commands: fifteen minutes (docs/trust.md)
 	@$(BIN)/python -m torture
 
 lint: $(READY) ## style, format and import contracts

@@ -1,6 +1,6 @@
-"""Attacks on the package, with seeds: kills, damage, full disks, fuzzed cases and commands, runs alone and in company.
+"""Attacks on the package, with seeds: kills, links, settings, waits, damage, full disks, fuzzed cases and commands, runs in company.
 
-`python -m torture` (`make torture`) runs them all within ten minutes and prints a table; docs/trust.md keeps its
+`python -m torture` (`make torture`) runs them all within fifteen minutes and prints a table; docs/trust.md keeps its
 figures and says which promise each of them tests. Nothing here is part of the package.
 """
 

@@ -28,7 +28,7 @@ ATTACKS = {
     "pairs": ("pairs", 600),
 }
 PROCESSES = 2  # at a time
-SECONDS = 600.0  # for all of them
+SECONDS = 900.0  # for all of them
 
 
 def attack(name: str, folder: Path, trials: int, seed: int, deadline: float) -> Outcome:

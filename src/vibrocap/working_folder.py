@@ -49,7 +49,7 @@ class _Elsewhere:
             spec = None if finder is self or not hasattr(finder, "find_spec") else finder.find_spec(name, path, target)
             if spec is not None:
                 if spec.loader is not None:
-                    spec.loader = _MadeElsewhere(spec.loader)
+                    spec.loader = _MadeElsewhere(spec.loader)  # type: ignore[assignment]
                 return spec
         return None
 

@@ -10,7 +10,7 @@ from vibrocap.arguments import Complaints
 from vibrocap.case.case import CaseError
 from vibrocap.inputs import read_input
 
-LARGEST = 2**30  # bytes
+LARGEST = 2**28  # bytes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,7 +28,7 @@ def read_cases(path: Path) -> CaseTable:
     """
     try:
         raw = read_input(path, LARGEST + 1)
-        text = raw.decode("utf-8-sig")
+        text = raw.decode("utf-8-sig") if len(raw) <= LARGEST else ""
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "is not a text file in UTF-8"
         raise CaseError([f"--cases: {path}: {reason}"], str(path)) from None

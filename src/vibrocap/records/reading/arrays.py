@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vibrocap.inputs import require_plain_file
 from vibrocap.records.checks import RecordError
 from vibrocap.records.reading.columns import Table, quantity_of
 
@@ -19,6 +20,7 @@ UNREADABLE = (ValueError, TypeError, OSError, IndexError, EOFError, MemoryError)
 
 def npz_tables(path: Path) -> list[Table]:
     """The tables of a NumPy file .npz; see `tables_of`."""
+    check_plain(path)
     try:
         with zipfile.ZipFile(path) as archive:
             check_size(sum(info.file_size for info in archive.infolist()), path)
@@ -30,6 +32,16 @@ def npz_tables(path: Path) -> list[Table]:
         reason = "holds Python objects" if "allow_pickle" in str(error) else "cannot be read as .npz"
         raise RecordError([f"{reason}; should be written by numpy.savez from arrays of numbers"], str(path)) from None
     return tables_of(arrays, path)
+
+
+def check_plain(path: Path) -> None:
+    """RecordError for a pipe or a device, of which the libraries would wait."""
+    try:
+        require_plain_file(path)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise RecordError([str(error.strerror)], str(path)) from None
 
 
 def check_size(size: int, path: Path) -> None:

@@ -48,6 +48,8 @@ def mat_files(paths: Sequence[Path]) -> list[dict[str, Any]]:
     """
     if not paths:
         return []
+    for path in paths:
+        arrays.check_plain(path)
     names = [str(Path(path).resolve()) for path in paths]
     command = [sys.executable, *COMMAND, str(arrays.MOST_BYTES), *names]
     try:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from vibrocap.arguments import is_positive
-from vibrocap.inputs import require_plain_file
 from vibrocap.records.checks import RecordError, complaints
 from vibrocap.records.reading.arrays import npz_tables
 from vibrocap.records.reading.columns import RECORD, Table, choices, notes, setting_complaints, turns, values_in_si
@@ -102,10 +101,6 @@ def _tables(path: Path, record_column: str | int | None) -> list[Table]:
         raise FileNotFoundError(f"{path}: no such file")
     if kind in TEXT:
         return text_tables(path, record_column)
-    try:
-        require_plain_file(path)
-    except OSError as error:
-        raise RecordError([str(error.strerror)], str(path)) from None
     if record_column is not None:
         reason = f"columns: record: is for text files; in {kind} each record has arrays of its own"
         raise RecordError([reason], str(path))

@@ -233,6 +233,8 @@ def _refuse_foreign(path: Path) -> None:
         raise CaseError(["is a file; give a folder"], str(path))
     with kept(path):
         there = names(path)
+    if there.get(LOCK, FILE) != FILE:
+        raise CaseError([f"its {LOCK} is {there[LOCK]}, where a file belongs; nothing was touched"], str(path))
     if STUDY in there:
         read_record(path)
         return
