@@ -215,6 +215,7 @@ def test_a_kind_that_is_left_out_or_no_text_is_complained_of_whatever_is_changed
         assert any(each.startswith(f"{section}.{key}: ") for each in caught.value.complaints)
 
 
+@pytest.mark.slow
 def test_words_vary_where_the_symmetry_of_a_machine_depends_on_its_numbers():
     """A machine with rules between its fields, and one whose stops decide the symmetry; words are no numbers there."""
     for machine in (vc.RigidStopCapsule(), vc.VibroImpactCapsule()):
