@@ -213,3 +213,14 @@ def test_a_kind_that_is_left_out_or_no_text_is_complained_of_whatever_is_changed
         with pytest.raises(CaseError) as caught:
             case_from_text(text, changes=changes)
         assert any(each.startswith(f"{section}.{key}: ") for each in caught.value.complaints)
+
+
+@pytest.mark.slow
+def test_words_vary_where_the_symmetry_of_a_machine_depends_on_its_numbers():
+    """A machine with rules between its fields, and one whose stops decide the symmetry; words are no numbers there."""
+    for machine in (vc.RigidStopCapsule(), vc.VibroImpactCapsule()):
+        system = vc.System(machine, vc.Coulomb(), vc.Harmonic())
+        over = {"machine.actuation": ["internal", "external"], "machine.gap": [0.1, 0.2]}
+        found = vc.sweep(system, over, periods=2, measures=["response_period"])
+        assert found["machine.actuation"].values.tolist() == ["internal", "external"]
+        assert found.sizes == {"machine.actuation": 2, "machine.gap": 2}

@@ -347,6 +347,18 @@ def test_netcdf_holds_the_motion_with_its_metadata(case, capsys):
         np.testing.assert_array_equal(dataset["event_time"].values, motion.event_times)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["worm-of-two-bodies", "worm-of-three-bodies"])
+def test_netcdf_holds_the_events_of_contacts_that_are_decided_together(name, tmp_path, capsys):
+    xarray = pytest.importorskip("xarray")
+    out, example = tmp_path / "run.nc", Path(__file__).parents[1] / "examples" / f"{name}.toml"
+    record = printed_json(capsys, "simulate", example, "--periods", "2", "--json", "--out", out)
+    with xarray.open_dataset(out, engine="h5netcdf") as dataset:
+        kinds = dataset["event_kind"].values.tolist()
+    assert any(kind.endswith("_2") for kind in kinds)
+    assert len(kinds) == sum(record["events"].values())
+
+
 def check_columns(table, motion):
     names = ("time", *motion.state_names, *motion.integral_names, "friction", "drive", "side")
     assert set(names) <= set(table)

@@ -1,5 +1,6 @@
 """The page of `vibrocap lab`, by Node: kernels with the bits of the plain one; files and addresses that read back."""
 
+import dataclasses
 import itertools
 import json
 import random
@@ -477,21 +478,20 @@ def test_an_address_that_is_wrong_is_said_so(node):
 @pytest.mark.parametrize("name", ["constructor", "toString", "__proto__", "hasOwnProperty", "valueOf"])
 def test_names_that_every_object_has_are_no_names_of_a_page(node, name):
     """In an address, as a key, a section or a kind of a case file."""
-    found = node(
-        f"""
-    const said = (read, text) => {{ const model = new Model(data); return read(model, text).join("; "); }};
-    const keys = ["NAME=1", "beside.NAME=1", "NAME.NAME=1", "machine.NAME=1", "friction=NAME", "preset=NAME", "view=NAME",
-      "kept=NAME%3D1", "units=NAME", "map.NAME=1", "initial.NAME=1", "run.NAME=1", "NAME"];
+    lines = r"""
+    const told = (read, text) => { const model = new Model(data); return read(model, text).join("; "); };
+    const keys = ["NAME=1", "beside.NAME=1", "NAME.NAME=1", "machine.NAME=1", "friction=NAME", "preset=NAME",
+      "view=NAME", "kept=NAME%3D1", "units=NAME", "map.NAME=1", "initial.NAME=1", "run.NAME=1", "NAME"];
     const text = asToml(new Model(data));
-    print([keys.map((key) => said(readFragment, "#v=1&" + key.replaceAll("NAME", "{name}"))),
-      [text + "\\n[{name}]\\nx = 1\\n", text.replace("[run]", "[run]\\n{name} = 1"), "{name} = 1\\n" + text,
-       text.replace('"exponential"', '"{name}"')].map((each) => said(readToml, each))]);
-    """.replace("\\\\", "\\")
-    )
-    for i, said in enumerate(found[0]):
-        assert name in said or i == 1, (i, said)  # what nothing beside has is left aside
-    for said in found[1]:
-        assert name in said
+    print([keys.map((key) => told(readFragment, "#v=1&" + key)),
+      [text + "\n[NAME]\nx = 1\n", text.replace("[run]", "[run]\nNAME = 1"), "NAME = 1\n" + text,
+       text.replace('"exponential"', '"NAME"')].map((each) => told(readToml, each))]);
+    """
+    found = node(lines.replace("NAME", name))
+    for i, told in enumerate(found[0]):
+        assert name in told or i == 1, (i, told)  # what nothing beside has is left aside
+    for told in found[1]:
+        assert name in told
 
 
 SI_CASE = """
@@ -535,7 +535,8 @@ def test_a_page_of_a_case_in_si_takes_no_default_in_silence(tmp_path, tmp_path_f
     const set = model.set("friction.decay_rate", 2), now = fragmentOf(model);
     const third = new Model(data); readFragment(third, now);
     model.choose("friction", "coulomb");
-    print([machine, values["friction.coulomb_coefficient"], values["friction.static_coefficient"], lacking, asked, shared,
+    const levels = ["coulomb_coefficient", "static_coefficient"].map((each) => values[`friction.${each}`]);
+    print([machine, ...levels, lacking, asked, shared,
       again.lacking(), wrong, set, now, third.state.values["friction.decay_rate"], fragmentOf(model) === before]);
     """
     (tmp_path / "run.cjs").write_text("\n".join([HEAD, *map(source, ALONE), lines]))

@@ -54,7 +54,7 @@ def alone(case, **settings):
 
 
 def test_laws_side_by_side(cheap):
-    """Parameters keep the values of the case for its own law; another law has its defaults."""
+    """Parameters keep the values of the case for its own law; another has those that both have."""
     system = System(PendulumCapsule(), Exponential(decay_rate=20.0), Harmonic(amplitude=1.8))
     found = sweep(system, over={"friction.law": ["exponential", "lugre"], "machine.mass_ratio": [1.0, 2.0]})
     for law in (Exponential(decay_rate=20.0), LuGre()):

@@ -341,7 +341,7 @@ def test_axes_in_si_need_scales():
 
 @pytest.mark.slow
 def test_axes_in_si_over_several_laws():
-    """Each law gets the same number in SI; the one that the case has keeps its other parameters."""
+    """Each law gets the same number in SI, and keeps the parameters of the case that it has."""
     over = {"friction.law": ["lugre", "stribeck"], "friction.stribeck_velocity_m_per_s": [0.1, 0.2]}
     system = case_from_text(CASE).system
     found = vc.sweep(system, over, periods=4, window=2)
