@@ -14,7 +14,7 @@ from vibrocap.identification.inference.residuals import residual_report
 from vibrocap.identification.inference.uncertainty import correlation_time
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
+from vibrocap.identification.problem.prediction import MASS, START, Prediction, is_nuisance
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_result import (
     SLIDING,
@@ -221,4 +221,6 @@ def _nuisance(
         low, high = max(low, coordinate.low), min(high, coordinate.high)
     determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
     verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
+    if name == MASS and interval.low_open and not interval.high_open:
+        verdict = Verdict.BOUNDED_ABOVE
     return FittedParameter(name, "", text, units.of_parameter(unit), value, low, high, error, verdict)
