@@ -117,7 +117,7 @@ def finished_fit(
         options={**options, "known_load": known_load, "rotary": units is TURNING, "guessed_units": guessed},
         problem=problem,
         limits=limits,
-        residuals=residual_report(prediction, problem.draft, problem.best, spread, problem.loss, limits),
+        residuals=residual_report(prediction, problem.best, spread, problem.loss, limits),
     )
 
 

@@ -1,0 +1,198 @@
+"""The causes that the errors of a fit point to, the largest first."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
+from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
+from vibrocap.identification.inference.diagnosis.pattern_test import (
+    Pattern,
+    basis_of,
+    explained,
+    probability,
+    without,
+)
+from vibrocap.identification.inference.diagnosis.patterns import (
+    direction,
+    drift,
+    inertia,
+    position,
+    restoring,
+    ripple,
+    speed,
+)
+from vibrocap.identification.inference.diagnosis.timing import late, shift
+
+FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
+SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
+SECOND = 0.1  # of the first cause's share: a lesser one is told once the first has been put right
+GENERAL = 0.9  # of its share that counts for a pattern of many bins, against one of few columns
+CONFIDENT = 5  # causes at most
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """causes: the largest first; rest [n]: what of the errors of the samples that count they leave, over the units."""
+
+    causes: tuple[Cause, ...]
+    rest: np.ndarray
+    counts: tuple[np.ndarray, ...]
+
+
+Refit = Callable[[Sequence[np.ndarray]], tuple[Sequence[RecordErrors], np.ndarray]]
+
+
+def diagnosis(
+    records: Sequence[RecordErrors], slopes: np.ndarray | None = None, refit: Refit | None = None, timed: bool = True
+) -> Diagnosis:
+    """What is wrong with the data or with the law.
+
+    slopes [n, p]: how the prediction over the units changes with what the fit adapts, all records in a row; none where
+    the parameters are known. refit: the fit anew without given samples of each record, for a saturated force; else its
+    parameters follow the slopes. timed: whether force and motion follow each other in time, so that a delay shows.
+    """
+    whole = len(np.concatenate([each.time for each in records]))
+    slopes = np.empty((whole, 0)) if slopes is None else slopes
+    found: list[Cause] = []
+    cut, touched = saturation(records)
+    if cut is not None:
+        found.append(cut)
+        left_out = [~one for one in touched]
+        if refit is not None:
+            records, slopes = refit(left_out)
+        records = [
+            dataclasses.replace(each, counts=each.counts & one) for each, one in zip(records, left_out, strict=True)
+        ]
+    coarse = quantisation(records)
+    if coarse is not None:
+        found.append(coarse)
+    counts = [each.counts for each in records]
+    counted = np.concatenate(counts)
+    absorbed = basis_of(np.nan_to_num(slopes[counted]))
+    cuts = np.cumsum([int(each.sum()) for each in counts])[:-1].tolist()
+    errors = [each.error for each in records]
+    told, rest = _patterns(records, errors, absorbed, cuts, 0.0 if cut is None else 1.0, timed and coarse is None)
+    single, cleaned = outliers(records, _whole(rest, errors, counts, cuts))
+    total = sum(float(np.sum(one[each] ** 2)) for one, each in zip(errors, counts, strict=True))
+    if single is not None and single.share * float(rest @ rest) > SHARE * total:
+        kept = [
+            one + less - left
+            for one, less, left in zip(errors, cleaned, _whole(rest, errors, counts, cuts), strict=True)
+        ]
+        again, rest = _patterns(records, kept, absorbed, cuts, 0.0 if cut is None else 1.0, timed and coarse is None)
+        known = {each.kind for each in told}
+        told = [single, *(each for each in again if each.kind in known)]
+    if coarse is None:  # errors of the motion go with everything that the force goes with
+        found += told
+    return Diagnosis(tuple(found), rest, tuple(counts))
+
+
+def _whole(
+    rest: np.ndarray, errors: Sequence[np.ndarray], counts: Sequence[np.ndarray], cuts: Sequence[int]
+) -> list[np.ndarray]:
+    """The rest of the samples that count, amid the errors of the others."""
+    whole = [each.copy() for each in errors]
+    for each, count, part in zip(whole, counts, np.split(rest, cuts), strict=True):
+        each[count] = part
+    return whole
+
+
+def _patterns(
+    records: Sequence[RecordErrors],
+    errors: Sequence[np.ndarray],
+    absorbed: np.ndarray,
+    cuts: list[int],
+    largest: float,
+    timed: bool,
+) -> tuple[list[Cause], np.ndarray]:
+    """Causes that add a pattern to the force, one after the other: what one explains is no more the others'."""
+    error = np.concatenate([one[each.counts] for one, each in zip(errors, records, strict=True)])
+    error = without(error, absorbed)
+    fixed = {name: make(records) for name, make in MAKERS.items()}
+    chance = FALSE_ALARMS / (len(fixed) + 2)
+    total, found = float(error @ error), []
+    for _ in range(CONFIDENT if total > 0 else 0):
+        tried: dict[str, tuple[Pattern, float]] = {name: (each, 0.0) for name, each in fixed.items()}
+        length, waves = ripple(records, error)
+        tried["ripple"] = (waves, length)
+        if timed and all(each.kind != "delay" for each in found):
+            delay, lateness = shift(records, error, absorbed)
+            tried["delay"] = (lateness, delay)
+        now = float(error @ error)
+        shares = {name: explained(error, absorbed, pattern) for name, (pattern, _) in tried.items()}
+        for name in POSITIVE:
+            if name in tried and _size(tried[name][0], error, absorbed) < 0:
+                shares[name] = (0.0, error)
+        weights = {name: share * (GENERAL if name in GENERAL_ONES else 1.0) for name, (share, _) in shares.items()}
+        for name in sorted(weights, key=lambda each: -weights[each]):
+            pattern, amount = tried[name]
+            share = shares[name][0] * now / total
+            if share < max(SHARE, SECOND * largest):
+                return found, error
+            if probability(error, absorbed, pattern, shares[name][1], cuts) < chance:
+                break
+        else:
+            return found, error
+        largest = max(largest, share)
+        if all(each.kind != name for each in found):
+            found.append(_named(name, amount, share, pattern, error, absorbed, records))
+        absorbed = basis_of(np.concatenate([absorbed, _removed(name, pattern, records, amount)], axis=1))
+        error = without(error, absorbed)
+        fixed.pop(name, None)
+    return found, error
+
+
+MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
+    "direction": direction,
+    "inertia": inertia,
+    "restoring": restoring,
+    "drift": drift,
+    "speed": speed,
+    "position": position,
+}
+POSITIVE = ("inertia", "restoring")  # no mass and no stiffness is negative
+GENERAL_ONES = ("speed", "position", "drift", "restoring")
+
+
+def _removed(name: str, pattern: Pattern, records: Sequence[RecordErrors], amount: float) -> np.ndarray:
+    """Columns that a cause takes off: a delay also takes the force's slope, for it is known to a part of a sample."""
+    if name != "delay":
+        return pattern.columns
+    interval = float(np.median(np.diff(records[0].time)))
+    beside = [late(records, amount + each * interval) - pattern.columns[:, 0] for each in (-1.0, 1.0)]
+    return np.stack([pattern.columns[:, 0], *beside], axis=1)
+
+
+def _size(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> float:
+    """The coefficient of a pattern's first column; that of a sine and a cosine may have any sign."""
+    left = without(pattern.columns, absorbed)
+    product = left.T @ error
+    size = float(np.linalg.lstsq(left.T @ left, product, rcond=None)[0][0])
+    return size if pattern.columns.shape[1] <= 2 else abs(size)
+
+
+def _named(
+    name: str,
+    amount: float,
+    share: float,
+    pattern: Pattern,
+    error: np.ndarray,
+    absorbed: np.ndarray,
+    records: Sequence[RecordErrors],
+) -> Cause:
+    """The cause with its size: a delay in s, a wavelength in m, a mass in kg, a stiffness in N/m, else its share."""
+    turning = any(each.rotary for each in records)
+    if name == "delay":
+        interval = float(np.median(np.diff(records[0].time)))
+        how = "lags" if amount > 0 else "leads"
+        return Cause(name, amount, share, (how, f"{abs(amount):.3g}", f"{abs(amount) / interval:.2g}", f"{share:.0%}"))
+    if name == "ripple":
+        unit = "rad" if turning else "m"
+        return Cause(name, amount, share, (f"{amount:.3g} {unit}", f"{share:.0%}"))
+    if name in ("inertia", "restoring"):
+        size = _size(pattern, error, absorbed)
+        units = {"inertia": ("kg", "kg m^2"), "restoring": ("N/m", "N m")}[name][turning]
+        return Cause(name, size, share, (f"{size:.3g} {units}", f"{share:.0%}"))
+    return Cause(name, share, share, (f"{share:.0%}",))

@@ -1,0 +1,112 @@
+"""Patterns that faults add to a force: with place, with time, with direction, speed and acceleration."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.identification.inference.diagnosis.errors import RecordErrors, together
+from vibrocap.identification.inference.diagnosis.pattern_test import Pattern
+
+BINS = 10  # of a covariate, with as many samples each
+DEGREE = 3  # of a drift's polynomials in time
+LEAST_WAVES, MOST_WAVES, PER_WAVE = 1.5, 400, 3  # waves of a ripple along the path; samples of a wave at full speed
+FINER = 4  # points of the spectrum for each wave along the path
+REFINED = 12  # halvings about the spectrum's peak
+
+
+def over_units(records: Sequence[RecordErrors], values: Sequence[np.ndarray]) -> np.ndarray:
+    """Columns in newtons of each record, over its unit, of the samples that count."""
+    return np.concatenate([(one / each.unit)[each.counts] for each, one in zip(records, values, strict=True)])
+
+
+def inertia(records: Sequence[RecordErrors]) -> Pattern:
+    """A mass that the sensor carries: the acceleration."""
+    return Pattern(over_units(records, [each.acceleration for each in records])[:, None])
+
+
+def restoring(records: Sequence[RecordErrors]) -> Pattern:
+    """A spring, or gravity on what turns: the place, or its sine and cosine; and a constant, for its middle is anywhere."""
+    if any(each.rotary for each in records):
+        waves = [over_units(records, [wave(each.place) for each in records]) for wave in (np.sin, np.cos)]
+    else:
+        waves = [over_units(records, [each.place - each.place.mean() for each in records])]
+    return Pattern(np.stack([*waves, over_units(records, [np.ones_like(each.time) for each in records])], axis=1))
+
+
+def drift(records: Sequence[RecordErrors]) -> Pattern:
+    """A sensor's zero, or the level of friction, that changes in the course of a record: polynomials in time."""
+    columns = [over_units(records, [np.ones_like(each.time) for each in records])]
+    for power in range(1, DEGREE + 1):
+        legendre = np.polynomial.legendre.Legendre.basis(power)
+        of_time = [legendre(2 * each.time / each.time[-1] - 1) for each in records]
+        columns.append(over_units(records, of_time))
+        columns.append(over_units(records, [one * each.predicted for one, each in zip(of_time, records, strict=True)]))
+    return Pattern(np.stack(columns, axis=1))
+
+
+def direction(records: Sequence[RecordErrors]) -> Pattern:
+    """Levels that differ by direction: a constant, and the direction."""
+    ones = over_units(records, [np.ones_like(each.time) for each in records])
+    return Pattern(np.stack([ones, over_units(records, [each.side for each in records])], axis=1))
+
+
+def speed(records: Sequence[RecordErrors]) -> Pattern:
+    """Another curve over the velocity: means over bins of it."""
+    return _bins(together(records, "velocity"))
+
+
+def position(records: Sequence[RecordErrors]) -> Pattern:
+    """Another force at each place, or another friction there: means over bins of the place, with and without direction."""
+    bins, side = _bins(together(records, "place")).columns, together(records, "side")
+    return Pattern(np.concatenate([bins, bins * side[:, None]], axis=1))
+
+
+def _bins(column: np.ndarray) -> Pattern:
+    edges = np.quantile(column, np.linspace(0, 1, BINS + 1)[1:-1])
+    bins = np.searchsorted(edges, column)
+    return Pattern((bins[:, None] == np.unique(bins)).astype(float))
+
+
+def ripple(records: Sequence[RecordErrors], error: np.ndarray) -> tuple[float, Pattern]:
+    """(wavelength m, pattern): the sine along the place of which an error has most, with or without the direction.
+
+    The spectrum of the error over the place, from one and a half waves along the whole path on, up to waves that have
+    six samples at full speed; then about its peak. 0 where the path is too short.
+    """
+    place, side = together(records, "place"), together(records, "side")
+    units = np.concatenate([np.full(int(each.counts.sum()), each.unit) for each in records])
+    path = float(np.ptp(place))
+    steps = np.concatenate([np.abs(np.diff(each.place)) for each in records])
+    fast = float(np.quantile(steps, 0.9))
+    most = int(min(path / max(PER_WAVE * fast, 1e-300), MOST_WAVES, len(place) / 20))
+    none = 0.0, Pattern(np.empty((len(error), 0)))
+    if not path > 0 or most < 2 * LEAST_WAVES:
+        return none
+    bins = 8 * most
+    which = np.minimum(((place - place.min()) / path * bins).astype(int), bins - 1)
+    waves = np.arange(FINER * most + 1) / FINER
+    best = (-1.0, 0.0, np.ones_like(side))
+    for sign in (np.ones_like(side), side):
+        weighted = error * sign / units
+        spectrum = np.abs(np.fft.rfft(np.bincount(which, weighted, bins), FINER * bins)[: len(waves)]) ** 2
+        spectrum /= max(float(np.sum((sign / units) ** 2)), 1e-300)
+        peak = int(np.argmax(np.where(waves >= LEAST_WAVES, spectrum, -1.0)))
+        if spectrum[peak] > best[0]:
+            best = (float(spectrum[peak]), float(waves[peak]), sign)
+    sign = best[2] / units
+
+    def columns(number: float) -> np.ndarray:
+        phase = 2 * np.pi * number / path * (place - place.min())
+        return np.stack([np.cos(phase) * sign, np.sin(phase) * sign], axis=1)
+
+    number, width = best[1], 1.0 / FINER
+    for _ in range(REFINED):
+        tried = [max(number + width * each, LEAST_WAVES) for each in (-0.5, 0.0, 0.5)]
+        number = max(tried, key=lambda each: float(_power(columns(each), error)))
+        width *= 0.6
+    return path / number, Pattern(columns(number), tries=2.0 * FINER * most)
+
+
+def _power(columns: np.ndarray, error: np.ndarray) -> float:
+    product = columns.T @ error
+    return float(product @ np.linalg.lstsq(columns.T @ columns, product, rcond=None)[0])
