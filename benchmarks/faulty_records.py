@@ -223,7 +223,10 @@ def errors_of(made: Bench, record: Record, fitted: bool = False) -> tuple[Record
 def named(
     kind: str, seed: int, how: str = "fit", largest: int = 1_000_000, laws: tuple[str, ...] = LAWS
 ) -> tuple[str, ...]:
-    """What is named of one record. how: "true" (the errors of the true law), "steps" (after Gauss and Newton), "fit"."""
+    """What is named of one record.
+
+    how: "true" (the errors of the true law), "steps" (those after steps of Gauss and Newton), or "fit".
+    """
     made, record = faulty(kind, seed, largest, laws)
     if how != "fit":
         errors, slopes = errors_of(made, record, how == "steps")

@@ -18,7 +18,7 @@ LOOKS, POINTS, SETTLED = 3, 21, 1e-3  # looks about the end; delays that each tr
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LateForce:
-    """The fit with a delay s: its standard error, the share of the cost that it explains, the prediction and minimum."""
+    """The fit with a delay, s, its standard error, the share of the cost that it explains, prediction and minimum."""
 
     delay: float
     error: float

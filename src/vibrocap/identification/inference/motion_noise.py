@@ -11,6 +11,7 @@ from vibrocap.identification.search.loss import Minimum
 MOVED = 0.5  # of half an interval, by which noise of the motion may move a parameter
 SURROGATES = 2  # motions with noise of their own that are tried
 ROUGH = 5e-4  # of the velocity (root mean square), below which it counts as smooth
+SIXTH = 924**0.5  # standard deviation of sixth differences of white noise
 LONGEST = 40_000  # samples of these
 
 
@@ -56,7 +57,9 @@ def _roughness(velocity: np.ndarray) -> np.ndarray:
         return np.zeros_like(velocity)
     rough = velocity - savgol_filter(velocity, 9, 3)
     usual = float(np.median(np.abs(rough))) / 0.6745
-    if usual < ROUGH * float(np.sqrt(np.mean(velocity**2))):
+    # what a smooth motion with few samples in a period leaves, too, has small sixth differences
+    sixth = float(np.median(np.abs(np.diff(velocity, 6)))) / 0.6745 / SIXTH
+    if min(usual, sixth) < ROUGH * float(np.sqrt(np.mean(velocity**2))):
         return np.zeros_like(velocity)
     return np.clip(rough, -4 * usual, 4 * usual)  # corners of the motion are no noise
 

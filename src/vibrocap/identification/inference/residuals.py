@@ -14,8 +14,8 @@ import numpy as np
 
 from vibrocap.identification.inference.diagnosis.causes import SECOND, SHARE, Diagnosis, diagnosis
 from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
-from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.late_force import LateForce, late_force
+from vibrocap.identification.inference.limits import ReachedLimit
 from vibrocap.identification.inference.motion_noise import moved_by_noise
 from vibrocap.identification.inference.uncertainty import Uncertainty, correlation_time
 from vibrocap.identification.problem.data_scales import DataScales, data_scales
@@ -27,11 +27,14 @@ from vibrocap.identification.search.loss import Loss, Minimum, finite
 CHANCE = 1e-3  # probability with which white noise would not be called so
 LAGS = 20  # correlations that the test for whiteness sums
 GROWTH = 1.5  # ratio of the errors between the fastest and the slowest third of the samples
-FAR = 5.0  # error over the noise of the samples
+FAR = 10.0  # error over the noise of the samples
+POOR = 0.5  # relative root mean square error from which on a law explains little
 NEGATIVE = 0.05  # of the work without signs: friction that gives back so much
 REFITTED = 25  # evaluations of the fit without samples that are cut off
-LESS = 0.95  # of what patterns explain, which a delay must to be told in their place
+LESS = 0.9  # of what patterns explain, which a delay must to be told in their place
 REST = 1e-3  # of the typical speed
+BORNE = "outliers, borne"
+ALLOWED_FOR = ("coloured", "growing", BORNE)  # findings that are no doubt
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,8 +78,8 @@ class ResidualReport:
 
     @property
     def doubtful(self) -> bool:
-        """Whether intervals may not hold: for more than that errors are correlated or grow, which they allow for."""
-        return any(kind not in ("coloured", "growing") for kind in self.kinds)
+        """Whether intervals may not hold: for more than what they, or a robust loss, allow for."""
+        return any(kind not in ALLOWED_FOR for kind in self.kinds)
 
     def sentences(self) -> tuple[str, ...]:
         """The report in words."""
@@ -89,9 +92,13 @@ class ResidualReport:
 def residual_report(
     prediction: Prediction, best: Minimum, spread: Uncertainty, loss: Loss, limits: Sequence[ReachedLimit] = ()
 ) -> ResidualReport:
-    """What the errors of a minimum tell; samples that do not count are left out of the tests. limits: that were reached."""
+    """What the errors of a minimum tell; samples that do not count are left out of the tests.
+
+    limits: that were reached.
+    """
     records, scales = prediction.records, data_scales(prediction.records)
-    causes, rest, late = _causes(prediction, best, loss)
+    held = any(each.whose == "law" for each in limits)
+    causes, rest, late = _causes(prediction, best, loss, held)
     parts = np.split(rest.rest, np.cumsum([int(each.sum()) for each in rest.counts])[:-1])
     errors = _by_record(prediction, best.errors)
     counted = [each[count] for each, count in zip(errors, prediction.counts, strict=True)]
@@ -107,13 +114,18 @@ def residual_report(
     found = []
     if work < -NEGATIVE:
         found.append(_finding("work", work, f"{work:.0%}"))
-    found += [_finding(each.kind, each.amount, *each.words) for each in causes]
+    said = [BORNE if each.kind == "outliers" and loss.kind != "linear" else each.kind for each in causes]
+    found += [_finding(kind, each.amount, *each.words) for kind, each in zip(said, causes, strict=True)]
     if not white:
         found.append(_finding("coloured", tau, f"{tau:.3g}"))
     if sure and not 1 / GROWTH < growth < GROWTH:
         found.append(_finding("growing", growth, "grow" if growth > 1 else "shrink", f"{growth:.2g}"))
     if not white and ratio > FAR and not causes:
         found.append(_finding("far from noise", ratio, f"{ratio:.2g}"))
+    force = np.concatenate([each.force - np.mean(each.force) for each in records])
+    relative = float(np.sqrt(np.mean(newtons**2)) / max(float(np.sqrt(np.mean(force**2))), 1e-300))
+    if not white and relative > POOR:
+        found.append(_finding("poor", relative, f"{relative:.0%}"))
     moved = {} if causes else moved_by_noise(prediction, best, spread)
     if moved:
         names = ", ".join(f"{name} ({change:+.1%})" for name, change in moved.items())
@@ -125,11 +137,14 @@ def residual_report(
     return ResidualReport(white, tau, ratio, shares, phases, largest, delay, error, work, tuple(found))
 
 
-def _causes(prediction: Prediction, best: Minimum, loss: Loss) -> tuple[tuple[Cause, ...], Diagnosis, LateForce | None]:
+def _causes(
+    prediction: Prediction, best: Minimum, loss: Loss, held: bool
+) -> tuple[tuple[Cause, ...], Diagnosis, LateForce | None]:
     """The causes that the errors of a minimum point to, with what they leave and with the fit that a delay makes.
 
-    A delay changes what the fit makes of the law. So where the errors have a pattern, the fit with a delay competes with
-    it; if it explains more, its own errors are looked through for what else there is.
+    A delay changes what the fit makes of the law. So where the errors have a pattern, the fit with a delay competes
+    with it; if it explains more, its own errors are looked through for what else there is. held: whether a parameter
+    stands at a limit of the law, which a delay does without any pattern.
     """
 
     def refit(left: Sequence[np.ndarray]) -> tuple[Sequence[RecordErrors], np.ndarray]:
@@ -142,11 +157,11 @@ def _causes(prediction: Prediction, best: Minimum, loss: Loss) -> tuple[tuple[Ca
     first = diagnosis(_columns(prediction, best.errors), _absorbed(prediction, best), refit, timed)
     causes = first.causes
     told = sum(each.share for each in causes)
-    if not timed or not causes or any(each.kind in ("saturation", "quantisation") for each in causes):
+    if not timed or not (causes or held) or any(each.kind in ("saturation", "quantisation") for each in causes):
         return causes, first, None
     hint = next((each.amount for each in causes if each.kind == "delay"), 0.0)
     late = late_force(prediction, best, loss, hint)
-    if late is None or late.explained < min(told, LESS * told + SHARE):
+    if late is None or late.explained < max(LESS * told, SHARE):
         return causes, first, None
     second = diagnosis(_columns(late.prediction, late.best.errors), _absorbed(late.prediction, late.best), timed=False)
     left = 1.0 - late.explained
@@ -203,28 +218,32 @@ SAID = {
     "amplifier; no interval holds: leave these samples out, or measure with a wider range.",
     "quantisation": "The {} is quantised in steps of {}, which the force that the law makes of it shows; no interval "
     "holds: filter the motion (cutoff), or measure it finer.",
-    "outliers": "Outliers: {} of the samples stand alone, far from those beside them: glitches of the measurement, which "
-    "a robust loss (soft_l1) bears.",
+    "outliers": "Outliers: {} of the samples stand alone, far from those beside them: glitches of the measurement, "
+    "which a robust loss (soft_l1) bears.",
+    BORNE: "Outliers: {} of the samples stand alone, far from those beside them, which the robust loss bears.",
     "delay": "The force looks as if it {} the motion by {} s ({} samples), which would explain {} of the squares; no "
     "interval holds with a delay: search it along, shift one of both, or filter them alike.",
     "ripple": "The force has a ripple with position, of a wavelength of {}: it explains {} of the squares; cogging, an "
     "eccentric part or a wavy surface.",
-    "drift": "The contact or the sensor drifts: changes in the course of the record explain {} of the squares; warming, "
-    "wear, or a drift of the sensor's zero.",
+    "drift": "The contact or the sensor drifts: changes in the course of the record explain {} of the squares; "
+    "warming, wear, or a drift of the sensor's zero.",
     "inertia": "They go with acceleration, as if the sensor carried {} more: it explains {} of the squares; search the "
     "mass along, or take it off.",
     "restoring": "They go with position as a spring or gravity would make them, of {}: it explains {} of the squares; "
     "take such a force off, no friction law has one.",
     "direction": "They go with direction: it explains {} of their squares, so the two directions differ by more than "
     "the law knows (an anisotropic law, or offset).",
-    "speed": "They go with speed: it explains {} of their squares, so the law's curve over speed is not that of the data.",
-    "position": "They go with position: it explains {} of their squares, as if friction depended on the place, or on "
-    "the distance since a reversal otherwise than in the law.",
+    "speed": "They go with speed: it explains {} of their squares, so the law's curve over speed is not that of the "
+    "data.",
+    "position": "They go with position: it explains {} of their squares, as if friction depended on the place.",
+    "presliding": "They go with the distance since a reversal: it explains {} of their squares, so the contact yields "
+    "otherwise than in the law.",
     "coloured": "They are not white: errors are correlated over {} samples, which the intervals allow for.",
     "growing": "They {} with speed: {} times as large in the fastest third of the samples as in the slowest, which the "
     "intervals allow for.",
     "far from noise": "They are {} times what changes from sample to sample: slow noise, or what the law or the "
     "motion lacks.",
+    "poor": "They are {} of what the force varies by, and correlated: the law explains little of the force.",
     "noisy motion": "The motion is noisy: another draw of its noise would move {}, out of the intervals or nearly; "
     "filter the motion (cutoff) or measure it finer.",
     "limit": "{}, and the data pull beyond it: the law or the data are wrong (a delay does so).",

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors
+from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level
 from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import (
     Pattern,
@@ -19,6 +19,7 @@ from vibrocap.identification.inference.diagnosis.patterns import (
     drift,
     inertia,
     position,
+    presliding,
     restoring,
     ripple,
     speed,
@@ -27,9 +28,11 @@ from vibrocap.identification.inference.diagnosis.timing import late, shift
 
 FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
 SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
+MAIN = 0.1  # of the squares that are no white noise, which the first cause explains at least
 SECOND = 0.1  # of the first cause's share: a lesser one is told once the first has been put right
 GENERAL = 0.9  # of its share that counts for a pattern of many bins, against one of few columns
-CONFIDENT = 5  # causes at most
+MOST = 5  # causes
+REMAINING = 0.2  # of the samples, that a saturated force must leave for others to be told
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -59,12 +62,13 @@ def diagnosis(
     cut, touched = saturation(records)
     if cut is not None:
         found.append(cut)
-        left_out = [~one for one in touched]
+        kept = [~one for one in touched]
+        if np.mean(np.concatenate(kept)) < REMAINING:
+            errors = np.concatenate([each.error[each.counts] for each in records])
+            return Diagnosis((cut,), errors, tuple(each.counts for each in records))
         if refit is not None:
-            records, slopes = refit(left_out)
-        records = [
-            dataclasses.replace(each, counts=each.counts & one) for each, one in zip(records, left_out, strict=True)
-        ]
+            records, slopes = refit(kept)
+        records = [dataclasses.replace(each, counts=each.counts & one) for each, one in zip(records, kept, strict=True)]
     coarse = quantisation(records)
     if coarse is not None:
         found.append(coarse)
@@ -113,7 +117,9 @@ def _patterns(
     fixed = {name: make(records) for name, make in MAKERS.items()}
     chance = FALSE_ALARMS / (len(fixed) + 2)
     total, found = float(error @ error), []
-    for _ in range(CONFIDENT if total > 0 else 0):
+    noise = sum(noise_level(each) ** 2 * len(each) for each in np.split(error, cuts))
+    least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
+    for _ in range(MOST if total > 0 else 0):
         tried: dict[str, tuple[Pattern, float]] = {name: (each, 0.0) for name, each in fixed.items()}
         length, waves = ripple(records, error)
         tried["ripple"] = (waves, length)
@@ -125,11 +131,11 @@ def _patterns(
         for name in POSITIVE:
             if name in tried and _size(tried[name][0], error, absorbed) < 0:
                 shares[name] = (0.0, error)
-        weights = {name: share * (GENERAL if name in GENERAL_ONES else 1.0) for name, (share, _) in shares.items()}
+        weights = {name: share * (GENERAL if name in BROAD else 1.0) for name, (share, _) in shares.items()}
         for name in sorted(weights, key=lambda each: -weights[each]):
             pattern, amount = tried[name]
             share = shares[name][0] * now / total
-            if share < max(SHARE, SECOND * largest):
+            if share < max(SHARE, SECOND * largest, least if not found else 0.0):
                 return found, error
             if probability(error, absorbed, pattern, shares[name][1], cuts) < chance:
                 break
@@ -151,9 +157,10 @@ MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
     "drift": drift,
     "speed": speed,
     "position": position,
+    "presliding": presliding,
 }
 POSITIVE = ("inertia", "restoring")  # no mass and no stiffness is negative
-GENERAL_ONES = ("speed", "position", "drift", "restoring")
+BROAD = ("speed", "position", "presliding", "drift", "restoring")
 
 
 def _removed(name: str, pattern: Pattern, records: Sequence[RecordErrors], amount: float) -> np.ndarray:

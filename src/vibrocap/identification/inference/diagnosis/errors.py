@@ -54,7 +54,7 @@ def noise_level(values: np.ndarray) -> float:
 
 @dataclasses.dataclass(frozen=True)
 class Cause:
-    """What the errors point to. kind: a word for it; amount: its size; share: of the squared errors; words: for a text."""
+    """What errors point to. kind: a word for it; amount: its size; share: of the squared errors; words: for a text."""
 
     kind: str
     amount: float

@@ -12,7 +12,7 @@ from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErro
 
 PILED, PILES, FEWEST = 5.0, 0.05, 6  # times as many samples on the limit as below it; width over noise; least number
 BEYOND = 4.0  # noises below a limit up to which a predicted force counts as cut by it
-WHOLE, LEVELS = 0.01, 8  # of a step, by which a multiple of it may be off; least number of levels
+WHOLE, LEVELS = 0.01, 6  # of a step, by which a multiple of it may be off; least number of levels
 EFFECT = 0.02  # of the squared errors, from which on a resolution matters
 WINDOW = 9  # samples over which a smooth force is a cubic
 FAR_OUT, NEAR, LONELY, AROUND = 7.0, 3, 2, 20  # noises; samples on both sides; least number; samples about a reversal
@@ -53,9 +53,9 @@ def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.n
 def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
     """A resolution of the motion that is coarse for the force: its effect is 2 % of the squared errors or more.
 
-    Looked at is what drives the law: the velocity, or the place where the velocity was made from it. All of 20 or more
-    differences between neighbouring values are whole multiples of the least one, q, within 1 %, which other numbers do
-    with a probability below 10^-30. The effect on the force is reckoned as the sum of q^2/12 times the mean square of
+    Looked at is what drives the law: the velocity, or the place where the velocity was made from it. All of six or
+    more differences between neighbouring values are whole multiples of the least one, q, within 1 %, which other numbers
+    do with a probability below 10^-8. The effect on the force is reckoned as the sum of q^2/12 times the mean square of
     the local slope of the predicted force, of what the steps make of the prediction itself (its differences from cubics
     over nine samples, away from reversals), and of a quarter of the force's squared jump where the sign of the velocity
     is uncertain.
@@ -96,7 +96,7 @@ def resolution(column: np.ndarray) -> float:
     values = np.unique(column)
     gaps = np.diff(values)
     gaps = gaps[gaps > 1e-10 * max(np.ptp(column), 1e-300)]
-    if len(gaps) < max(20, LEVELS):
+    if len(gaps) < LEVELS:
         return 0.0
     step = float(gaps.min())
     for _ in range(2):  # the least gap is off by rounding: the mean over small multiples is less so
@@ -128,11 +128,15 @@ def _rough(record: RecordErrors) -> float:
     if len(record.predicted) < 2 * WINDOW:
         return 0.0
     rough = record.predicted - savgol_filter(record.predicted, WINDOW, 3)
+    away = maximum_filter1d(_turns(record).astype(np.uint8), 2 * AROUND + 1) == 0
+    return float(np.mean(rough[away] ** 2)) if away.any() else 0.0
+
+
+def _turns(record: RecordErrors) -> np.ndarray:
+    """Samples [n] at which the motion has turned."""
     side = record.side
     last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
-    turns = np.concatenate(([0], (side[last][1:] * side[last][:-1] < 0).astype(int)))
-    away = maximum_filter1d(turns, 2 * AROUND + 1) == 0
-    return float(np.mean(rough[away] ** 2)) if away.any() else 0.0
+    return np.concatenate(([False], side[last][1:] * side[last][:-1] < 0))
 
 
 def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> tuple[Cause | None, list[np.ndarray]]:
@@ -140,9 +144,8 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
 
     How far an error is outside of what lies between the medians of the three before and the three after it is compared
     with the robust deviation of second differences at like speeds. An outlier is seven of these, and the largest
-    second difference of the predicted force among seven samples, away (so that no jump of the law, a little early or
-    late, counts): of a million
-    normal errors of one size none is. Two are enough, and one of twice as many.
+    second difference of the predicted force among seven samples, away, and none of the seven is at a reversal (so that
+    no jump of the law, a little early or late, counts): of a million normal errors of one size none is. Two are enough, and one of twice as many.
     """
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
@@ -154,7 +157,8 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
         alone = error - np.clip(error, np.minimum(before, after), np.maximum(before, after))
         bend = np.abs(np.diff(each.predicted, 2, prepend=each.predicted[0], append=each.predicted[-1])) / each.unit
         jump = maximum_filter1d(bend, 2 * NEAR + 1)
-        inside = minimum_filter1d(each.counts.astype(np.uint8), 2 * NEAR + 1) > 0
+        looked_at = each.counts & ~_turns(each)
+        inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * NEAR + 1) > 0
         times = (np.abs(alone) - jump) / np.maximum(_deviation(error, np.abs(each.velocity), inside), 1e-300)
         far = inside & (times > FAR_OUT)
         found += LONELY if np.any(times[inside] > 2 * FAR_OUT) else int(np.sum(far))

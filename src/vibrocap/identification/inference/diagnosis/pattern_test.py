@@ -47,7 +47,7 @@ def without(values: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 
 def explained(error: np.ndarray, basis: np.ndarray, pattern: Pattern) -> tuple[float, np.ndarray]:
-    """(share of the squares of an error that a pattern explains, what it leaves); the error has no part in the basis."""
+    """(share of an error's squares that a pattern explains, what it leaves); the error has no part in the basis."""
     left = without(pattern.columns, basis)
     small = np.sum(left**2, axis=0) <= KEPT * np.sum(pattern.columns**2, axis=0)
     own = basis_of(left[:, ~small])

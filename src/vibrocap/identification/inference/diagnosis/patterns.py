@@ -10,6 +10,7 @@ from vibrocap.identification.inference.diagnosis.pattern_test import Pattern
 BINS = 10  # of a covariate, with as many samples each
 DEGREE = 3  # of a drift's polynomials in time
 LEAST_WAVES, MOST_WAVES, PER_WAVE = 1.5, 400, 3  # waves of a ripple along the path; samples of a wave at full speed
+FEWEST_TURNS = 4  # reversals that tell of what comes after them
 FINER = 4  # points of the spectrum for each wave along the path
 REFINED = 12  # halvings about the spectrum's peak
 
@@ -25,7 +26,7 @@ def inertia(records: Sequence[RecordErrors]) -> Pattern:
 
 
 def restoring(records: Sequence[RecordErrors]) -> Pattern:
-    """A spring, or gravity on what turns: the place, or its sine and cosine; and a constant, for its middle is anywhere."""
+    """A spring, or gravity on what turns: the place, or its sine and cosine; and a constant, for its middle."""
     if any(each.rotary for each in records):
         waves = [over_units(records, [wave(each.place) for each in records]) for wave in (np.sin, np.cos)]
     else:
@@ -56,15 +57,38 @@ def speed(records: Sequence[RecordErrors]) -> Pattern:
 
 
 def position(records: Sequence[RecordErrors]) -> Pattern:
-    """Another force at each place, or another friction there: means over bins of the place, with and without direction."""
+    """Another force at each place, or another friction: means over bins of the place, with and without direction."""
     bins, side = _bins(together(records, "place")).columns, together(records, "side")
     return Pattern(np.concatenate([bins, bins * side[:, None]], axis=1))
 
 
+def presliding(records: Sequence[RecordErrors]) -> Pattern:
+    """Another yielding after reversals: means over bins of the distance since the last one, times the direction.
+
+    The bins end at doubling shares of the longest such distance.
+    """
+    ways, turns = [], 0
+    for each in records:
+        side = each.side
+        last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
+        turned = np.concatenate(([False], side[last][1:] * side[last][:-1] < 0))
+        turns += int(np.sum(turned))
+        begin = np.maximum.accumulate(np.where(turned, np.arange(len(side)), 0))
+        ways.append(np.abs(each.place - each.place[begin])[each.counts])
+    way = np.concatenate(ways)
+    if turns < FEWEST_TURNS:
+        return Pattern(np.empty((len(way), 0)))
+    edges = float(way.max()) * 0.5 ** np.arange(BINS - 1, 0, -1)
+    return Pattern(_indicators(np.searchsorted(edges, way)) * together(records, "side")[:, None])
+
+
 def _bins(column: np.ndarray) -> Pattern:
     edges = np.quantile(column, np.linspace(0, 1, BINS + 1)[1:-1])
-    bins = np.searchsorted(edges, column)
-    return Pattern((bins[:, None] == np.unique(bins)).astype(float))
+    return Pattern(_indicators(np.searchsorted(edges, column)))
+
+
+def _indicators(bins: np.ndarray) -> np.ndarray:
+    return (bins[:, None] == np.unique(bins)).astype(float)
 
 
 def ripple(records: Sequence[RecordErrors], error: np.ndarray) -> tuple[float, Pattern]:
