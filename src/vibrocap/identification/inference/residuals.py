@@ -33,6 +33,7 @@ NEGATIVE = 0.05  # of the work without signs: friction that gives back so much
 REFITTED = 25  # evaluations of the fit without samples that are cut off
 LESS = 0.9  # of what patterns explain, which a delay must to be told in their place
 REST = 1e-3  # of the typical speed
+WITH_MOTION = ("speed", "position", "presliding")
 BORNE = "outliers, borne"
 ALLOWED_FOR = ("coloured", "growing", BORNE)  # findings that are no doubt
 
@@ -99,6 +100,10 @@ def residual_report(
     records, scales = prediction.records, data_scales(prediction.records)
     held = any(each.whose == "law" for each in limits)
     causes, rest, late = _causes(prediction, best, loss, held)
+    seen = any(each.kind in ("saturation", "quantisation", "delay") for each in causes)
+    moved = {} if seen else moved_by_noise(prediction, best, spread)
+    if moved:  # such errors of the motion go with what the force goes with
+        causes = tuple(each for each in causes if each.kind not in WITH_MOTION)
     parts = np.split(rest.rest, np.cumsum([int(each.sum()) for each in rest.counts])[:-1])
     errors = _by_record(prediction, best.errors)
     counted = [each[count] for each, count in zip(errors, prediction.counts, strict=True)]
@@ -120,13 +125,12 @@ def residual_report(
         found.append(_finding("coloured", tau, f"{tau:.3g}"))
     if sure and not 1 / GROWTH < growth < GROWTH:
         found.append(_finding("growing", growth, "grow" if growth > 1 else "shrink", f"{growth:.2g}"))
-    if not white and ratio > FAR and not causes:
+    if not white and ratio > FAR and not (causes or moved):
         found.append(_finding("far from noise", ratio, f"{ratio:.2g}"))
     force = np.concatenate([each.force - np.mean(each.force) for each in records])
     relative = float(np.sqrt(np.mean(newtons**2)) / max(float(np.sqrt(np.mean(force**2))), 1e-300))
     if not white and relative > POOR:
         found.append(_finding("poor", relative, f"{relative:.0%}"))
-    moved = {} if causes else moved_by_noise(prediction, best, spread)
     if moved:
         names = ", ".join(f"{name} ({change:+.1%})" for name, change in moved.items())
         found.append(_finding("noisy motion", max(map(abs, moved.values())), names))

@@ -1,11 +1,12 @@
 """The causes that the errors of a fit point to, the largest first."""
 
 import dataclasses
+import functools
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level
+from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled
 from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
 from vibrocap.identification.inference.diagnosis.pattern_test import (
     Pattern,
@@ -23,8 +24,9 @@ from vibrocap.identification.inference.diagnosis.patterns import (
     restoring,
     ripple,
     speed,
+    waves,
 )
-from vibrocap.identification.inference.diagnosis.timing import late, shift
+from vibrocap.identification.inference.diagnosis.timing import about, shift
 
 FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
 SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
@@ -72,82 +74,103 @@ def diagnosis(
     coarse = quantisation(records)
     if coarse is not None:
         found.append(coarse)
-    counts = [each.counts for each in records]
-    counted = np.concatenate(counts)
-    absorbed = basis_of(np.nan_to_num(slopes[counted]))
-    cuts = np.cumsum([int(each.sum()) for each in counts])[:-1].tolist()
-    errors = [each.error for each in records]
-    told, rest = _patterns(records, errors, absorbed, cuts, 0.0 if cut is None else 1.0, timed and coarse is None)
-    single, cleaned = outliers(records, _whole(rest, errors, counts, cuts))
-    total = sum(float(np.sum(one[each] ** 2)) for one, each in zip(errors, counts, strict=True))
-    if single is not None and single.share * float(rest @ rest) > SHARE * total:
-        kept = [
-            one + less - left
-            for one, less, left in zip(errors, cleaned, _whole(rest, errors, counts, cuts), strict=True)
-        ]
-        again, rest = _patterns(records, kept, absorbed, cuts, 0.0 if cut is None else 1.0, timed and coarse is None)
+    largest = 0.0 if cut is None else 1.0
+    told, rest = _patterns(records, [each.error for each in records], slopes, largest, timed and coarse is None)
+    single, cleaned = outliers(records, rest)
+    squares = [
+        sum(float(np.sum(one[each.counts] ** 2)) for one, each in zip(errors, records, strict=True))
+        for errors in (rest, [each.error for each in records])
+    ]
+    if single is not None and single.share * squares[0] > SHARE * squares[1]:
+        kept = [each.error + one - left for each, one, left in zip(records, cleaned, rest, strict=True)]
+        again, rest = _patterns(records, kept, slopes, largest, timed and coarse is None)
         known = {each.kind for each in told}
         told = [single, *(each for each in again if each.kind in known)]
     if coarse is None:  # errors of the motion go with everything that the force goes with
         found += told
-    return Diagnosis(tuple(found), rest, tuple(counts))
-
-
-def _whole(
-    rest: np.ndarray, errors: Sequence[np.ndarray], counts: Sequence[np.ndarray], cuts: Sequence[int]
-) -> list[np.ndarray]:
-    """The rest of the samples that count, amid the errors of the others."""
-    whole = [each.copy() for each in errors]
-    for each, count, part in zip(whole, counts, np.split(rest, cuts), strict=True):
-        each[count] = part
-    return whole
+    counts = tuple(each.counts for each in records)
+    return Diagnosis(tuple(found), np.concatenate([one[each] for one, each in zip(rest, counts, strict=True)]), counts)
 
 
 def _patterns(
+    records: Sequence[RecordErrors], errors: Sequence[np.ndarray], slopes: np.ndarray, largest: float, timed: bool
+) -> tuple[list[Cause], list[np.ndarray]]:
+    """Causes that add a pattern to the force, and what they leave of the errors [n] of each record.
+
+    One after the other: what one explains is no more the others'.
+    """
+    some = sampled(records)
+    found, columns = _found(some, *_counted(some, errors, slopes), largest, timed)
+    error, absorbed, cuts = _counted(records, errors, slopes)
+    rest = without(error, basis_of(np.concatenate([absorbed, *(make(records) for make in columns)], axis=1)))
+    whole = [each.copy() for each in errors]
+    for one, each, part in zip(whole, records, np.split(rest, cuts), strict=True):
+        one[each.counts] = part
+    return found, whole
+
+
+def _counted(
+    records: Sequence[RecordErrors], errors: Sequence[np.ndarray], slopes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """(errors without what the fit can absorb, a basis of that, where records begin), of the samples that count."""
+    counts = [each.counts for each in records]
+    absorbed = basis_of(np.nan_to_num(slopes[np.concatenate(counts)]))
+    error = without(np.concatenate([one[each] for one, each in zip(errors, counts, strict=True)]), absorbed)
+    return error, absorbed, np.cumsum([int(each.sum()) for each in counts])[:-1].tolist()
+
+
+Columns = Callable[[Sequence[RecordErrors]], np.ndarray]
+
+
+def _found(
     records: Sequence[RecordErrors],
-    errors: Sequence[np.ndarray],
+    error: np.ndarray,
     absorbed: np.ndarray,
     cuts: list[int],
     largest: float,
     timed: bool,
-) -> tuple[list[Cause], np.ndarray]:
-    """Causes that add a pattern to the force, one after the other: what one explains is no more the others'."""
-    error = np.concatenate([one[each.counts] for one, each in zip(errors, records, strict=True)])
-    error = without(error, absorbed)
+) -> tuple[list[Cause], list[Columns]]:
+    """The causes, the largest first, and how each makes its columns."""
     fixed = {name: make(records) for name, make in MAKERS.items()}
     chance = FALSE_ALARMS / (len(fixed) + 2)
-    total, found = float(error @ error), []
+    total, found, columns = float(error @ error), [], []
     noise = sum(noise_level(each) ** 2 * len(each) for each in np.split(error, cuts))
     least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
     for _ in range(MOST if total > 0 else 0):
-        tried: dict[str, tuple[Pattern, float]] = {name: (each, 0.0) for name, each in fixed.items()}
-        length, waves = ripple(records, error)
-        tried["ripple"] = (waves, length)
+        tried: dict[str, tuple[Pattern, float, Columns]]
+        tried = {name: (each, 0.0, functools.partial(_made, name)) for name, each in fixed.items()}
+        length, directed, sines = ripple(records, error)
+        tried["ripple"] = (sines, length, functools.partial(waves, length=length, directed=directed))
         if timed and all(each.kind != "delay" for each in found):
             delay, lateness = shift(records, error, absorbed)
-            tried["delay"] = (lateness, delay)
+            tried["delay"] = (lateness, delay, functools.partial(about, delay=delay))
         now = float(error @ error)
-        shares = {name: explained(error, absorbed, pattern) for name, (pattern, _) in tried.items()}
+        shares = {name: explained(error, absorbed, pattern) for name, (pattern, *_) in tried.items()}
         for name in POSITIVE:
             if name in tried and _size(tried[name][0], error, absorbed) < 0:
                 shares[name] = (0.0, error)
         weights = {name: share * (GENERAL if name in BROAD else 1.0) for name, (share, _) in shares.items()}
         for name in sorted(weights, key=lambda each: -weights[each]):
-            pattern, amount = tried[name]
+            pattern, amount, make = tried[name]
             share = shares[name][0] * now / total
             if share < max(SHARE, SECOND * largest, least if not found else 0.0):
-                return found, error
+                return found, columns
             if probability(error, absorbed, pattern, shares[name][1], cuts) < chance:
                 break
         else:
-            return found, error
+            return found, columns
         largest = max(largest, share)
         if all(each.kind != name for each in found):
             found.append(_named(name, amount, share, pattern, error, absorbed, records))
-        absorbed = basis_of(np.concatenate([absorbed, _removed(name, pattern, records, amount)], axis=1))
+        columns.append(make)
+        absorbed = basis_of(np.concatenate([absorbed, make(records)], axis=1))
         error = without(error, absorbed)
         fixed.pop(name, None)
-    return found, error
+    return found, columns
+
+
+def _made(name: str, records: Sequence[RecordErrors]) -> np.ndarray:
+    return MAKERS[name](records).columns
 
 
 MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
@@ -161,15 +184,6 @@ MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
 }
 POSITIVE = ("inertia", "restoring")  # no mass and no stiffness is negative
 BROAD = ("speed", "position", "presliding", "drift", "restoring")
-
-
-def _removed(name: str, pattern: Pattern, records: Sequence[RecordErrors], amount: float) -> np.ndarray:
-    """Columns that a cause takes off: a delay also takes the force's slope, for it is known to a part of a sample."""
-    if name != "delay":
-        return pattern.columns
-    interval = float(np.median(np.diff(records[0].time)))
-    beside = [late(records, amount + each * interval) - pattern.columns[:, 0] for each in (-1.0, 1.0)]
-    return np.stack([pattern.columns[:, 0], *beside], axis=1)
 
 
 def _size(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> float:

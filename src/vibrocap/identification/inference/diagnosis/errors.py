@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 REST = 1e-3  # of the typical speed
+LARGEST, BESIDE = 50_000, 20  # samples in which patterns are looked for, and on either side of a turn
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -38,6 +39,31 @@ class RecordErrors:
         speed = np.abs(self.velocity)
         usual = float(np.quantile(speed, 0.95))
         return np.sign(np.where(speed > REST * usual, self.velocity, 0.0))
+
+    @property
+    def turned(self) -> np.ndarray:
+        """Samples [n] at which the motion has turned."""
+        side = self.side
+        last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
+        return np.concatenate(([False], side[last][1:] * side[last][:-1] < 0))
+
+
+def sampled(records: Sequence[RecordErrors]) -> list[RecordErrors]:
+    """The records of which about LARGEST samples count: each so-manieth one, and all beside the motion's turns.
+
+    A pattern that explains 2 % of the squares shows in these as surely as in a million.
+    """
+    from scipy.ndimage import maximum_filter1d
+
+    every = -(-sum(int(each.counts.sum()) for each in records) // LARGEST)
+    if every <= 1:
+        return list(records)
+    found = []
+    for each in records:
+        some = maximum_filter1d(each.turned.astype(np.uint8), 2 * BESIDE + 1) > 0
+        some[::every] = True
+        found.append(dataclasses.replace(each, counts=each.counts & some))
+    return found
 
 
 def together(records: Sequence[RecordErrors], name: str) -> np.ndarray:

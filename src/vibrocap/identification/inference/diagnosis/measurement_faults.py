@@ -54,8 +54,8 @@ def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
     """A resolution of the motion that is coarse for the force: its effect is 2 % of the squared errors or more.
 
     Looked at is what drives the law: the velocity, or the place where the velocity was made from it. All of six or
-    more differences between neighbouring values are whole multiples of the least one, q, within 1 %, which other numbers
-    do with a probability below 10^-8. The effect on the force is reckoned as the sum of q^2/12 times the mean square of
+    more differences between neighbouring values are whole multiples of the least one, q, within 1 %, which others are
+    with a probability below 10^-8. The effect on the force is reckoned as the sum of q^2/12 times the mean square of
     the local slope of the predicted force, of what the steps make of the prediction itself (its differences from cubics
     over nine samples, away from reversals), and of a quarter of the force's squared jump where the sign of the velocity
     is uncertain.
@@ -128,24 +128,18 @@ def _rough(record: RecordErrors) -> float:
     if len(record.predicted) < 2 * WINDOW:
         return 0.0
     rough = record.predicted - savgol_filter(record.predicted, WINDOW, 3)
-    away = maximum_filter1d(_turns(record).astype(np.uint8), 2 * AROUND + 1) == 0
+    away = maximum_filter1d(record.turned.astype(np.uint8), 2 * AROUND + 1) == 0
     return float(np.mean(rough[away] ** 2)) if away.any() else 0.0
-
-
-def _turns(record: RecordErrors) -> np.ndarray:
-    """Samples [n] at which the motion has turned."""
-    side = record.side
-    last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
-    return np.concatenate(([False], side[last][1:] * side[last][:-1] < 0))
 
 
 def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> tuple[Cause | None, list[np.ndarray]]:
     """Samples that stand alone, and the errors [n] of each record without them; errors: what patterns leave of them.
 
     How far an error is outside of what lies between the medians of the three before and the three after it is compared
-    with the robust deviation of second differences at like speeds. An outlier is seven of these, and the largest
-    second difference of the predicted force among seven samples, away, and none of the seven is at a reversal (so that
-    no jump of the law, a little early or late, counts): of a million normal errors of one size none is. Two are enough, and one of twice as many.
+    with the robust deviation of second differences at like speeds. An outlier is seven of these away, and the largest
+    second difference of the predicted force among seven samples, of which none is at a reversal (so that no jump of the
+    law counts, a little early or late): of a million normal errors of one size none is. Two are enough, and one that is
+    fourteen away.
     """
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
@@ -157,7 +151,7 @@ def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> t
         alone = error - np.clip(error, np.minimum(before, after), np.maximum(before, after))
         bend = np.abs(np.diff(each.predicted, 2, prepend=each.predicted[0], append=each.predicted[-1])) / each.unit
         jump = maximum_filter1d(bend, 2 * NEAR + 1)
-        looked_at = each.counts & ~_turns(each)
+        looked_at = each.counts & ~each.turned
         inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * NEAR + 1) > 0
         times = (np.abs(alone) - jump) / np.maximum(_deviation(error, np.abs(each.velocity), inside), 1e-300)
         far = inside & (times > FAR_OUT)

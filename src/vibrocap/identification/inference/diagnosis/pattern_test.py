@@ -1,11 +1,13 @@
 """The test whether errors hold a pattern: least squares beside what the fit can absorb, for coloured, uneven noise.
 
 Errors are correlated in time and larger in some samples than in others. So error and columns are whitened by an
-autoregressive model of what the pattern leaves (Cochrane and Orcutt 1949), of the order that Akaike's criterion
+autoregressive model of what the pattern leaves (Cochrane and Orcutt 1949), of the order that Schwarz's criterion
 chooses, and the pattern's coefficients b are compared with their covariance, once for errors of one size and once for
 any (White 1980, with the leverage of MacKinnon and White 1985). The less sure of both counts:
 
-    W = b^T V^-1 b,  F-distributed with k and n - k degrees of freedom over k, where there is no pattern
+    W = b^T V^-1 b,  F-distributed with k and n/tau - k degrees of freedom over k, where there is no pattern
+
+with the correlation time tau of the model: of that many samples it has been learnt.
 """
 
 import dataclasses
@@ -64,14 +66,14 @@ def probability(
     """
     from scipy.special import fdtrc
 
-    model = autoregression(np.split(rest, cuts))
+    model, time = autoregression(np.split(rest, cuts))
     white = [filtered(each, model, cuts) for each in (error[:, None], absorbed, pattern.columns)]
     basis = basis_of(white[1])
     left = without(white[2], basis)
     keep = np.sum(left**2, axis=0) > KEPT * np.sum(white[2] ** 2, axis=0)
     own = basis_of(left[:, keep])
     n, k = own.shape
-    free = n - k - basis.shape[1]
+    free = n / time - k - basis.shape[1]
     if k == 0 or free < 5:
         return 1.0
     target = without(white[0][:, 0], basis)
@@ -86,14 +88,17 @@ def probability(
     return min(float(fdtrc(k, free, min(one_size, any_size) / k)) * pattern.tries, 1.0)
 
 
-def autoregression(series: Sequence[np.ndarray]) -> np.ndarray:
-    """Coefficients a_1.. of e_i = a_1 e_i-1 + ... (Levinson and Durbin), of the order with the least criterion."""
+def autoregression(series: Sequence[np.ndarray]) -> tuple[np.ndarray, float]:
+    """(coefficients a_1.. of e_i = a_1 e_i-1 + ... (Levinson and Durbin), its correlation time in samples, at least 1).
+
+    The order is that with the least criterion; tau = s^2 / (1 - sum a)^2 with the share s^2 that the model leaves.
+    """
     n = sum(len(each) for each in series)
     most = min(ORDER, n // 20)
     sums = np.array([sum(float(each[k:] @ each[: len(each) - k]) for each in series) for k in range(most + 1)])
     if not sums[0] > 0:
-        return np.empty(0)
-    a, left, best, least = np.empty(0), 1.0, np.empty(0), 0.0
+        return np.empty(0), 1.0
+    a, left, best, least, time = np.empty(0), 1.0, np.empty(0), 0.0, 1.0
     rho = sums / sums[0]
     for order in range(1, most + 1):
         reflection = (rho[order] - float(a @ rho[order - 1 : 0 : -1])) / left
@@ -101,10 +106,11 @@ def autoregression(series: Sequence[np.ndarray]) -> np.ndarray:
         left *= 1 - reflection**2
         if not left > 1e-12:
             break
-        criterion = n * np.log(left) + 2 * order
+        criterion = n * np.log(left) + np.log(n) * order
         if criterion < least:
             best, least = a, criterion
-    return best
+            time = left / max(1 - float(np.sum(a)), 1e-6) ** 2
+    return best, max(time, 1.0)
 
 
 def filtered(columns: np.ndarray, model: np.ndarray, cuts: Sequence[int]) -> np.ndarray:

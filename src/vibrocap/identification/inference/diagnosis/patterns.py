@@ -69,11 +69,8 @@ def presliding(records: Sequence[RecordErrors]) -> Pattern:
     """
     ways, turns = [], 0
     for each in records:
-        side = each.side
-        last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
-        turned = np.concatenate(([False], side[last][1:] * side[last][:-1] < 0))
-        turns += int(np.sum(turned))
-        begin = np.maximum.accumulate(np.where(turned, np.arange(len(side)), 0))
+        turns += int(np.sum(each.turned))
+        begin = np.maximum.accumulate(np.where(each.turned, np.arange(len(each.time)), 0))
         ways.append(np.abs(each.place - each.place[begin])[each.counts])
     way = np.concatenate(ways)
     if turns < FEWEST_TURNS:
@@ -91,11 +88,19 @@ def _indicators(bins: np.ndarray) -> np.ndarray:
     return (bins[:, None] == np.unique(bins)).astype(float)
 
 
-def ripple(records: Sequence[RecordErrors], error: np.ndarray) -> tuple[float, Pattern]:
-    """(wavelength m, pattern): the sine along the place of which an error has most, with or without the direction.
+def waves(records: Sequence[RecordErrors], length: float, directed: bool) -> np.ndarray:
+    """Cosine and sine [n, 2] of a wavelength along the place, times the direction or not."""
+    phases = [2 * np.pi / length * each.place[each.counts] for each in records]
+    sizes = [(each.side[each.counts] if directed else 1.0) / each.unit for each in records]
+    pair = [[wave(p) * size for p, size in zip(phases, sizes, strict=True)] for wave in (np.cos, np.sin)]
+    return np.stack([np.concatenate(one) for one in pair], axis=1)
+
+
+def ripple(records: Sequence[RecordErrors], error: np.ndarray) -> tuple[float, bool, Pattern]:
+    """(wavelength m, whether it has the direction, pattern): the sine along the place of which an error has most.
 
     The spectrum of the error over the place, from one and a half waves along the whole path on, up to waves that have
-    six samples at full speed; then about its peak. 0 where the path is too short.
+    three samples at full speed; then about its peak. A length of 0 where the path is too short.
     """
     place, side = together(records, "place"), together(records, "side")
     units = np.concatenate([np.full(int(each.counts.sum()), each.unit) for each in records])
@@ -103,32 +108,28 @@ def ripple(records: Sequence[RecordErrors], error: np.ndarray) -> tuple[float, P
     steps = np.concatenate([np.abs(np.diff(each.place)) for each in records])
     fast = float(np.quantile(steps, 0.9))
     most = int(min(path / max(PER_WAVE * fast, 1e-300), MOST_WAVES, len(place) / 20))
-    none = 0.0, Pattern(np.empty((len(error), 0)))
+    none = 0.0, False, Pattern(np.empty((len(error), 0)))
     if not path > 0 or most < 2 * LEAST_WAVES:
         return none
     bins = 8 * most
     which = np.minimum(((place - place.min()) / path * bins).astype(int), bins - 1)
-    waves = np.arange(FINER * most + 1) / FINER
-    best = (-1.0, 0.0, np.ones_like(side))
-    for sign in (np.ones_like(side), side):
+    numbers = np.arange(FINER * most + 1) / FINER
+    best = (-1.0, 0.0, False)
+    for directed in (False, True):
+        sign = side if directed else np.ones_like(side)
         weighted = error * sign / units
-        spectrum = np.abs(np.fft.rfft(np.bincount(which, weighted, bins), FINER * bins)[: len(waves)]) ** 2
+        spectrum = np.abs(np.fft.rfft(np.bincount(which, weighted, bins), FINER * bins)[: len(numbers)]) ** 2
         spectrum /= max(float(np.sum((sign / units) ** 2)), 1e-300)
-        peak = int(np.argmax(np.where(waves >= LEAST_WAVES, spectrum, -1.0)))
+        peak = int(np.argmax(np.where(numbers >= LEAST_WAVES, spectrum, -1.0)))
         if spectrum[peak] > best[0]:
-            best = (float(spectrum[peak]), float(waves[peak]), sign)
-    sign = best[2] / units
-
-    def columns(number: float) -> np.ndarray:
-        phase = 2 * np.pi * number / path * (place - place.min())
-        return np.stack([np.cos(phase) * sign, np.sin(phase) * sign], axis=1)
-
+            best = (float(spectrum[peak]), float(numbers[peak]), directed)
     number, width = best[1], 1.0 / FINER
     for _ in range(REFINED):
         tried = [max(number + width * each, LEAST_WAVES) for each in (-0.5, 0.0, 0.5)]
-        number = max(tried, key=lambda each: float(_power(columns(each), error)))
+        number = max(tried, key=lambda each: _power(waves(records, path / each, best[2]), error))
         width *= 0.6
-    return path / number, Pattern(columns(number), tries=2.0 * FINER * most)
+    length = path / number
+    return length, best[2], Pattern(waves(records, length, best[2]), tries=2.0 * FINER * most)
 
 
 def _power(columns: np.ndarray, error: np.ndarray) -> float:

@@ -42,19 +42,26 @@ def shift(records: Sequence[RecordErrors], error: np.ndarray, absorbed: np.ndarr
     return delay, Pattern(columns, tries=float(len(tried)), sparse=True)
 
 
+def about(records: Sequence[RecordErrors], delay: float) -> np.ndarray:
+    """Columns [n, 3] of a delay that is known to about a part of a sample: its own, a sample more and a sample less."""
+    interval = float(np.median(np.diff(records[0].time)))
+    own, *others = (late(records, delay + each * interval) for each in (0.0, -1.0, 1.0))
+    return np.stack([own, *(each - own for each in others)], axis=1)
+
+
 def late(records: Sequence[RecordErrors], delay: float) -> np.ndarray:
     """What a delay adds to the measured force, over the units, of the samples that count."""
-    added = [((_before(each, delay) - each.predicted) / each.unit)[each.counts] for each in records]
+    added = [(_before(each, delay) - each.predicted[each.counts]) / each.unit for each in records]
     return np.concatenate(added)
 
 
 def _before(record: RecordErrors, delay: float) -> np.ndarray:
-    """The predicted force of a moment before: linear between samples, but where the motion turns it may jump.
+    """The force predicted for a moment before: linear between samples, but where the motion turns it may jump.
 
     There it is that of the sample on the same side of the instant at which the velocity, linear between samples, is 0.
     """
     time, velocity, force = record.time, record.velocity, record.predicted
-    moment = np.clip(time - delay, time[0], time[-1])
+    moment = np.clip(time[record.counts] - delay, time[0], time[-1])
     found = np.interp(moment, time, force)
     i = np.clip(np.searchsorted(time, moment, side="right") - 1, 0, len(time) - 2)
     turns = velocity[i] * velocity[i + 1] < 0
