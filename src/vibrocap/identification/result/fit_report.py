@@ -164,7 +164,9 @@ def _doubted(report: Identifiability) -> Identifiability:
     named = ", ".join(first)
     sentence = f"The errors are no noise (see below): no interval of {named} holds, however narrow it is."
     sentences = (sentence, *report.sentences) if first else report.sentences
-    return dataclasses.replace(report, verdicts=verdicts, sentences=sentences, experiments=report.experiments | first)
+    return dataclasses.replace(
+        report, verdicts=verdicts, sentences=sentences, experiments={**report.experiments, **first}
+    )
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 REST = 1e-3  # of the typical speed
-LARGEST, BESIDE = 50_000, 20  # samples in which patterns are looked for, and on either side of a turn
+LARGEST, BESIDE = 25_000, 20  # samples in which patterns are looked for, and on either side of a turn
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
