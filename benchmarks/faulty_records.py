@@ -16,6 +16,7 @@ import numpy as np
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.diagnosis.causes import diagnosis
 from vibrocap.identification.inference.diagnosis.errors import RecordErrors
+from vibrocap.identification.inference.diagnosis.pattern_test import basis_of, without
 from vibrocap.laboratory.driven import driven_force
 from vibrocap.physics import catalogue
 from vibrocap.physics.friction.law import Law
@@ -23,6 +24,16 @@ from vibrocap.records.record import Record
 
 LAWS = ("exponential", "stribeck", "hyperbolic-stribeck", "dahl", "lugre")
 EFFECT = (0.7, 8.0)  # root mean square of a fault's effect on the force, over the noise
+STEP = 1e-4
+PARAMETERS = (
+    "coulomb_coefficient",
+    "static_coefficient",
+    "stribeck_velocity",
+    "decay_rate",
+    "viscous_damping",
+    "bristle_stiffness",
+    "bristle_damping",
+)
 FAULTS = {  # kind of record: what is to be named
     "white": "", "coloured": "", "growing": "", "fine encoder": "",
     "late": "delay", "early": "delay", "clipped": "saturation", "quantised position": "quantisation",
@@ -126,9 +137,13 @@ def faulty(kind: str, seed: int, largest: int = 1_000_000, laws: tuple[str, ...]
     elif kind in ("late", "early"):
         sign = 1.0 if kind == "late" else -1.0
         interval = time[1] - time[0]
-        delay = _sized(
-            lambda d: made.force(time - sign * d) - clean, effect, 0.05 * interval, 0.05 / made.frequencies[0]
-        )
+        basis = basis_of(slopes_of(made, time, velocity, acceleration))
+        low, high = 0.25 * interval, 0.05 / made.frequencies[0]  # less strikes single samples of a law that jumps
+
+        def left(d: float) -> np.ndarray:  # what the law's parameters cannot take up, as damping does a lead
+            return without(made.force(time - sign * d) - clean, basis)
+
+        delay = _sized(left, effect, low, high)
         force = made.force(time - sign * delay) + noise
     elif kind == "clipped":
         low, high = np.quantile(force, [rng.uniform(0.01, 0.2), 1 - rng.uniform(0.01, 0.2)])
@@ -189,32 +204,48 @@ def _sized(effect: Callable[[float], np.ndarray], wanted: float, low: float, hig
     return high
 
 
+def _searched(made: Bench) -> tuple[list[str], np.ndarray]:
+    """Names of the law's parameters and their values, with the mass as the last one where there is one."""
+    names = [name for name in PARAMETERS if hasattr(made.law, name)]
+    return names, np.array([getattr(made.law, name) for name in names] + [made.mass] * (made.mass > 0))
+
+
+def _answer(
+    made: Bench, names: list[str], values: np.ndarray, time: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
+) -> np.ndarray:
+    law = dataclasses.replace(made.law, **dict(zip(names, values.tolist(), strict=False)))
+    return driven_force(law, time, velocity).force + (values[-1] if made.mass else 0.0) * acceleration
+
+
+def slopes_of(
+    made: Bench, time: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, values: np.ndarray | None = None
+) -> np.ndarray:
+    """Changes of the force [n, p] per e-fold of each parameter."""
+    names, own = _searched(made)
+    values = own if values is None else values
+    base = _answer(made, names, values, time, velocity, acceleration)
+    moved = [values * (1 + STEP * one) for one in np.eye(len(values))]
+    return np.stack(
+        [(_answer(made, names, each, time, velocity, acceleration) - base) / STEP for each in moved], axis=1
+    )
+
+
 def errors_of(made: Bench, record: Record, fitted: bool = False) -> tuple[RecordErrors, np.ndarray]:
     """(errors of the true law under the measured motion, or of the law after two steps of Gauss and Newton; slopes)."""
     from vibrocap.identification.problem.samples import samples
 
     one = samples(record)
     unit = one.deviation
-    names = [name for name in ("coulomb_coefficient", "static_coefficient", "stribeck_velocity", "decay_rate",
-             "viscous_damping", "bristle_stiffness", "bristle_damping") if hasattr(made.law, name)]  # fmt: skip
-    values = np.array([getattr(made.law, name) for name in names] + [made.mass] * (made.mass > 0))
-
-    def predicted(at: np.ndarray) -> np.ndarray:
-        law = dataclasses.replace(made.law, **dict(zip(names, at.tolist(), strict=False)))
-        mass = at[-1] if made.mass else 0.0
-        return driven_force(law, one.time, one.velocity).force + mass * one.acceleration
-
+    names, values = _searched(made)
     slopes = np.empty((len(one), 0))
-    base = predicted(values)
+    base = _answer(made, names, values, one.time, one.velocity, one.acceleration)
     for _ in range(3 if fitted else 0):
-        slopes = np.stack(
-            [(predicted(values * (1 + 1e-4 * unitary)) - base) / 1e-4 for unitary in np.eye(len(values))], 1
-        )
+        slopes = slopes_of(made, one.time, one.velocity, one.acceleration, values)
         step = np.linalg.lstsq(slopes, one.force - base, rcond=None)[0]
         values = values * np.exp(np.clip(step, -0.3, 0.3))
         if "static_coefficient" in names:
             values[1] = max(values[1], 1.001 * values[0])
-        base = predicted(values)
+        base = _answer(made, names, values, one.time, one.velocity, one.acceleration)
     place = one.displacement if one.place is None else one.place
     columns = (one.time, one.velocity, one.acceleration, place, one.force, base)
     return RecordErrors(*columns, unit, np.ones(len(one), bool), one.velocity_made), slopes / unit
