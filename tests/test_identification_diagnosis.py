@@ -39,6 +39,14 @@ def test_the_fault_is_named_and_no_other(kind):
         assert named(kind, seed, "true", largest=4_000, laws=STATIC) == expected(kind), seed
 
 
+@pytest.mark.parametrize(("kind", "sign"), [("late", 1), ("early", -1)])
+def test_a_delay_has_its_sign(kind, sign):
+    made, record = faulty(kind, seeds(kind, 1)[0], 4_000, STATIC)
+    errors, _ = errors_of(made, record)
+    (cause,) = diagnosis([errors]).causes
+    assert sign * cause.amount > 0.1 * record.interval
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", FITTED)
 def test_the_fault_is_named_after_a_fit_that_it_bends(kind):
