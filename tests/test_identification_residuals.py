@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.imperfect_data import CONTACT, KINDS, rates, record
+from benchmarks.imperfect_data import CONTACT, KINDS, motion, rates, record
 from thinned import exhaustive_but
 from vibrocap.identification.fitting.fit import fit
 from vibrocap.identification.inference.uncertainty import uncertainty
@@ -68,16 +68,24 @@ def test_errors_that_go_with_direction_are_said_to():
     assert {"kind", "text", "amount"} == set(data["residuals"]["findings"][0])
 
 
-def test_noise_of_the_motion_that_moves_parameters_is_said():
+def test_a_coarse_encoder_is_said_with_its_step():
     one = told(record("quantised", 0))
+    assert one.residuals.kinds == ("quantisation",)
+    assert one.residuals.findings[0].amount == pytest.approx(1e-6, rel=1e-9)
+
+
+def test_noise_of_the_motion_that_moves_parameters_is_said():
+    made = record("white", 0)
+    noise = 3e-7 * np.random.default_rng(1).standard_normal(len(made))  # m
+    one = told(made.replaced(velocity=None, displacement=motion().displacement + noise))
     assert "noisy motion" in one.residuals.kinds
 
 
-def test_a_drift_of_the_sensor_goes_with_time():
+def test_a_drift_of_the_sensor_is_said():
     made = record("white", 2)
     drift = 0.3 * np.std(made.force) * made.time / made.time[-1]
     one = told(made.replaced(force=made.force + drift))
-    assert "time" in one.residuals.kinds
+    assert one.residuals.kinds == ("drift",)
 
 
 def test_the_covariance_is_that_of_errors_of_different_sizes():

@@ -1,6 +1,5 @@
 """Fits of the steady curve: force against velocity, sample by sample, without the memory of the contact."""
 
-import dataclasses
 import functools
 import time as clock
 from collections.abc import Iterable, Mapping
@@ -79,7 +78,7 @@ def steady_fit(
 
     prediction = predicted(chosen, tuple(fitted))
     every = max(1, prediction.size // DRAFT)
-    thinned = tuple(_kept(record, slice(None, None, every)) for record in fitted)
+    thinned = tuple(record.kept(slice(None, None, every)) for record in fitted)
 
     def simpler(loss: Loss) -> list[np.ndarray]:
         draft = functools.partial(predicted, of=thinned)
@@ -97,10 +96,4 @@ def _moving(record: Samples, least_speed: float) -> Samples:
     moving = np.abs(record.velocity) > least_speed
     if moving.sum() < 8:
         raise ValueError(f"record {record.name!r}: has {int(moving.sum())} samples faster than {least_speed:g} m/s")
-    return _kept(record, moving)
-
-
-def _kept(record: Samples, which: Any) -> Samples:
-    load = record.load if np.ndim(record.load) == 0 else record.load[which]
-    columns = {name: getattr(record, name)[which] for name in ("time", "velocity", "force", "acceleration")}
-    return dataclasses.replace(record, **columns, load=load)
+    return record.kept(moving)

@@ -19,7 +19,11 @@ ROUNDING = 1e-12  # exponent of a combination that is rounding
 
 
 class Verdict(enum.StrEnum):
-    """What the data say about one parameter."""
+    """What the data say about one parameter.
+
+    Doubted: the data pin it down, but what the errors show (a wrong law, a fault of the data) says that the interval
+    does not hold.
+    """
 
     DETERMINED = "determined"
     BOUNDED_ABOVE = "only bounded above"
@@ -28,6 +32,7 @@ class Verdict(enum.StrEnum):
     UNDETERMINED = "not determined"
     NO_EFFECT = "not determined: without effect in these data"
     TOO_FEW = "not determined: too few samples"
+    DOUBTED = "doubted: the errors are no noise"
     HELD = "held"
 
 
@@ -72,7 +77,7 @@ class Identifiability:
 
     @property
     def undetermined(self) -> tuple[str, ...]:
-        """Parameters that the data leave open on at least one side, or that span more than a factor of WIDE."""
+        """Parameters that the data leave open on at least one side or within a factor of WIDE, or that are doubted."""
         firm = (Verdict.DETERMINED, Verdict.HELD)
         return tuple(name for name, verdict in self.verdicts.items() if verdict not in firm)
 

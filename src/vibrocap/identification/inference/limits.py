@@ -14,7 +14,7 @@ import numpy as np
 from vibrocap.identification.inference.profile import Interval
 from vibrocap.identification.inference.uncertainty import Uncertainty, inverse
 from vibrocap.identification.problem.coordinates import LARGEST_RATIO, Coordinate
-from vibrocap.identification.problem.prediction import Prediction
+from vibrocap.identification.problem.prediction import DELAY, MASS, OFFSET, Prediction
 from vibrocap.identification.search.loss import Loss, Minimum
 
 HELD = 0.25  # of half an interval: a parameter that would move so far without a limit is held by it
@@ -22,7 +22,7 @@ HELD = 0.25  # of half an interval: a parameter that would move so far without a
 
 @dataclasses.dataclass(frozen=True)
 class ReachedLimit:
-    """A limit at which a parameter of the law stands.
+    """A limit at which a parameter of the law stands, or an offset, a mass or a delay.
 
     side: "low" or "high" end of the parameter's range; value: of the parameter there
     whose: "law" (zero, or the order of its levels), "search" (the package's own range) or "given" (`bounds`)
@@ -44,12 +44,13 @@ class ReachedLimit:
 
 
 def reached_limits(prediction: Prediction, best: Minimum, loss: Loss, spread: Uncertainty) -> tuple[ReachedLimit, ...]:
-    """The limits at which the law's parameters stand, and which intervals they hold.
+    """The limits at which parameters of the law and of the sensor stand, and which intervals they hold.
 
     With e the errors, J their slopes and g_k = (J^T e)_k at a limit that is pressed upon, the parameters would move by
     -(J^T J)^-1 g_k without it, as far as a straight line tells.
     """
-    space, names = prediction.space, prediction.law_names
+    space = prediction.space
+    names = (*prediction.law_names, OFFSET, MASS, DELAY)
     to_parameters = space.slopes(best.u)
     weighted = loss.slope(best.errors)[:, None] * best.slopes
     gradient, information = weighted.T @ best.errors, inverse(weighted.T @ best.slopes)
@@ -107,6 +108,8 @@ def _text(coordinate: Coordinate, at: int, side: str, value: float) -> str:
     name, number = coordinate.name, f"{value:.4g}"
     end = {"low": "lower", "high": "upper"}[side]
     whose = {"law": "of the law", "search": "of the search", "given": "that was given"}[coordinate.whose_limit(at)]
+    if name == MASS and at < 0:
+        return "mass is at 0, and no mass is negative"
     if coordinate.form in ("above", "below"):
         ratio = f"{LARGEST_RATIO:g} times " if at > 0 else ""
         high, low = (name, coordinate.partner) if coordinate.form == "above" else (coordinate.partner, name)

@@ -21,7 +21,8 @@ class Prediction:
     """The law of a fit, driven through its records, as a function of coordinates.
 
     Error of a sample: (predicted - measured) / (weight's unit of the record), where
-    predicted = R(law; v(t - delay)) + offset + mass * acceleration.
+    predicted = R(law; v(t - delay)) + offset + mass * a(t - delay): all that the force sensor measures is late. The
+    normal force is measured like the force and is late with it already.
 
     template: the law that carries what is not searched; space: coordinates of the law's parameters, then of the
     nuisances "offset" (N), "mass" (kg), "delay" (s) and "start[<record>].<state>": the internal state at the first
@@ -68,24 +69,23 @@ class Prediction:
         found = np.full((len(values), len(record)), np.nan)
         start = self._start(values, law_values, record)
         delays = values[:, names.index(DELAY)] if DELAY in names else np.zeros(len(values))
+        masses = values[:, names.index(MASS)] if MASS in names else np.zeros(len(values))
         for delay in np.unique(delays[lawful]):
             rows = lawful & (delays == delay)
-            late = np.interp(record.time - delay, record.time, record.velocity) if delay else record.velocity
             found[rows] = driven_forces(
                 self.template,
                 law_values[rows],
                 law_names,
                 record.time,
-                late,
+                _late(record.velocity, record.time, delay),
                 load=record.load,
                 internal=None if start is None else start[rows],
                 tolerance=self.tolerance,
                 threads=1 if rows.sum() * len(record) < SMALL else self.threads,
             ).force
-        for name, column in (("offset", 1.0), ("mass", record.acceleration)):
-            if name in names:
-                found = found + values[:, [names.index(name)]] * column
-        return found
+            if MASS in names:
+                found[rows] += masses[rows, None] * _late(record.acceleration, record.time, delay)
+        return found + values[:, [names.index(OFFSET)]] if OFFSET in names else found
 
     def _lawful(self, row: list[float]) -> bool:
         """Whether the law takes these parameters: some laws check them together."""
@@ -163,7 +163,8 @@ class Prediction:
 
 ALL_STATES = "all"
 LATE_STEP = 0.01  # of a sampling interval
-DELAY, LATEST = "delay", 20.0  # and how many samples a force may be late or early
+OFFSET, MASS, DELAY = "offset", "mass", "delay"
+LATEST, LATEST_SHARE = 20.0, 0.01  # samples that a force may be late or early, or share of the shortest record
 GAP = "gap_position"  # the state of a joint with play
 
 
@@ -184,9 +185,14 @@ def unchecked(law: Law, values: Mapping[str, Any]) -> Law:
     return copy
 
 
+def _late(column: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
+    """A column as it was a delay before, linear between the samples; before the first one it is that one."""
+    return np.interp(time - delay, time, column) if delay else column
+
+
 def is_nuisance(name: str) -> bool:
     """Whether a name is that of a parameter of the measurement and not of the law."""
-    return name in ("offset", "mass", DELAY, "machine_stiffness", "drift") or name.startswith(START + "[")
+    return name in (OFFSET, MASS, DELAY, "machine_stiffness", "drift") or name.startswith(START + "[")
 
 
 def concerns(name: str, record: str) -> bool:
@@ -197,8 +203,9 @@ def concerns(name: str, record: str) -> bool:
 def delay_coordinate(records: Sequence[Samples]) -> Coordinate:
     """The time by which the force is late behind the motion."""
     interval = float(np.median(np.concatenate([np.diff(each.time) for each in records])))
+    reach = max(LATEST * interval, LATEST_SHARE * min(float(each.time[-1]) for each in records))
     step = LATE_STEP  # a coarse one: samples are joined by straight lines
-    return Coordinate(DELAY, "linear", -LATEST * interval, LATEST * interval, scale=interval, spread=0.0, step=step)
+    return Coordinate(DELAY, "linear", -reach, reach, scale=interval, spread=0.0, step=step)
 
 
 def nuisances(
@@ -211,11 +218,12 @@ def nuisances(
     """
     found: list[Coordinate] = []
     if offset:
-        found.append(Coordinate("offset", "linear", -level, level, scale=0.1 * level, spread=0.0))
+        found.append(Coordinate(OFFSET, "linear", -level, level, scale=0.1 * level, spread=0.0))
     if mass:
         largest = max(float(np.max(np.abs(each.acceleration))) for each in records)
         scale = level / max(largest, 1e-300)
-        found.append(Coordinate("mass", "linear", -100 * scale, 100 * scale, scale=scale, spread=0.0))
+        whose = ("law", "search")  # no mass is negative
+        found.append(Coordinate(MASS, "foot", 0.0, 100 * scale, scale=0.1 * scale, spread=0.0, whose=whose))
     if delay:
         found.append(delay_coordinate(records))
     signs = law.internal_symmetry or (-1,) * len(law.internal)

@@ -8,6 +8,7 @@ import numpy as np
 
 MOTION_LOST = 0.01  # share of the velocity (root mean square) that thinning may change
 FEWEST_SAMPLES = 8
+COLUMNS = ("time", "velocity", "force", "acceleration", "load", "place")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -18,6 +19,7 @@ class Samples:
     1 where the normal force is not known, so that friction coefficients are then forces.
     deviation: standard deviation of the force, over which errors are relative.
     rotary: the contact turns (N m, rad, rad/s); guessed_units: those that the record's file did not say.
+    place [n] m: displacement as it was measured, or none; velocity_made: whether the velocity was made from it.
     """
 
     name: str
@@ -29,6 +31,8 @@ class Samples:
     deviation: float
     rotary: bool = False
     guessed_units: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    place: np.ndarray | None = None
+    velocity_made: bool = False
 
     def __len__(self) -> int:
         return len(self.time)
@@ -46,18 +50,21 @@ class Samples:
         blocks = len(self) // every
 
         def means(column: Any) -> Any:
-            if np.ndim(column) == 0:
+            if column is None or np.ndim(column) == 0:
                 return column
             return np.ascontiguousarray(np.asarray(column)[: blocks * every].reshape(blocks, every).mean(axis=1))
 
-        columns = {name: means(getattr(self, name)) for name in ("time", "velocity", "force", "acceleration", "load")}
-        return dataclasses.replace(self, **columns)
+        return dataclasses.replace(self, **{name: means(getattr(self, name)) for name in COLUMNS})
 
     def between(self, start: int, stop: int) -> "Samples":
         """The samples from number `start` to before `stop`."""
-        columns = {name: getattr(self, name)[start:stop] for name in ("time", "velocity", "force", "acceleration")}
-        load = self.load if np.ndim(self.load) == 0 else self.load[start:stop]
-        return dataclasses.replace(self, **columns, load=load)
+        return self.kept(slice(start, stop))
+
+    def kept(self, which: Any) -> "Samples":
+        """The samples of a slice or a mask."""
+        columns = {name: getattr(self, name) for name in COLUMNS}
+        some = {name: column[which] for name, column in columns.items() if column is not None and np.ndim(column)}
+        return dataclasses.replace(self, **some)
 
 
 def samples(record: Any, load: float | None = None) -> Samples:
@@ -67,6 +74,7 @@ def samples(record: Any, load: float | None = None) -> Samples:
     """
     if isinstance(record, Samples):
         return record
+    place, velocity_made = getattr(record, "displacement", None), getattr(record, "velocity", None) is None
     if getattr(record, "velocity", None) is None or getattr(record, "acceleration", None) is None:
         from vibrocap.records.preparation import prepared
 
@@ -93,6 +101,8 @@ def samples(record: Any, load: float | None = None) -> Samples:
         deviation=deviation,
         rotary=bool(getattr(record, "rotary", False)),
         guessed_units=dict(getattr(record, "guessed_units", {})),
+        place=None if place is None else np.ascontiguousarray(place, dtype=float),
+        velocity_made=velocity_made,
     )
 
 

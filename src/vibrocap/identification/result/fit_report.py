@@ -14,7 +14,7 @@ from vibrocap.identification.inference.residuals import residual_report
 from vibrocap.identification.inference.uncertainty import correlation_time
 from vibrocap.identification.problem.coordinates import Coordinate
 from vibrocap.identification.problem.parameter_roles import unit_of
-from vibrocap.identification.problem.prediction import START, Prediction, is_nuisance
+from vibrocap.identification.problem.prediction import MASS, START, Prediction, is_nuisance
 from vibrocap.identification.problem.samples import Samples
 from vibrocap.identification.result.fit_result import (
     SLIDING,
@@ -68,6 +68,9 @@ def finished_fit(
         for name, each in found.items():
             low = -math.inf if each.low < 0 else 0.0
             found[name] = dataclasses.replace(each, low=low, high=math.inf, low_open=True, high_open=True)
+    residuals = residual_report(prediction, problem.best, spread, problem.loss, limits)
+    if residuals.doubtful:
+        report = _doubted(report)
     law = prediction.law(best.u)
     loads = [np.asarray(each.load) for each in prediction.records]
     known_load = options.get("load") is not None or any(np.any(load != 1.0) for load in loads)
@@ -99,7 +102,7 @@ def finished_fit(
         status=best.status,
         parameters=tuple(parameters),
         nuisances=tuple(
-            _nuisance(each, values[each.name], found[each.name], standard[each.name], units)
+            _nuisance(each, values[each.name], found[each.name], standard[each.name], units, residuals.doubtful)
             for each in space.coordinates
             if is_nuisance(each.name)
         ),
@@ -117,7 +120,7 @@ def finished_fit(
         options={**options, "known_load": known_load, "rotary": units is TURNING, "guessed_units": guessed},
         problem=problem,
         limits=limits,
-        residuals=residual_report(prediction, problem.draft, problem.best, spread, problem.loss, limits),
+        residuals=residuals,
     )
 
 
@@ -152,6 +155,18 @@ def _too_few(report: Identifiability, samples: int, parameters: int) -> Identifi
     experiments = dict.fromkeys(report.verdicts, "more samples are needed")
     sentences = (sentence, *report.sentences)
     return dataclasses.replace(report, verdicts=verdicts, sentences=sentences, experiments=experiments)
+
+
+def _doubted(report: Identifiability) -> Identifiability:
+    """The report where the errors show a fault of the data or of the law: nothing is called determined."""
+    verdicts = {name: Verdict.DOUBTED if each == Verdict.DETERMINED else each for name, each in report.verdicts.items()}
+    first = {name: "put right what the errors show" for name, each in verdicts.items() if each == Verdict.DOUBTED}
+    named = ", ".join(first)
+    sentence = f"The errors are no noise (see below): no interval of {named} holds, however narrow it is."
+    sentences = (sentence, *report.sentences) if first else report.sentences
+    return dataclasses.replace(
+        report, verdicts=verdicts, sentences=sentences, experiments={**report.experiments, **first}
+    )
 
 
 def _results(prediction: Prediction, best: Minimum, held_out: Sequence[Samples], law: Any) -> list[RecordResult]:
@@ -205,7 +220,7 @@ def _from_covariance(value: float, error: float, threshold: float, coordinate: C
 
 
 def _nuisance(
-    coordinate: Coordinate, value: float, interval: Interval, error: float, units: MeasuredUnits
+    coordinate: Coordinate, value: float, interval: Interval, error: float, units: MeasuredUnits, doubted: bool
 ) -> FittedParameter:
     """A parameter of the measurement; a state cannot leave its range, so that an open end is the end of the range."""
     name = coordinate.name
@@ -221,4 +236,8 @@ def _nuisance(
         low, high = max(low, coordinate.low), min(high, coordinate.high)
     determined = interval.closed or (name.startswith(START) and not (interval.low_open and interval.high_open))
     verdict = Verdict.DETERMINED if determined else Verdict.UNDETERMINED
+    if name == MASS and interval.low_open and not interval.high_open:
+        verdict = Verdict.BOUNDED_ABOVE
+    if doubted and verdict == Verdict.DETERMINED:
+        verdict = Verdict.DOUBTED
     return FittedParameter(name, "", text, units.of_parameter(unit), value, low, high, error, verdict)

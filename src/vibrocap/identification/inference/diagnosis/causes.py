@@ -1,0 +1,219 @@
+"""The causes that the errors of a fit point to, the largest first."""
+
+import dataclasses
+import functools
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level, sampled
+from vibrocap.identification.inference.diagnosis.measurement_faults import outliers, quantisation, saturation
+from vibrocap.identification.inference.diagnosis.pattern_test import (
+    Pattern,
+    basis_of,
+    explained,
+    probability,
+    without,
+)
+from vibrocap.identification.inference.diagnosis.patterns import (
+    direction,
+    drift,
+    inertia,
+    position,
+    presliding,
+    restoring,
+    ripple,
+    speed,
+    waves,
+)
+from vibrocap.identification.inference.diagnosis.timing import about, shift
+
+FALSE_ALARMS = 1e-3  # share of fits with nothing but noise in which some pattern may be named, all tests together
+SHARE = 0.02  # of the squared errors that a pattern explains, from which on it matters
+MAIN = 0.1  # of the squares that are no white noise, which the first cause explains at least
+SECOND = 0.1  # of the first cause's share: a lesser one is told once the first has been put right
+GENERAL = 0.9  # of its share that counts for a pattern of many bins, against one of few columns
+MOST = 5  # causes
+REMAINING = 0.2  # of the samples, that a saturated force must leave for others to be told
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """causes: the largest first; rest [n]: what of the errors of the samples that count they leave, over the units."""
+
+    causes: tuple[Cause, ...]
+    rest: np.ndarray
+    counts: tuple[np.ndarray, ...]
+
+
+Refit = Callable[[Sequence[np.ndarray]], tuple[Sequence[RecordErrors], np.ndarray]]
+
+
+def diagnosis(
+    records: Sequence[RecordErrors], slopes: np.ndarray | None = None, refit: Refit | None = None, timed: bool = True
+) -> Diagnosis:
+    """What is wrong with the data or with the law.
+
+    slopes [n, p]: how the prediction over the units changes with what the fit adapts, all records in a row; none where
+    the parameters are known. refit: the fit anew without given samples of each record, for a saturated force; else its
+    parameters follow the slopes. timed: whether force and motion follow each other in time, so that a delay shows.
+    """
+    whole = len(np.concatenate([each.time for each in records]))
+    slopes = np.empty((whole, 0)) if slopes is None else slopes
+    found: list[Cause] = []
+    cut, touched = saturation(records)
+    if cut is not None:
+        found.append(cut)
+        kept = [~one for one in touched]
+        if np.mean(np.concatenate(kept)) < REMAINING:
+            errors = np.concatenate([each.error[each.counts] for each in records])
+            return Diagnosis((cut,), errors, tuple(each.counts for each in records))
+        if refit is not None:
+            records, slopes = refit(kept)
+        records = [dataclasses.replace(each, counts=each.counts & one) for each, one in zip(records, kept, strict=True)]
+    coarse = quantisation(records)
+    if coarse is not None:
+        found.append(coarse)
+    largest = 0.0 if cut is None else 1.0
+    told, rest = _patterns(records, [each.error for each in records], slopes, largest, timed and coarse is None)
+    single, cleaned = outliers(records, rest)
+    squares = [
+        sum(float(np.sum(one[each.counts] ** 2)) for one, each in zip(errors, records, strict=True))
+        for errors in (rest, [each.error for each in records])
+    ]
+    if single is not None and single.share * squares[0] > SHARE * squares[1]:
+        kept = [each.error + one - left for each, one, left in zip(records, cleaned, rest, strict=True)]
+        again, rest = _patterns(records, kept, slopes, largest, timed and coarse is None)
+        known = {each.kind for each in told}
+        told = [single, *(each for each in again if each.kind in known)]
+    if coarse is None:  # errors of the motion go with everything that the force goes with
+        found += told
+    counts = tuple(each.counts for each in records)
+    return Diagnosis(tuple(found), np.concatenate([one[each] for one, each in zip(rest, counts, strict=True)]), counts)
+
+
+def _patterns(
+    records: Sequence[RecordErrors], errors: Sequence[np.ndarray], slopes: np.ndarray, largest: float, timed: bool
+) -> tuple[list[Cause], list[np.ndarray]]:
+    """Causes that add a pattern to the force, and what they leave of the errors [n] of each record.
+
+    One after the other: what one explains is no more the others'.
+    """
+    some = sampled(records)
+    found, columns = _found(some, *_counted(some, errors, slopes), largest, timed)
+    error, absorbed, cuts = _counted(records, errors, slopes)
+    rest = without(error, basis_of(np.concatenate([absorbed, *(make(records) for make in columns)], axis=1)))
+    whole = [each.copy() for each in errors]
+    for one, each, part in zip(whole, records, np.split(rest, cuts), strict=True):
+        one[each.counts] = part
+    return found, whole
+
+
+def _counted(
+    records: Sequence[RecordErrors], errors: Sequence[np.ndarray], slopes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """(errors without what the fit can absorb, a basis of that, where records begin), of the samples that count."""
+    counts = [each.counts for each in records]
+    absorbed = basis_of(np.nan_to_num(slopes[np.concatenate(counts)]))
+    error = without(np.concatenate([one[each] for one, each in zip(errors, counts, strict=True)]), absorbed)
+    return error, absorbed, np.cumsum([int(each.sum()) for each in counts])[:-1].tolist()
+
+
+Columns = Callable[[Sequence[RecordErrors]], np.ndarray]
+
+
+def _found(
+    records: Sequence[RecordErrors],
+    error: np.ndarray,
+    absorbed: np.ndarray,
+    cuts: list[int],
+    largest: float,
+    timed: bool,
+) -> tuple[list[Cause], list[Columns]]:
+    """The causes, the largest first, and how each makes its columns."""
+    fixed = {name: make(records) for name, make in MAKERS.items()}
+    chance = FALSE_ALARMS / (len(fixed) + 2)
+    total, found, columns = float(error @ error), [], []
+    noise = sum(noise_level(each) ** 2 * len(each) for each in np.split(error, cuts))
+    least = MAIN * max(1.0 - noise / max(total, 1e-300), 0.0)
+    for _ in range(MOST if total > 0 else 0):
+        tried: dict[str, tuple[Pattern, float, Columns]]
+        tried = {name: (each, 0.0, functools.partial(_made, name)) for name, each in fixed.items()}
+        length, directed, sines = ripple(records, error)
+        tried["ripple"] = (sines, length, functools.partial(waves, length=length, directed=directed))
+        if timed and all(each.kind != "delay" for each in found):
+            delay, lateness = shift(records, error, absorbed)
+            tried["delay"] = (lateness, delay, functools.partial(about, delay=delay))
+        now = float(error @ error)
+        shares = {name: explained(error, absorbed, pattern) for name, (pattern, *_) in tried.items()}
+        for name in POSITIVE:
+            if name in tried and _size(tried[name][0], error, absorbed) < 0:
+                shares[name] = (0.0, error)
+        weights = {name: share * (GENERAL if name in BROAD else 1.0) for name, (share, _) in shares.items()}
+        for name in sorted(weights, key=lambda each: -weights[each]):
+            pattern, amount, make = tried[name]
+            share = shares[name][0] * now / total
+            if share < max(SHARE, SECOND * largest, least if not found else 0.0):
+                return found, columns
+            if probability(error, absorbed, pattern, shares[name][1], cuts) < chance:
+                break
+        else:
+            return found, columns
+        largest = max(largest, share)
+        if all(each.kind != name for each in found):
+            found.append(_named(name, amount, share, pattern, error, absorbed, records))
+        columns.append(make)
+        absorbed = basis_of(np.concatenate([absorbed, make(records)], axis=1))
+        error = without(error, absorbed)
+        fixed.pop(name, None)
+    return found, columns
+
+
+def _made(name: str, records: Sequence[RecordErrors]) -> np.ndarray:
+    return MAKERS[name](records).columns
+
+
+MAKERS: dict[str, Callable[[Sequence[RecordErrors]], Pattern]] = {
+    "direction": direction,
+    "inertia": inertia,
+    "restoring": restoring,
+    "drift": drift,
+    "speed": speed,
+    "position": position,
+    "presliding": presliding,
+}
+POSITIVE = ("inertia", "restoring")  # no mass and no stiffness is negative
+BROAD = ("speed", "position", "presliding", "drift", "restoring")
+
+
+def _size(pattern: Pattern, error: np.ndarray, absorbed: np.ndarray) -> float:
+    """The coefficient of a pattern's first column; that of a sine and a cosine may have any sign."""
+    left = without(pattern.columns, absorbed)
+    product = left.T @ error
+    size = float(np.linalg.lstsq(left.T @ left, product, rcond=None)[0][0])
+    return size if pattern.columns.shape[1] <= 2 else abs(size)
+
+
+def _named(
+    name: str,
+    amount: float,
+    share: float,
+    pattern: Pattern,
+    error: np.ndarray,
+    absorbed: np.ndarray,
+    records: Sequence[RecordErrors],
+) -> Cause:
+    """The cause with its size: a delay in s, a wavelength in m, a mass in kg, a stiffness in N/m, else its share."""
+    turning = any(each.rotary for each in records)
+    if name == "delay":
+        interval = float(np.median(np.diff(records[0].time)))
+        how = "lags" if amount > 0 else "leads"
+        return Cause(name, amount, share, (how, f"{abs(amount):.3g}", f"{abs(amount) / interval:.2g}", f"{share:.0%}"))
+    if name == "ripple":
+        unit = "rad" if turning else "m"
+        return Cause(name, amount, share, (f"{amount:.3g} {unit}", f"{share:.0%}"))
+    if name in ("inertia", "restoring"):
+        size = _size(pattern, error, absorbed)
+        units = {"inertia": ("kg", "kg m^2"), "restoring": ("N/m", "N m")}[name][turning]
+        return Cause(name, size, share, (f"{size:.3g} {units}", f"{share:.0%}"))
+    return Cause(name, share, share, (f"{share:.0%}",))

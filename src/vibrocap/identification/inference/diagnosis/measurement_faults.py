@@ -1,0 +1,181 @@
+"""Faults of the measurement that its columns show by themselves: saturation, quantisation and outliers.
+
+None needs the law to be right: a force that never exceeds a limit and lies on it again and again, a motion whose values
+are whole multiples of one step, single samples that stand alone.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibrocap.identification.inference.diagnosis.errors import Cause, RecordErrors, noise_level
+
+PILED, PILES, FEWEST = 5.0, 0.05, 6  # times as many samples on the limit as below it; width over noise; least number
+BEYOND = 4.0  # noises below a limit up to which a predicted force counts as cut by it
+WHOLE, LEVELS = 0.01, 6  # of a step, by which a multiple of it may be off; least number of levels
+EFFECT = 0.02  # of the squared errors, from which on a resolution matters
+WINDOW = 9  # samples over which a smooth force is a cubic
+FAR_OUT, NEAR, LONELY, AROUND = 7.0, 3, 2, 20  # noises; samples on both sides; least number; samples about a reversal
+
+
+def saturation(records: Sequence[RecordErrors]) -> tuple[Cause | None, list[np.ndarray]]:
+    """Whether forces lie on their extreme, and which samples [n] of each record that touches.
+
+    Samples within a twentieth of the noise of the largest force, n_0, against those within as much below, n_1: where a
+    density falls towards its end, n_0 is binomial with a probability of at most one half of n_0 + n_1. A limit is named
+    from n_0 >= 6 and 5 n_1 on (by chance below 2^-6 at each end, and in noise there are not 6 samples so near to the
+    largest one), if the prediction does not lie there too, as that of a constant sliding friction would.
+    """
+    touched = [np.zeros(len(each.time), bool) for each in records]
+    cut, where = 0, []
+    for each, mine in zip(records, touched, strict=True):
+        for side in (1.0, -1.0):
+            force = side * each.force
+            limit = float(force.max())
+            noise = max(noise_level(each.force), 1e-3 * float(np.sqrt(np.mean((each.force - each.predicted) ** 2))))
+            width = max(PILES * noise, 1e-9 * abs(limit))
+            on, below = force > limit - width, (force <= limit - width) & (force > limit - 2 * width)
+            number = int(np.sum(on)) - 1
+            if number < FEWEST or number < PILED * np.sum(below):
+                continue
+            error = (side * each.predicted - limit)[on]
+            if float(np.sqrt(np.mean(error**2))) < 3 * width:
+                continue
+            cut += number + 1
+            where.append(f"{side * limit:.4g}")
+            mine |= on | (side * each.predicted > limit - BEYOND * noise)
+    if not cut:
+        return None, touched
+    share = cut / sum(len(each.time) for each in records)
+    return Cause("saturation", share, share, (f"{share:.2g}", " and ".join(dict.fromkeys(where)))), touched
+
+
+def quantisation(records: Sequence[RecordErrors]) -> Cause | None:
+    """A resolution of the motion that is coarse for the force: its effect is 2 % of the squared errors or more.
+
+    Looked at is what drives the law: the velocity, or the place where the velocity was made from it. All of six or
+    more differences between neighbouring values are whole multiples of the least one, q, within 1 %, which others are
+    with a probability below 10^-8. The effect on the force is reckoned as the sum of q^2/12 times the mean square of
+    the local slope of the predicted force, of what the steps make of the prediction itself (its differences from cubics
+    over nine samples, away from reversals), and of a quarter of the force's squared jump where the sign of the velocity
+    is uncertain.
+    """
+    worst: Cause | None = None
+    for each in records:
+        errors = float(np.mean((each.force - each.predicted) ** 2))
+        name = "place" if each.velocity_made else "velocity"
+        column = getattr(each, name)
+        step = resolution(column) if errors > 0 else 0.0
+        if not step:
+            continue
+        slope = step**2 / 12 * _squared_slope(column, each.predicted, step)
+        uncertain = 0.5 * step / (1.0 if name == "velocity" else float(np.median(np.diff(each.time))))
+        effect = (slope + _rough(each) + _turning(each, uncertain)) / errors
+        if effect > EFFECT and (worst is None or effect > worst.share):
+            what = "position" if name == "place" else "velocity"
+            unit = ("rad" if each.rotary else "m") + ("" if name == "place" else "/s")
+            worst = Cause("quantisation", step, min(effect, 1.0), (what, f"{step:.3g} {unit}"))
+    return worst
+
+
+def _turning(record: RecordErrors, uncertain: float) -> float:
+    """Mean over all samples of a quarter of the force's squared range about those of an uncertain direction."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    slow = np.abs(record.velocity) < uncertain * (1 + 1e-9)
+    begins = np.flatnonzero(np.diff(np.concatenate(([0], slow.astype(int)))) > 0)
+    ends = np.flatnonzero(np.diff(np.concatenate((slow.astype(int), [0]))) < 0)
+    longest = int(np.max(ends - begins)) + 1 if len(begins) else 0
+    wide = 2 * min(longest, AROUND) + 3
+    ranges = maximum_filter1d(record.predicted, wide) - minimum_filter1d(record.predicted, wide)
+    return float(np.sum(ranges[slow] ** 2)) / 4 / len(slow)
+
+
+def resolution(column: np.ndarray) -> float:
+    """The step q of which all differences of a column are whole multiples; 0 where there is none."""
+    values = np.unique(column)
+    gaps = np.diff(values)
+    gaps = gaps[gaps > 1e-10 * max(np.ptp(column), 1e-300)]
+    if len(gaps) < LEVELS:
+        return 0.0
+    step = float(gaps.min())
+    for _ in range(2):  # the least gap is off by rounding: the mean over small multiples is less so
+        times = np.round(gaps / step)
+        if np.any(np.abs(gaps / step - times) > np.maximum(WHOLE, 1e-9 * times)):
+            return 0.0
+        small = times <= 100
+        step = float(np.sum(gaps[small]) / np.sum(times[small]))
+    return step
+
+
+def _squared_slope(column: np.ndarray, force: np.ndarray, step: float) -> float:
+    """Mean square of the slope of the force over a column that moves by five steps or more; 0 elsewhere."""
+    found = np.zeros(len(column))
+    for wide in (2, 8, 32, 128, 512, 2048):
+        if 2 * wide >= len(column):
+            break
+        change, answer = column[2 * wide :] - column[: -2 * wide], force[2 * wide :] - force[: -2 * wide]
+        seen = (np.abs(change) >= 5 * step) & (found[wide:-wide] == 0)
+        found[wide:-wide][seen] = np.abs(answer[seen] / change[seen])
+    return float(np.mean(found**2))
+
+
+def _rough(record: RecordErrors) -> float:
+    """Mean square of what is not smooth in the prediction, away from reversals."""
+    from scipy.ndimage import maximum_filter1d
+    from scipy.signal import savgol_filter
+
+    if len(record.predicted) < 2 * WINDOW:
+        return 0.0
+    rough = record.predicted - savgol_filter(record.predicted, WINDOW, 3)
+    away = maximum_filter1d(record.turned.astype(np.uint8), 2 * AROUND + 1) == 0
+    return float(np.mean(rough[away] ** 2)) if away.any() else 0.0
+
+
+def outliers(records: Sequence[RecordErrors], errors: Sequence[np.ndarray]) -> tuple[Cause | None, list[np.ndarray]]:
+    """Samples that stand alone, and the errors [n] of each record without them; errors: what patterns leave of them.
+
+    How far an error is outside of what lies between the medians of the three before and the three after it is compared
+    with the robust deviation of second differences at like speeds. An outlier is seven of these away, and the largest
+    second difference of the predicted force among seven samples, of which none is at a reversal (so that no jump of the
+    law counts, a little early or late): of a million normal errors of one size none is. Two are enough, and one that is
+    fourteen away.
+    """
+    from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
+
+    cleaned, found, number, looked = [], 0, 0, 0
+    for each, error in zip(records, errors, strict=True):
+        medians = median_filter(error, 3, mode="nearest")
+        padded = np.concatenate((medians[:1], medians[:1], medians, medians[-1:], medians[-1:]))
+        before, after = padded[:-4], padded[4:]
+        alone = error - np.clip(error, np.minimum(before, after), np.maximum(before, after))
+        bend = np.abs(np.diff(each.predicted, 2, prepend=each.predicted[0], append=each.predicted[-1])) / each.unit
+        jump = maximum_filter1d(bend, 2 * NEAR + 1)
+        looked_at = each.counts & ~each.turned
+        inside = minimum_filter1d(looked_at.astype(np.uint8), 2 * NEAR + 1) > 0
+        times = (np.abs(alone) - jump) / np.maximum(_deviation(error, np.abs(each.velocity), inside), 1e-300)
+        far = inside & (times > FAR_OUT)
+        found += LONELY if np.any(times[inside] > 2 * FAR_OUT) else int(np.sum(far))
+        number, looked = number + int(np.sum(far)), looked + int(np.sum(inside))
+        cleaned.append(np.where(far, error - alone, error))
+    if found < LONELY:
+        return None, list(errors)
+    pairs = [zip(one, records, strict=True) for one in (errors, cleaned)]
+    before, after = (sum(float(np.sum(error[each.counts] ** 2)) for error, each in pair) for pair in pairs)
+    share = number / looked
+    return Cause("outliers", share, max(1 - after / max(before, 1e-300), 0.0), (f"{share:.2g}",)), cleaned
+
+
+def _deviation(errors: np.ndarray, speed: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Robust standard deviation of errors of like speed, from second differences of those inside."""
+    second = np.abs(errors[1:-1] - 0.5 * (errors[2:] + errors[:-2]))
+    second = np.concatenate((second[:1], second, second[-1:])) / (0.6745 * np.sqrt(1.5))
+    if not inside.any():
+        return second
+    number = int(np.clip(inside.sum() // 100, 1, 40))
+    edges = np.quantile(speed[inside], np.linspace(0, 1, number + 1)[1:-1])
+    bins = np.searchsorted(edges, speed)
+    order = np.argsort(bins[inside], kind="stable")
+    parts = np.split(second[inside][order], np.cumsum(np.bincount(bins[inside], minlength=number))[:-1])
+    sizes = np.array([float(np.median(part)) if len(part) else 0.0 for part in parts])
+    return np.maximum(sizes, 0.1 * float(np.median(second[inside])))[bins]

@@ -1,0 +1,72 @@
+"""A late force: the fit with a delay between force and motion, against the fit without, on the same samples."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from vibrocap.identification.inference.uncertainty import uncertainty
+from vibrocap.identification.problem.prediction import DELAY, Prediction, delay_coordinate
+from vibrocap.identification.search.descent import descent
+from vibrocap.identification.search.loss import Loss, Minimum, finite
+
+LATE, LEAST_DELAY = 4.0, 0.02  # standard errors of a delay, and share of a sampling interval
+EVALUATIONS = 25  # of the search
+LATENESS = (0.3, 1.0, 4.0, 16.0)  # samples, either way, from which a delay is sought
+LOOKS, POINTS, SETTLED = 3, 21, 1e-3  # looks about the end; delays that each tries; share of the cost that ends them
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LateForce:
+    """The fit with a delay, s, its standard error, the share of the cost that it explains, prediction and minimum."""
+
+    delay: float
+    error: float
+    explained: float
+    prediction: Prediction
+    best: Minimum
+
+
+def late_force(prediction: Prediction, best: Minimum, loss: Loss, hint: float = 0.0) -> LateForce | None:
+    """The fit with a delay, by a short descent; None where no delay can be told from none or one is searched already.
+
+    A force that is early or late looks like damping and bends the drop of friction; so all parameters go along. hint:
+    a delay in s that the errors suggest. Both costs are of the same samples.
+    """
+    if type(prediction) is not Prediction or DELAY in prediction.space.names:
+        return None
+    coordinate = delay_coordinate(prediction.records)
+    space = prediction.space.with_more((coordinate,))
+    late = dataclasses.replace(prediction, space=space)
+    pinned = np.array([each.at_limit(u) != 0 for each, u in zip(prediction.space.coordinates, best.u, strict=True)])
+    # a damping that a delay has driven to zero is far from where it belongs
+    inside = np.where(pinned, 0.3 * prediction.space.low + 0.7 * prediction.space.high, best.u)
+    low, high = coordinate.range
+    delays = np.clip([hint / coordinate.scale, *LATENESS, *(-each for each in LATENESS)], low, high)
+    found = None
+    for u in [best.u, inside] if pinned.any() else [best.u]:
+        end = _lowest(late, np.append(u, 0.0), delays, loss)
+        for _ in range(LOOKS):  # a law that jumps has a cost that does so with the delay
+            near = np.clip(end.u[-1] + np.linspace(-1, 1, POINTS), low, high)
+            again = _lowest(late, end.u, near, loss)
+            if not again.cost < (1 - SETTLED) * end.cost:
+                break
+            end = again
+        found = end if found is None or end.cost < found.cost else found
+    assert found is not None
+    cuts = np.cumsum([len(each) for each in prediction.records])[:-1]
+    spread = uncertainty(np.split(found.errors, cuts), found.slopes, space.slopes(found.u), loss)
+    delay, error = float(space.values(found.u)[-1]), float(np.sqrt(spread.covariance[-1, -1]))
+    gain = 2.0 * (best.cost - found.cost) / (spread.unit * float(spread.inflation[-1]))  # of -2 log(likelihood)
+    if not (gain > LATE**2 and abs(found.u[-1]) > LEAST_DELAY and not coordinate.at_limit(found.u[-1])):
+        return None
+    explained = 1.0 - found.cost / max(best.cost, 1e-300)
+    return LateForce(delay, error if math.isfinite(error) else math.inf, explained, late, found)
+
+
+def _lowest(prediction: Prediction, u: np.ndarray, delays: np.ndarray, loss: Loss) -> Minimum:
+    """The end of a descent from the best of several delays, the last coordinate."""
+    table = np.tile(u, (len(delays), 1))
+    table[:, -1] = delays
+    costs = [float(loss.cost(finite(prediction.errors(each)))) for each in table]
+    return descent(prediction, table[int(np.argmin(costs))], loss, evaluations=EVALUATIONS, stop=1e-5)
