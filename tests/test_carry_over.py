@@ -84,6 +84,8 @@ def test_what_both_laws_have_carries_over_in_si_and_what_is_missing_is_asked_for
     found = case_from_text(SI, changes={"drive.waveform": "biharmonic"}).system
     assert (found.drive.amplitude, found.drive.second_amplitude) == (0.3, 0.0)
     assert found.drive.frequency == pytest.approx(4 * np.pi, rel=1e-15)
+    turned = SI.replace("frequency_Hz = 2.0", "frequency_rad_per_s = 12.0")
+    assert case_from_text(turned, changes={"drive.waveform": "square"}).system.drive.frequency == 12.0
     # by role: the level of one law is the level of another, whatever it is called; the rest has no default in SI
     said = " ".join(refusal(system, {"friction.law": "rate-and-state-ageing"}))
     assert "reference_coefficient" not in said

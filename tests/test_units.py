@@ -342,12 +342,13 @@ def test_axes_in_si_need_scales():
 @pytest.mark.slow
 def test_axes_in_si_over_several_laws():
     """Each law gets the same number in SI, and keeps the parameters of the case that it has."""
-    over = {"friction.law": ["lugre", "stribeck"], "friction.stribeck_velocity_m_per_s": [0.1, 0.2]}
+    over = {"friction.law": ["hyperbolic-stribeck", "stribeck"], "friction.stribeck_velocity_m_per_s": [0.1, 0.2]}
     system = case_from_text(CASE).system
     found = vc.sweep(system, over, periods=4, window=2)
     assert found["friction.stribeck_velocity_m_per_s"].attrs["units"] == "m/s"
     values = [0.1 / system.si.factor("velocity"), 0.2 / system.si.factor("velocity")]
-    plain = vc.System(system.machine, vc.Stribeck(), system.drive)
+    levels = system.friction.coulomb_coefficient, system.friction.static_coefficient
+    plain = vc.System(system.machine, vc.Stribeck(*levels), system.drive)
     alone = vc.sweep(plain, {"friction.stribeck_velocity": values}, periods=4, window=2)
     same = found["mean_velocity"].sel({"friction.law": "stribeck"}).values
     assert np.array_equal(same, alone["mean_velocity"].values * system.si.factor("velocity"))
