@@ -7,7 +7,8 @@ any (White 1980, with the leverage of MacKinnon and White 1985). The less sure o
 
     W = b^T V^-1 b,  F-distributed with k and n/tau - k degrees of freedom over k, where there is no pattern
 
-with the correlation time tau of the model: of that many samples it has been learnt.
+with the correlation time tau of what the pattern leaves. The variance of the errors is taken over as many degrees of
+freedom, too: that is safe rather than sharp in coloured noise, whose model is learnt from few independent samples.
 """
 
 import dataclasses
