@@ -114,7 +114,7 @@ def moves(part: Any) -> str | None:
     for share in WEAKER if isinstance(system.drive, Loading) else ():
         if motion.status is not Status.LIFT_OFF:  # which is an answer of a machine that makes its own load
             break
-        weaker = system.with_parameters({"drive.amplitude": share * system.drive.amplitude})
+        weaker = system.with_parameters({"drive.amplitude": share * system.parameter("drive.amplitude")})
         motion = simulate(weaker, initial={system.state_names[0]: share}, periods=PERIODS)
     if not motion.status.ok:
         return f"the motion of {_others(system, part)} ended early: {motion.status.text}"

@@ -92,7 +92,7 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     try:
         raw = read_input(path, MOST_BYTES + 1)
     except TimeoutError as error:
-        raise RecordError([error.strerror], str(path)) from None
+        raise RecordError([str(error.strerror)], str(path)) from None
     if len(raw) > MOST_BYTES:
         raise RecordError([f"has more than {MOST_BYTES // 2**20} MB; give the records in several files"], str(path))
     if b"\x00" in raw[:4096]:
