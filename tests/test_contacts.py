@@ -320,7 +320,9 @@ def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
     measures = ["mean_velocity", "largest_bristle_2"]
     study = vc.sweep(system, over, measures=measures, periods=6, out=tmp_path / "study", window=6)
     assert study["mean_velocity"].shape == (2, 2)
-    for i, law in enumerate((system.friction, vc.LuGre())):
+    own = system.friction
+    levels = {name: getattr(own, name) for name in ("coulomb_coefficient", "static_coefficient")}  # both laws have them
+    for i, law in enumerate((own, vc.LuGre(**levels))):
         for j, force in enumerate((0.0, 0.02)):
             one = dataclasses.replace(system, friction_2=law, environment=vc.Environment(force=force))
             motion = vc.simulate(one, periods=6, tolerance=1e-8)

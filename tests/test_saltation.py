@@ -107,7 +107,7 @@ def test_the_exponent_of_a_crawler_that_turns_and_its_error(monkeypatch):
 
     def planted(*given, **more):
         got = sound(*given, **more)
-        return got if got.jacobian is None else type(got)(got.state, 0.1 * got.jacobian, got.finished)
+        return got if got.jacobian is None else type(got)(got.state, 0.1 * got.jacobian, got.finished, got.certified)
 
     monkeypatch.setattr(StroboscopicMap, "images", planted)
     wrong = lyapunov_exponent(TURNING, periods=60, transient=60)
