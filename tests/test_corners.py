@@ -223,6 +223,15 @@ def test_lanes_with_corners_of_their_own_are_single_runs(drive, path, values):
             assert runs[name][i] == pytest.approx(found[name], rel=1e-7, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("drive", "field", "value"), [(vc.SevenPhase, "back_stop", 5e-324), (vc.Trapezoid, "rise", 1e-300)]
+)
+def test_a_piece_that_is_no_longer_than_rounding_is_refused(drive, field, value):
+    with pytest.raises(ValueError, match=rf"{field}: should be more than .* of the period"):
+        drive(**{field: value})
+    assert drive(**{field: 1e-6}).continuous
+
+
 def test_one_table_serves_all_runs_whose_corners_are_alike():
     from vibrocap.motion.equations import equations, parameter_values
 

@@ -178,6 +178,13 @@ class PiecewiseWave(Wave, Piecewise):
 Table = tuple[tuple[float, ...], ...]  # a row for each segment: the share of the period at its end, its coefficients
 
 
+def check_shares(**shares: float) -> None:
+    """ValueError for a piece that is no longer than rounding, of which there are no coefficients."""
+    for name, share in shares.items():
+        if not share > ROUNDING:
+            raise ValueError(f"{name} should be more than {ROUNDING:.2g} of the period, got {share:.2g} of it")
+
+
 def segment_table(drive: Piecewise) -> Table:
     """The segments of a drive that have a length, as rows (share of the period at the end, coefficients)."""
     rows, end = [], 0.0

@@ -2,7 +2,16 @@
 
 from typing import ClassVar
 
-from vibrocap.physics.drives.drive import NonNegative, Piecewise, Positive, Segment, parameter, parameters
+from vibrocap.physics.drives.drive import (
+    NonNegative,
+    Piecewise,
+    Positive,
+    Segment,
+    check_shares,
+    model_validator,
+    parameter,
+    parameters,
+)
 
 
 @parameters
@@ -23,6 +32,12 @@ class SevenPhase(Piecewise):
     rest: NonNegative = parameter(0.5, "t7", "time at rest", "duration")
 
     name: ClassVar[str] = "seven-phase"
+
+    @model_validator(mode="after")
+    def _told_apart(self):
+        names = ("forward_start", "forward_stop", "back_start", "back_stop")
+        check_shares(**{name: getattr(self, name) / self.period for name in names})
+        return self
 
     def segments(self) -> tuple[Segment, ...]:
         """Parabolas, straight lines between them, and 0."""

@@ -9,6 +9,7 @@ from vibrocap.physics.drives.drive import (
     Segment,
     Share,
     WithinOne,
+    check_shares,
     model_validator,
     parameter,
     parameters,
@@ -33,6 +34,7 @@ class Trapezoid(PiecewiseWave):
 
     @model_validator(mode="after")
     def _within_a_period(self):
+        check_shares(rise=self.rise, fall=self.fall)
         if self.rise + self.hold + self.fall > 1.0:
             raise ValueError(
                 f"hold should leave rise + hold + fall at most 1, got {self.rise:g} + {self.hold:g} + {self.fall:g}"
