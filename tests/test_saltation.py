@@ -65,6 +65,7 @@ def test_a_contradicted_multiplier_is_not_certified(plain, monkeypatch):
     found = vc.shoot(TURNING, {"centre_velocity": 0.2275240469}, map_=map_)
     assert found.status is vc.OrbitStatus.CONTRADICTED
     assert "multipliers" in found.status.advice
+    assert found.facts["stability"] == "stability not known"
 
 
 def test_a_slope_against_the_order_of_motions_closes_nothing(monkeypatch):

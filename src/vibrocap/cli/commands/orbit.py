@@ -86,26 +86,32 @@ def orbit(
         _print_orbit(record, str(case))
     if found.status is OrbitStatus.CONVERGED:
         return OK
-    what = "The steady motion is not certified." if found.closes else f"No closed steady motion ({found.status.value})."
-    complain(f"{what} {found.status.advice}")
+    what = {
+        OrbitStatus.NOT_CERTIFIED: "The steady motion is not certified.",
+        OrbitStatus.CONTRADICTED: "The stability of the steady motion is not known.",
+    }
+    complain(f"{what.get(found.status, f'No closed steady motion ({found.status.value}).')} {found.status.advice}")
     return INCOMPLETE
 
 
 def orbit_record(found: Any) -> dict[str, Any]:
     """What is known of an orbit, by name."""
-    closed = found.closes
+    from vibrocap.orbits.closing.periodic_solution import OrbitStatus
+
+    closed = found.closes or found.status is OrbitStatus.CONTRADICTED
     twin = None
     if closed and found.mirrored_state is not None and not found.symmetric:
         twin = {"state": found.mirrored_state, "drift": None if found.drift is None else -found.drift}
     return {
         "status": found.status.value,
+        "closed": closed,
         "residual": found.residual,
         "period": found.period,
         "response_period": found.response_period,
         "drift": found.drift,
         "mean_velocity": found.mean_velocity if found.period else None,
-        "stable": found.stable if closed else None,
-        "stability": _stability(found) if closed else "not known",
+        "stable": found.stable if found.closes else None,
+        "stability": _stability(found) if found.closes else "not known",
         "multipliers": [{"real": float(np.real(m)), "imaginary": float(np.imag(m))} for m in found.multipliers],
         "continuum": found.continuum,
         "symmetric": found.symmetric,
@@ -119,7 +125,7 @@ def _print_orbit(record: dict[str, Any], title: str) -> None:
     """The table of an orbit."""
     page = Page()
     units: dict[str, Any] = record.get("units") or {}
-    closed = record["stable"] is not None
+    closed = record["closed"]
     page.say(f"{'Steady motion' if closed else 'No closed steady motion'} of {title}", style="bold")
     state = _state(record["state"], units)
     length, speed, second = (units.get(name, "") for name in ("drift", "mean_velocity", "period"))

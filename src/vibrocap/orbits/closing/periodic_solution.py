@@ -91,12 +91,12 @@ class PeriodicSolution(Result):
             found["travel"] = f"drift {self.drift:.10g}, mean velocity {self.drift / self.period:.6g}"
         if self.symmetric is not None:
             found["symmetry"] = "its own mirror image" if self.symmetric else "has a mirror twin"
-        found["stability"] = f"{stability}, largest multiplier {largest:.6g}"
+        found["stability"] = f"{stability}, largest multiplier {largest:.6g}" if self.closes else "stability not known"
         return found | {"status": f"{self.status.value}, residual {self.residual:.1e}"}
 
     @property
     def closes(self) -> bool:
-        """Whether Newton's method closed it, whatever its certificate says."""
+        """Whether it is closed, with multipliers that nothing contradicts, whatever its certificate says."""
         return self.status in (OrbitStatus.CONVERGED, OrbitStatus.NOT_CERTIFIED)
 
     def motion(self, periods: float | None = None, **options: Any) -> Trajectory:
