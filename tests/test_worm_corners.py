@@ -153,7 +153,7 @@ def test_orbits_and_ensembles_of_worms_with_corners():
             )
             for start in (velocity - push, velocity + push)
         ]
-        images = map_.images(np.array([[0.0, velocity, 0.0, 0.0, 0.0]]), map_.parameters()[None])
+        images = map_.images(np.array([[0.0, velocity, 0.0, 0.0]]), map_.parameters()[None])
         assert images.jacobian[0][:2, 1] == pytest.approx((ends[1] - ends[0]) / (2.0 * push), abs=2e-6)
     found = vc.orbit(EXAMPLE, initial=START)
     assert found.drift == pytest.approx(0.5874, abs=5e-5)

@@ -8,6 +8,7 @@ import numpy as np
 from vibrocap.measures.gathered import Gathered
 from vibrocap.measures.measure import Measure, Standard
 from vibrocap.measures.response import MIRRORED
+from vibrocap.motion.equations import equations
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
@@ -52,7 +53,7 @@ def _standard_measures(
     found = [
         *TRAVEL,
         *STICKING,
-        *(_stick_fraction(i) for i in further if system is None or f"side_{i}" in system.state_names),
+        *(_stick_fraction(i) for i in further if system is None or _has_side(system, i)),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
@@ -124,9 +125,15 @@ STICKING = (
 )
 
 
+def _has_side(system: System, number: int) -> bool:
+    """Whether a system has a further contact of this number, whose side is known."""
+    contacts = equations(system).contacts
+    return number <= len(contacts) and contacts[number - 1].kind != "smooth"
+
+
 @functools.cache  # one and the same, by whichever table it is found
 def _stick_fraction(number: int) -> Measure:
-    """Of a further contact, whose side is a state."""
+    """Of a further contact."""
 
     def resting(now):
         side = getattr(now, f"side_{number}")

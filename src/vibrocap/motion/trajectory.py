@@ -156,7 +156,7 @@ class Trajectory(Result):
     samples: int = 256  # per period, of the grid `time`
     start_time: float = 0.0
     start_phase: float = 0.0  # of the drive at the start, a share of its period
-    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: no corners
+    piece_drive_time: np.ndarray | None = None  # [pieces] at their starts, since its period began; None: of no run
 
     def __getstate__(self) -> dict[str, Any]:
         """What is pickled: the fields, and of what was made from them only the certificate, which costs a run."""
