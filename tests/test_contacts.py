@@ -103,11 +103,11 @@ class TwoBlocks:
         return y, events, visited
 
 
-def crawler(**given):
+def crawler(*further, **given):
     """Two unequal blocks under a drive that is not odd: they stick and slip, and travel."""
     machine = vc.TwoBodyCrawler(mass_2=2.4, damping=0.05, normal_load_2=1.2)
     drive = vc.Biharmonic(amplitude=1.0, frequency=0.4, second_amplitude=0.5, second_phase=0.4)
-    return vc.System(machine, vc.Coulomb(0.06, 0.09), drive, **given)
+    return vc.System(machine, [vc.Coulomb(0.06, 0.09), *further], drive, **given)
 
 
 @pytest.mark.slow
@@ -166,7 +166,7 @@ def test_orbit_of_two_contacts_and_its_multipliers():
 def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
     """Its velocity is zero there, and nothing depends on it."""
     base = crawler()
-    system = vc.System(base.machine, base.friction, base.drive, friction_2=vc.Coulomb(2.0, 4.0))
+    system = vc.System(base.machine, [base.friction, vc.Coulomb(2.0, 4.0)], base.drive)
     found = vc.orbit(system, initial=vc.simulate(system, periods=30, initial={"velocity": 0.1}).state)
     assert found.state["velocity_2"] == 0.0
     assert vc.stick_fraction(found.motion(), contact=2) == 1.0
@@ -178,7 +178,7 @@ def test_an_orbit_whose_section_finds_the_second_contact_at_rest():
 
 @pytest.mark.slow
 def test_a_branch_over_a_parameter_of_the_second_law():
-    system = crawler(friction_2=vc.Coulomb(0.06, 0.09))
+    system = crawler(vc.Coulomb(0.06, 0.09))
     start = vc.simulate(system, periods=30, initial={"velocity": 0.1}).state
     found = vc.branch(system, over="friction_2.coulomb_coefficient", between=(0.055, 0.065), initial=start)
     assert len(found) > 2
@@ -198,7 +198,7 @@ def test_a_branch_over_a_parameter_of_the_second_law():
 )
 def test_measures_of_an_ensemble_are_those_of_single_motions(laws):
     """All that the table lists of the system, those of its second contact among them."""
-    system = vc.System(crawler().machine, laws[0], crawler().drive, friction_2=laws[1])
+    system = vc.System(crawler().machine, laws, crawler().drive)
     measures = [name for name in vc.measure_table(system) if name != "word"]
     own = {"bristle_loss_2_work", "largest_bristle_2"}
     assert own.intersection(measures) == (own if system.further_laws[0].internal else set())
@@ -237,7 +237,7 @@ PAIRS = [
 def test_balances_close_with_every_kind_of_law(law, second):
     machine = vc.ThreeBodyCrawler(mass_2=1.5, normal_load_3=2.0, actuation_2=-0.5)
     drive = vc.Harmonic(amplitude=1.2, frequency=0.9)
-    motion = vc.simulate(vc.System(machine, law, drive, friction_2=second), periods=5, initial={"velocity_2": 0.2})
+    motion = vc.simulate(vc.System(machine, [law, second], drive), periods=5, initial={"velocity_2": 0.2})
     assert motion.certificate.ok
     assert motion.certificate.energy_residual < 100 * motion.tolerance
     assert motion.certificate.momentum_residual < 100 * motion.tolerance
@@ -298,12 +298,12 @@ def test_ten_bodies_from_rest():
 
 
 def test_a_case_with_a_law_for_each_contact(tmp_path):
-    system = crawler(friction_2=vc.LuGre(bristle_stiffness=80.0))
+    system = crawler(vc.LuGre(bristle_stiffness=80.0))
     path = vc.save_case(system, tmp_path / "case.toml", initial={"velocity_2": 0.2})
     assert "[friction_2]" in path.read_text()
     assert vc.read_case(path).system == system
     assert system.state_names == ("displacement", "velocity_2", "position", "velocity", "side_2", "bristle_2")
-    in_si = vc.System(system.machine, system.friction, system.drive, friction_2=system.friction_2, units=vc.SIScales())
+    in_si = dataclasses.replace(system, units=vc.SIScales())
     path = vc.save_case(in_si, tmp_path / "si.toml")
     assert "bristle_stiffness_N_per_m = 80" in path.read_text()
     assert vc.read_case(path).system == in_si
@@ -324,7 +324,7 @@ def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
     levels = {name: getattr(own, name) for name in ("coulomb_coefficient", "static_coefficient")}  # both laws have them
     for i, law in enumerate((own, vc.LuGre(**levels))):
         for j, force in enumerate((0.0, 0.02)):
-            one = dataclasses.replace(system, friction_2=law, environment=vc.Environment(force=force))
+            one = dataclasses.replace(system, friction=[own, law], environment=vc.Environment(force=force))
             motion = vc.simulate(one, periods=6, tolerance=1e-8)
             found = float(study["mean_velocity"][i, j])
             assert found == pytest.approx(vc.mean_velocity(motion, periods=6).value, abs=1e-6)
@@ -342,11 +342,11 @@ def test_a_sweep_over_what_the_case_leaves_out(tmp_path):
 
 def test_what_contacts_there_are_not_is_refused_by_name():
     with pytest.raises(ValueError, match=r"friction_3 should be left out: the two-body-crawler has 2 contacts"):
-        crawler(friction_3=vc.Coulomb())
+        crawler(None, vc.Coulomb())
     with pytest.raises(ValueError, match=r"friction_2 should be left out: the pendulum-capsule has one contact"):
-        vc.System(vc.PendulumCapsule(), vc.Coulomb(), vc.Harmonic(), friction_2=vc.Coulomb())
+        vc.System(vc.PendulumCapsule(), [vc.Coulomb(), vc.Coulomb()], vc.Harmonic())
     with pytest.raises(TypeError, match=r"friction_2 should be a law"):
-        crawler(friction_2=vc.Harmonic())
+        crawler(vc.Harmonic())
     with pytest.raises(ValueError, match=r"friction_2.coulomb_coefficient: this contact has the law of the first"):
         crawler().parameter("friction_2.coulomb_coefficient")
     with pytest.raises(ValueError, match=r"machine.normal_load_2 should be > 0 with the lugre law, got 0"):

@@ -3,17 +3,15 @@
 from collections.abc import Mapping
 from typing import Any
 
-MOST_CONTACTS = 10
-FURTHER = tuple(f"friction_{number}" for number in range(2, MOST_CONTACTS + 1))  # parts: laws of further contacts
-
+from vibrocap.physics.numbering import numbered
 
 OUTPUT, SATURATED, CLIPPED = "actuator_output", "saturated", "clipped"  # states of an actuator
 
 
 def further_laws(parts: Mapping[str, Any]) -> tuple[Any, ...]:
     """The law of each further contact of a machine: its own where there is one, else that of the first contact."""
-    own = FURTHER[: len(parts["machine"].contacts)]
-    return tuple(parts.get(name, parts["friction"]) for name in own)
+    numbers = range(2, 2 + len(parts["machine"].contacts))
+    return tuple(parts.get(numbered("friction", i), parts["friction"]) for i in numbers)
 
 
 def turns(law: Any, surrounded: bool) -> bool:
@@ -23,8 +21,8 @@ def turns(law: Any, surrounded: bool) -> bool:
 
 def contact_states(number: int, law: Any, surrounded: bool = False) -> tuple[str, ...]:
     """The states of a further contact: to which side it slides, then those of its law."""
-    own = (f"side_{number}",) if turns(law, surrounded) else ()
-    return (*own, *(f"{name}_{number}" for name in law.internal))
+    own = ("side",) if turns(law, surrounded) else ()
+    return tuple(numbered(name, number) for name in (*own, *law.internal))
 
 
 def state_names(parts: Mapping[str, Any]) -> tuple[str, ...]:

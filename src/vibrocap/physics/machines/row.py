@@ -6,14 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from vibrocap.physics.machines.machine import Machine, Shape, SIScales, parameter, parameters
+from vibrocap.physics.numbering import numbered
 
 APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
 NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
-
-
-def numbered(name: str, number: int) -> str:
-    """The name of a parameter of a body or gap: the first one has no number in it."""
-    return name if number == 1 else f"{name}_{number}"
 
 
 def row_of_bodies(places: Sequence[Any], link: Literal["spring", "rod"]) -> tuple[Shape, ...]:

@@ -4,7 +4,8 @@ import math
 from typing import Any, ClassVar
 
 from vibrocap.physics.machines.machine import Coupling, Imposed, Number, Positive
-from vibrocap.physics.machines.row import APART, Numbered, Row, numbered, row_of, row_of_bodies
+from vibrocap.physics.machines.row import APART, Numbered, Row, row_of, row_of_bodies
+from vibrocap.physics.numbering import numbered
 
 
 class Worm(Row, Imposed):
