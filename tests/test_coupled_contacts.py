@@ -385,8 +385,8 @@ def test_worms_of_more_bodies_are_found_by_name_and_wrong_ones_refused():
     machine = vc.worm(5)
     assert machines()["five-body-worm"] is machine
     assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)
-    with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 10, got 11"):
-        vc.worm(11)
+    with pytest.raises(ValueError, match=r"bodies should be a whole number from 2 to 20, got 21"):
+        vc.worm(21)
     with pytest.raises(ValueError, match=r"normal_load_2: should be greater than 0, got 0"):
         vc.TwoBodyWorm(normal_load_2=0.0)
     with pytest.raises(ValueError, match=r"the waveform square jumps, while the two-body-worm takes it for a displace"):

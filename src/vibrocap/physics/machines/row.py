@@ -9,7 +9,10 @@ from vibrocap.physics.machines.machine import Machine, Shape, SIScales, paramete
 from vibrocap.physics.numbering import numbered
 
 APART = 5.0  # of the middles of neighbouring bodies in pictures, where no gap has opened
-NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
+WORDS = (
+    "two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen eighteen"
+)
+NUMBERS = dict(enumerate([*WORDS.split(), "nineteen", "twenty"], start=2))
 
 
 def row_of_bodies(places: Sequence[Any], link: Literal["spring", "rod"]) -> tuple[Shape, ...]:
@@ -68,7 +71,7 @@ class Row(Machine):
 
 @functools.cache
 def row_of(kind: type[Row], bodies: int) -> Any:
-    """The class of a row of two to ten bodies, "two-body-crawler" and so on."""
+    """The class of a row of two to twenty bodies, "two-body-crawler" and so on."""
     if bodies not in NUMBERS:
         raise ValueError(f"bodies should be a whole number from 2 to {max(NUMBERS)}, got {bodies!r}")
     fields: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Worms of two to ten bodies in a row, whose distances the drive imposes, each with a contact of its own."""
+"""Worms of two to twenty bodies in a row, whose distances the drive imposes, each with a contact of its own."""
 
 import math
 from typing import Any, ClassVar
@@ -134,7 +134,7 @@ def _sum(force, others):
 
 
 def worm(bodies: int) -> Any:
-    """The class of a worm of two to ten bodies, "two-body-worm" and so on."""
+    """The class of a worm of two to twenty bodies, "two-body-worm" and so on."""
     return row_of(Worm, bodies)
 
 
