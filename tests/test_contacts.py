@@ -439,5 +439,5 @@ def test_machines_of_more_bodies_are_found_by_name():
     machine = vc.crawler(5)
     assert machines()["five-body-crawler"] is machine
     assert list(machines()) == sorted(machines())
-    assert "eleven-body-crawler" not in machines()
+    assert "hundred-body-crawler" not in machines()
     assert pickle.loads(pickle.dumps(machine(mass_4=2.0))) == machine(mass_4=2.0)

@@ -55,10 +55,8 @@ def measure_table(system: System | None = None) -> dict[str, Measure]:
     return dict(standard_measures(system))
 
 
-def known_measure(name: object, system: System | None = None) -> Measure | None:
+def known_measure(name: str, system: System | None = None) -> Measure | None:
     """The measure of a name: one that a system has, one that there is of any, or one of any further contact."""
-    if not isinstance(name, str):
-        return None
     return standard_measures(system).get(name) or standard_measures().get(name) or further_measure(name)
 
 
@@ -129,7 +127,7 @@ def resolved(
     needed: dict[str, Measure] = {}
 
     def need(name: Any, path: tuple[str, ...]) -> Measure:
-        known = own.get(name) or known_measure(name, system)
+        known = (own.get(name) or known_measure(name, system)) if isinstance(name, str) else None
         if known is None:
             by = f" (of which {path[-1]!r} is derived)" if path else ""
             near = near_measure(name, {**measure_table(system), **own})
