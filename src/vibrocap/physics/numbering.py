@@ -2,7 +2,7 @@
 
 import re
 
-_NUMBER = re.compile(r"(?:_([2-9]|[1-9][0-9]{1,8}))?")  # "_2", "_10", not "_1" or "_02"
+_NUMBERED = re.compile(r"(.+)_([2-9]|[1-9][0-9]{1,8})")  # "friction_2", not "friction_1" or "friction_02"
 
 
 def numbered(name: str, number: int) -> str:
@@ -10,7 +10,13 @@ def numbered(name: str, number: int) -> str:
     return name if number == 1 else f"{name}_{number}"
 
 
+def name_and_number(name: str) -> tuple[str, int]:
+    """What it is called of the first one, and whose it is: ("friction", 2) of "friction_2", ("friction", 1) without."""
+    found = _NUMBERED.fullmatch(name)
+    return (name, 1) if found is None else (found[1], int(found[2]))
+
+
 def number_in(name: object, first: str) -> int:
     """Whose a name is that is `first` for the first one: 1 of "friction", 2 of "friction_2", 0 where it is neither."""
-    found = _NUMBER.fullmatch(name, len(first)) if isinstance(name, str) and name.startswith(first) else None
-    return 0 if found is None else int(found[1] or 1)
+    stem, number = name_and_number(name) if isinstance(name, str) else ("", 0)
+    return number if stem == first else 0

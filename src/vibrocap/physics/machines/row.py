@@ -91,7 +91,7 @@ def row_of(kind: type[Row], bodies: int) -> Any:
         "__reduce__": lambda self: (_made, (kind, bodies, {name: getattr(self, name) for name in fields})),
         "name": f"{word}-body-{what.lower()}",
         "bodies": bodies,
-        "contacts": tuple(f"velocity_{i}" for i in range(2, bodies + 1)),
+        "contacts": tuple(numbered("velocity", i) for i in range(2, bodies + 1)),
         **kind.of_bodies(bodies),
     }
     return parameters(type(f"{word.title()}Body{what}", (kind,), space))
