@@ -53,7 +53,7 @@ def _standard_measures(
     found = [
         *TRAVEL,
         *STICKING,
-        *(_stick_fraction(i) for i in further if system is None or numbered("side", i) in system.state_names),
+        *(_stick_fraction(i) for i in further if system is None or f"side_{i}" in system.state_names),
         *RESPONSE,
         *(_work(channel) for channel in (*channels, "contact_sliding", "bristle_loss")),
         COST_OF_TRANSPORT,
@@ -128,7 +128,7 @@ def _stick_fraction(number: int) -> Measure:
     """Of a further contact, whose side is a state."""
 
     def resting(now):
-        side = getattr(now, numbered("side", number))
+        side = getattr(now, f"side_{number}")
         return 1.0 - side * side
 
     return Measure.mean(
