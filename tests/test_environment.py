@@ -667,7 +667,7 @@ def test_bodies_of_a_crawler_slide_down_side_by_side():
     assert motion.state["displacement"] == pytest.approx(0.0, abs=1e-12)
     lost = 2.0 * (fall * motion.state["position"] + 0.5 * motion.state["velocity"] ** 2)
     assert vc.energy_balance(motion).drag == pytest.approx(lost, rel=1e-10)
-    held = vc.System(crawler, vc.Coulomb(1.0, 1.0), vc.Constant(), environment=outside, friction_2=vc.Coulomb(0.0, 0.0))
+    held = vc.System(crawler, [vc.Coulomb(1.0, 1.0), vc.Coulomb(0.0, 0.0)], vc.Constant(), environment=outside)
     motion = vc.simulate(held, periods=100.0, tolerance=1e-10)
     assert motion.state["position"] == 0.0
     stretch = -gravity * math.sin(slope) / crawler.stiffness

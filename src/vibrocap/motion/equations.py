@@ -165,13 +165,13 @@ def _recorded_parameters(system: System) -> list[tuple[str, Any]]:
 def form(system: System) -> tuple:
     """What systems of the same equations have in common: kinds of parts and the parameters that are not numbers."""
     result = []
-    for record in system.parts.values():
+    for part, record in system.parts.items():
         fixed = tuple(
             (info.name, getattr(record, info.name))
             for info in parameter_table(record)
             if not is_recorded(record, info.name, getattr(record, info.name))
         )
-        result.append((type(record), fixed))
+        result.append((part, type(record), fixed))
     return tuple(result)
 
 
@@ -200,9 +200,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
     graph = Graph()
     paths = tuple(path for path, _ in _recorded_parameters(system))
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     corners = _recorded_corners(system, paths)
     if corners is not None:
         _put_on_segment(recorded, graph, corners.place)
@@ -344,9 +342,7 @@ def _recorded_machine(system: System) -> tuple[Graph, Any]:
     recording = equations(system)
     graph = copy.deepcopy(recording.graph)  # what is drawn is none of the equations' business
     symbols = {path: graph.node("parameter", i) for i, path in enumerate(recording.parameter_paths)}
-    recorded = object.__new__(System)
-    for part, record in system.parts.items():
-        object.__setattr__(recorded, part, _with_symbols(part, record, symbols))
+    recorded = System.unchecked({part: _with_symbols(part, each, symbols) for part, each in system.parts.items()})
     if recording.corners is not None:
         _put_on_segment(recorded, graph, recording.corners.place)
     return graph, recorded.placed

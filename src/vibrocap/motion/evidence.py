@@ -44,7 +44,7 @@ def certificate(motion: Trajectory, recorded: Recorded, tighter: Recorded, ratio
     marks = motion.piece_marks  # integrals at the start of every piece and at the end
     stored = _at_marks(energy + contact_energy)
     balance = stored - stored[0] - marks[:-1].sum(axis=0)
-    laws = (motion.system.friction, *motion.system.further_laws)
+    laws = motion.system.laws
     if any(law.switched for law in laws):  # energy that was stored in the contact is lost where a piece begins unloaded
         before, after = (energy + contact_energy)[POINTS - 1 :: POINTS][:-1], stored[1:-1]
         taken = motion.piece_jumps if IMPACT_WORK in motion.integral_names else 0.0  # known to the marks

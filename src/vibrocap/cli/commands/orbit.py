@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrocap.arguments import Complaint, Complaints, suggestion
 from vibrocap.case.case import CaseError
-from vibrocap.case.sections import CATALOGUES, KINDS
+from vibrocap.case.sections import is_kind, kinds_of
 from vibrocap.cli.options import Refusal, pairs, quantity_range, refusing, split, value_of
 from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_si, orbit_units
@@ -310,7 +310,7 @@ def _other(system: Any, text: str) -> Any:
     if found:
         raise Refusal(f"--against should be {wanted}, got {text!r}")
     for path, name in values.items():
-        if path in KINDS and (known := CATALOGUES[KINDS[path]]()).get(str(name)) is None:
+        if is_kind(path) and (known := kinds_of(path.partition(".")[0])).get(str(name)) is None:
             found.add(path, f"no {path.replace('.', ' ')} is called {name!r}; {suggestion(name, known)}")
     system = with_varied_parts(system, values)
     if not found:

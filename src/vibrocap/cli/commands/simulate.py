@@ -22,6 +22,7 @@ from vibrocap.cli.terminal import INCOMPLETE, OK, Page, complain, progress, said
 from vibrocap.io.in_si import in_words, record_in_si
 from vibrocap.io.json_text import json_text, plain
 from vibrocap.io.motion_file import read_source, write_motion
+from vibrocap.physics.numbering import name_and_number, numbered
 
 if TYPE_CHECKING:
     from vibrocap.motion.trajectory import Trajectory
@@ -248,8 +249,8 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
 
 
 def _event_words(kind: str) -> str:
-    stem, _, number = kind.rpartition("_")
-    if number.isdigit() and stem in EVENTS:
+    stem, number = name_and_number(kind)
+    if number > 1 and stem in EVENTS:
         return EVENTS[stem].replace("the contact", f"contact {number}")
     return (EVENTS | ACTUATOR_EVENTS).get(kind, "this happens")
 
@@ -264,7 +265,7 @@ def own_events(motion: "Trajectory") -> list[str]:
 def _further_events(motion: "Trajectory") -> tuple[str, ...]:
     """What may happen at the further contacts of a machine."""
     kinds = ("stick", "slip_forward", "slip_back", "reversal")
-    return tuple(f"{kind}_{2 + i}" for i in range(len(motion.system.machine.contacts)) for kind in kinds)
+    return tuple(numbered(kind, i) for i in range(2, 1 + len(motion.system.laws)) for kind in kinds)
 
 
 def _response(motion: "Trajectory") -> tuple[str, str]:
