@@ -50,6 +50,7 @@ def _standard_measures(
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     found = [
         *TRAVEL,
+        *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
         *STICKING,
         *(_stick_fraction(i) for i in further if system is None or f"side_{i}" in system.state_names),
         *RESPONSE,
@@ -93,6 +94,14 @@ TRAVEL = (
     Measure("drift", "travel per drive period", Standard(lambda runs: runs.displacement / runs.periods), si_unit="m"),
     Measure("mean_velocity", "travel per time", Standard(lambda runs: runs.displacement / runs.time), si_unit="m/s"),
 )
+
+
+@functools.cache
+def _winding(state: str) -> Measure:
+    def winding(runs: Gathered) -> np.ndarray:
+        return runs.turned(state) / runs.periods
+
+    return Measure(f"winding_{state}", f"turns of {state} per drive period (NaN: it does not turn)", Standard(winding))
 
 
 def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from vibrocap.motion.recorded_contacts import (
     stopping,
     turning,
 )
+from vibrocap.motion.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.machines.machine import IMPACT, Machine
@@ -52,6 +53,7 @@ class Equations:
     shifts: tuple[Expression, ...]
     pinned: tuple[Expression, ...]  # velocities that decide the state of the first contact where one of them is zero
     cyclic_state: int  # -1: none
+    turns: tuple[tuple[int, float], ...]  # states that turn, each with its period
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
     hold: Expression | None  # over the middle of what the contact can hold
@@ -247,6 +249,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         shifts=shifts(system, placed, graph, mechanical),
         pinned=tuple(expression(each.velocity) for each in flow.further if each.sticks and each.imposed),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
+        turns=turning_states(system),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
         hold=None if flow.holding_limit is None else expression(flow.holding_force - flow.holding_middle),

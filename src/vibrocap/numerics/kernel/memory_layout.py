@@ -85,7 +85,7 @@ FLOAT_ENTRIES = (
     "START_STATE",  # [states] at the start of the window
     "MEASURED",  # [measured] what is gathered over the window
     "UNTIL",  # end of the present segment of a drive with corners; of any other, PERIOD stands for it
-    "MARKS",  # [marks * states] stroboscopic states over their natural size, mark k at k modulo `marks`
+    "MARKS",  # [marks * (states + turns)] stroboscopic states over their natural size, mark k at k modulo `marks`
     "SERIES",  # [(rows + 4 + switches + imposed + shifts + watched) * (order + 1)] coefficients of the present step
     "WORK",  # [work size, once for all lanes] of the event search and the implicit step
 )
@@ -153,6 +153,7 @@ class Layout:
     coefficients: int = 0  # per segment of a drive with corners; 0: it has none
     imposed: int = 0  # velocities of further contacts that are no states
     shifts: int = 0  # of these and of the first contact, where one may be stiff: how far each is ahead of a state
+    turns: int = 0  # coordinates that turn, of which a mark keeps a second number
 
     @property
     def measured(self) -> int:
@@ -189,7 +190,7 @@ class Layout:
             "START_STATE": self.states,
             "MEASURED": self.measured,
             "UNTIL": 1 if self.coefficients else 0,
-            "MARKS": self.marks * self.states,
+            "MARKS": self.marks * (self.states + self.turns),
             "SERIES": (self.rows + 4 + self.switches + self.imposed + self.shifts + self.watched) * (self.order + 1),
         }
 
@@ -280,6 +281,7 @@ class Layout:
             "PRESENT": self.present,
             "COEFFICIENTS": self.coefficients,
             "MARK_COUNT": self.marks,
+            "MARK_SIZE": self.states + self.turns,
             "MEASURED_COUNT": self.measured,
             "RUN_SIZE": self.run_size,
             "RESULT_SIZE": self.result_size,

@@ -81,7 +81,20 @@ def ensemble_source(
     coefficients = 0 if corners is None else corners.coefficients
     imposed = len(equations.imposed_velocities)
     shifts = len(equations.shifts) if equations.maybe_stiff else 0
-    layout = Layout(lanes, states, states, order, parameters, MARKS, entries, switches, coefficients, imposed, shifts)
+    layout = Layout(
+        lanes,
+        states,
+        states,
+        order,
+        parameters,
+        MARKS,
+        entries,
+        switches,
+        coefficients,
+        imposed,
+        shifts,
+        len(equations.turns),
+    )
     generated = [generated_source(equations, layout, loop), integrands.text]
     if loop != "browser":
         generated.append(evidence_source(equations))
