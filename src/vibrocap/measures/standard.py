@@ -99,9 +99,11 @@ TRAVEL = (
 @functools.cache
 def _winding(state: str) -> Measure:
     def winding(runs: Gathered) -> np.ndarray:
-        return runs.turned(state) / runs.periods
+        turned = runs.turned(state)
+        return np.where(runs.settled, np.round(turned), turned) / runs.periods
 
-    return Measure(f"winding_{state}", f"turns of {state} per drive period (NaN: it does not turn)", Standard(winding))
+    meaning = f"turns of {state} per drive period, whole ones over the response of a settled motion"
+    return Measure(f"winding_{state}", meaning, Standard(winding))
 
 
 def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:
