@@ -78,6 +78,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.drives.constant import Constant
     from vibrocap.physics.drives.harmonic import Harmonic
     from vibrocap.physics.drives.loading import Loading
+    from vibrocap.physics.drives.on_off import OnOff
     from vibrocap.physics.drives.phases import Phases
     from vibrocap.physics.drives.pulse_width import PulseWidth
     from vibrocap.physics.drives.ramp import Ramp
@@ -101,6 +102,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.friction.rate_and_state import RateAndStateAgeing, RateAndStateSlip
     from vibrocap.physics.friction.smoothed_stribeck import SmoothedArctan, SmoothedTanh
     from vibrocap.physics.friction.stribeck import Stribeck
+    from vibrocap.physics.friction.viscous import viscous
     from vibrocap.physics.machines.crawler import ThreeBodyCrawler, TwoBodyCrawler, crawler
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
@@ -197,12 +199,12 @@ __all__ += ["RigidStopCapsule", "RotorCapsule", "TwoBodyCrawler", "ThreeBodyCraw
 __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]
 # drives
-__all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "PulseWidth", "Phases"]
+__all__ += ["Constant", "Ramp", "Loading", "Square", "Triangle", "Trapezoid", "OnOff", "PulseWidth", "Phases"]
 __all__ += ["ThreePhase", "SevenPhase", "DriveTable", "read_drive_table"]
 # friction laws
 __all__ += ["BoucWen", "Coulomb", "Dahl", "ElastoPlastic", "HyperbolicStribeck", "MaxwellSlip"]
 __all__ += ["RateAndStateAgeing", "RateAndStateSlip", "SmoothedArctan", "SmoothedTanh", "Stribeck"]
-__all__ += ["anisotropic", "backlash", "contact_sizes", "ContactSizes"]
+__all__ += ["anisotropic", "backlash", "viscous", "contact_sizes", "ContactSizes"]
 # branches
 __all__ += ["branch", "Branch", "branches", "BranchDiagram", "BranchEnd", "BranchCrossing", "SpecialPoint"]
 __all__ += ["SpecialKind", "WordChange", "branch_dataset"]
