@@ -14,7 +14,8 @@ import vibrocap as vc
 from vibrocap.cli.main import main
 from vibrocap.cli.terminal import OK
 from vibrocap.measures.settling import settling, stroboscopic_states
-from vibrocap.motion.section import brought_back, winding
+from vibrocap.motion.section import brought_back, section_states, winding
+from vibrocap.numerics.linker.link import kernel_source
 from vibrocap.orbits.closing.periodic_solution import state_vector
 from vibrocap.physics.parameters import parameters
 from vibrocap.studies.branch_datasets import branch_dataset
@@ -276,3 +277,23 @@ def test_commands_tell_the_winding(tmp_path, capsys):
         assert "turns of angle" in capsys.readouterr().out
     assert told[0] == pytest.approx({"angle": 2.0}, abs=1e-8)
     assert told[1] == {"angle": 2}
+
+
+def test_a_kernel_remembers_both_coordinates_of_an_angle():
+    """The mark of a run is the section of a stored motion, and differs where the angle is the other way round."""
+    system = rotor()
+    scales = np.array([0.5, 1.0, 2.0, 4.0])
+    states = np.array([[0.7, 0.3, 9.0, 0.2], [-0.7, 0.3, 1.0, 0.2], [0.7 + 3 * TURN, 0.3, 2.0, 0.2]])
+    places = {"LANES": 1, "STATES": 4, "MARK_SIZE": 5, "MARK_COUNT": 3, "STATE": 0, "SCALE": 4, "MARKS": 8, "CYCLIC": 2}
+    turning = {"TURN_COUNT": 1, "TURN_STATES": (0,), "TURN_RADII": (1.0,)}
+    kernel = {"math": math, **places, **turning}
+    exec(kernel_source("observe.settle"), kernel)
+    floats = [0.0] * 4 + scales.tolist() + [0.0] * 15
+    for mark, state in enumerate(states):
+        floats[:4] = state.tolist()
+        kernel["remember"](floats, 0, mark)
+    sections = section_states(system, states, scales)
+    kept = np.array(floats[8:]).reshape(3, 5)[:, [0, 1, 3, 4]]
+    assert kept == pytest.approx(sections, abs=1e-14)
+    assert kernel["difference"](floats, 0, 0, 1) == pytest.approx(2.0 * math.sin(0.7) / 0.5)
+    assert kernel["difference"](floats, 0, 0, 2) == pytest.approx(0.0, abs=1e-13)
