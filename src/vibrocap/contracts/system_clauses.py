@@ -73,7 +73,9 @@ def surrounded(machine: Any) -> str | None:
     environment = Environment(
         inclination=0.2 if masses else 0.0,
         linear_drag=0.3,
+        linear_drag_back=None if machine.ground_speed() else 0.7,
         quadratic_drag=0.0 if machine.ground_speed() else 0.4,
+        quadratic_drag_back=None if machine.ground_speed() else 0.1,
         force=0.1,
         gravity=None if machine.gravity else 1.7,
     )

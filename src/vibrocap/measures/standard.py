@@ -53,6 +53,7 @@ def _standard_measures(
         states |= dict.fromkeys(name for name in moving if name not in system.machine.states)
     found = [
         *TRAVEL,
+        *(_winding(state) for state in dict.fromkeys(state for kind in kinds for state in kind.turns)),
         *STICKING,
         *(_stick_fraction(i) for i in further if system is None or _has_side(system, i)),
         *RESPONSE,
@@ -94,6 +95,16 @@ TRAVEL = (
     Measure("drift", "travel per drive period", Standard(lambda runs: runs.displacement / runs.periods), si_unit="m"),
     Measure("mean_velocity", "travel per time", Standard(lambda runs: runs.displacement / runs.time), si_unit="m/s"),
 )
+
+
+@functools.cache
+def _winding(state: str) -> Measure:
+    def winding(runs: Gathered) -> np.ndarray:
+        turned = runs.turned(state)
+        return np.where(runs.settled, np.round(turned), turned) / runs.periods
+
+    meaning = f"turns of {state} per drive period, whole ones over the response of a settled motion"
+    return Measure(f"winding_{state}", meaning, Standard(winding))
 
 
 def _if_it_sticks(runs: Gathered, values: np.ndarray) -> np.ndarray:

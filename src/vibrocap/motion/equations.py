@@ -16,6 +16,7 @@ from vibrocap.motion.contact_equations import (
     states_at_contacts,
 )
 from vibrocap.motion.corners import Corners, recorded_corners, segment_paths
+from vibrocap.motion.section import turning_states
 from vibrocap.numerics.expressions.balance import Balance, NormalBalance, rate_of
 from vibrocap.numerics.expressions.graph import Expression, Graph, derivative, evaluate
 from vibrocap.physics.flow import LOCATED, Flow
@@ -48,6 +49,7 @@ class Equations:
     # at imposed distances, the velocity of each contact less the state that all share: functions of time
     shifts: tuple[Expression, ...]
     cyclic_state: int  # -1: none
+    turns: tuple[tuple[int, float], ...]  # states that turn, each with its period
     symmetry: tuple[int, ...]  # sign of each state under the half-period symmetry
     period: Expression
     switches: tuple[Expression, ...]  # guards of the branches of the law, then of the machine
@@ -271,6 +273,7 @@ def _equations(_form: tuple, carrier: _Unhashed) -> Equations:
         internal_states=states_at_contacts(system),
         shifts=imposed_shifts(system, placed, graph, mechanical),
         cyclic_state=-1 if system.machine.cyclic is None else system.state_names.index(system.machine.cyclic),
+        turns=turning_states(system),
         symmetry=system.symmetry,
         period=expression(recorded.drive.period),
         switches=tuple(expression(guard) for guard in flow.switches),

@@ -165,7 +165,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     """The measures of a motion by name; None where there is none (no whole period yet, no travel, no sticking)."""
     from vibrocap.measures.energy import energy_balance
     from vibrocap.measures.sticking import stick_fraction
-    from vibrocap.measures.travel import drift, mean_velocity
+    from vibrocap.measures.travel import drift, mean_velocity, winding
     from vibrocap.measures.windows import whole_periods
 
     whole = max(0, whole_periods(motion))
@@ -186,6 +186,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
             "time": motion.end,
             "drift": drift(motion) if travels else None,
             "mean_velocity": velocity,
+            **({"winding": winding(motion) if whole > 0 else None} if motion.system.machine.turns else {}),
             "events": {kind: counts[kind] for kind in (*EVENTS, *own_events(motion), *_further_events(motion))},
             "stick_fraction": stick_fraction(motion) if started else None,
             "energy": energy,
@@ -236,6 +237,8 @@ def _motion_table(motion: "Trajectory", record: dict[str, Any]) -> Table:
         window = f"mean over the last {count} periods, {start:.6g} T to {end:.6g} T; {settled}"
         speed = units.get("mean_velocity", {}).get("value", "")
         made.add_row("mean velocity", said(velocity["value"], speed), window)
+        for name, turns in (record.get("winding") or {}).items():
+            made.add_row(f"turns of {name}", f"{turns:.9g}", "in the last whole period")
         made.add_row("response", *_response(motion))
     if record["stick_fraction"] is not None:
         made.add_row("stick fraction", f"{record['stick_fraction']:.6g}", "share of the whole run at rest")

@@ -114,6 +114,7 @@ def sizes(equations: Any) -> dict[str, int]:
         "imposed": len(equations.imposed_velocities),
         "shifts": len(equations.shifts) if equations.maybe_stiff else 0,
         "contacts": len(equations.contacts),
+        "turns": len(equations.turns),
         "held": sum(each.sticks for each in equations.contacts[1:]),
     }
 

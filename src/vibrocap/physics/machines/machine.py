@@ -65,7 +65,9 @@ class Machine(Part):
     """What every machine offers, as scalar functions of time, mechanical state y, drive and friction force.
 
     states: names of the mechanical states; cyclic: the one on which nothing depends (its change is the travel), None
-    for a machine that is held to its place.
+    for a machine that is held to its place. turns: states on which everything depends with a period, such as the angle
+    of a rotor, by name with that period: a motion that has gained whole turns is where it was, like one that has
+    travelled.
     contact_state: the one that moves one to one with the contact velocity. symmetry: sign of each state under the
     half-period symmetry. switched: those of the states that are whole numbers: they say which branch of the equations
     holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
@@ -91,6 +93,7 @@ class Machine(Part):
     name: ClassVar[str]
     states: ClassVar[tuple[str, ...]]
     cyclic: ClassVar[str | None]
+    turns: ClassVar[Mapping[str, float]] = {}
     contact_state: ClassVar[str]
     symmetry: ClassVar[tuple[int, ...]]
     switched: ClassVar[tuple[str, ...]] = ()
