@@ -296,6 +296,8 @@ class System:
             more, more_kinds = machine.further_bounds(t, mechanical, drive, taken)
             ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
         outer_force = machine.outer_force(t, mechanical, drive, *at_first)
+        if type(self.machine).wall_force is not Machine.wall_force:
+            outer_force = outer_force + machine.wall_force(t, mechanical, drive, taken)
         if outside is not None:
             rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
             outer_force = outer_force + outside.total

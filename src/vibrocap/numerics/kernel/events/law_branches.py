@@ -193,13 +193,16 @@ def begin_branch(floats, ints, trace, lane, which):
 def hits(floats, ints, lane):
     """Whether a switch of the machine, from the states in WORK to those behind them, changes the contact velocity.
 
-    The energy that it takes is told to the observer.
+    Or leaves at rest what was to slide, as a wall does that is pressed from now on. The energy that it takes is told to
+    the observer.
     """
     time = floats[TIME + lane]
     if IMPACT >= 0:
         gained = machine_energy(floats, time, WORK + STATES, lane) - machine_energy(floats, time, WORK, lane)
         on_jump(floats, ints, lane, gained)
-    return contact_velocity(floats, time, WORK + STATES, lane) != contact_velocity(floats, time, WORK, lane)
+    velocity = contact_velocity(floats, time, WORK + STATES, lane)
+    blocked = velocity == 0.0 and floats[SIDE + lane] != 0.0
+    return blocked or velocity != contact_velocity(floats, time, WORK, lane)
 
 
 def turned(floats, lane):
