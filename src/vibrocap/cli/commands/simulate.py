@@ -178,6 +178,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     energy = dataclasses.asdict(energy_balance(motion)) if started else None
     if energy is not None:
         absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+        energy |= energy.pop("own")
         energy = {name: value for name, value in energy.items() if name not in absent}
     return plain(
         {
@@ -281,8 +282,9 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
 def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
-    for name, text in CHANNELS.items():
-        if name not in energy or (name in ("belt", "impact", "contact_storage") and energy[name] == 0.0):
+    own = {name: f"work of {name.replace('_', ' ')}" for name in energy if name not in (*CHANNELS, "window", "periods")}
+    for name, text in (own | CHANNELS).items():
+        if name not in energy or (name in ("damper", "belt", "impact", "contact_storage") and energy[name] == 0.0):
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)

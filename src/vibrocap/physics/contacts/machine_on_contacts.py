@@ -228,7 +228,8 @@ class MachineOnContacts:
 
     def powers(self, t, y, drive, force) -> tuple:
         """Powers of the machine's channels, then of each further contact."""
-        own, further = self.machine.powers(t, self._own(y), drive, force), self.further(t, y, drive)
+        further = self.further(t, y, drive)
+        own = self.machine.powers(t, self._own(y), drive, force, *(each.friction for each in further))
         losses = ((-each.sliding_loss, *((-each.bristle_loss,) if each.law.internal else ())) for each in further)
         return *own, *(loss for lost in losses for loss in lost)
 

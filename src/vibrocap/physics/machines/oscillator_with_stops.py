@@ -17,6 +17,7 @@ from vibrocap.physics.machines.stops import (
     which_stop,
 )
 
+LEAST_PULL = 1e-12  # of the load: with this acceleration the block leaves a wall, so that its direction is no rounding
 Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 
 
@@ -144,7 +145,7 @@ class OscillatorWithStops(Oscillator):
             return self._stops.guards(y[0], y[2], self.gap, self.back_gap)
         free = self._free(y)
         reaches = 1.0 - free + free * (self.gap - y[0]) / self.gap
-        pressed = free + y[2] * (self.outer_force(t, y, drive) - force) / self.normal_load
+        pressed = free + y[2] * (self.outer_force(t, y, drive) - force) / self.normal_load + (1.0 - free) * LEAST_PULL
         if self.back_gap is None:
             return reaches, pressed
         return reaches, pressed, 1.0 - free + free * (y[0] + self.back_gap) / self.back_gap
@@ -156,7 +157,7 @@ class OscillatorWithStops(Oscillator):
         if which == 1:
             front, back = which_stop(y[2])
             wall = front * self.gap if self.back_gap is None else front * self.gap - back * self.back_gap
-            return wall, -self.belt_speed, 0.0
+            return wall + self._free(y) * y[0], -self.belt_speed, 0.0
         side, speed = 1.0 if which == 0 else -1.0, y[1] + self.belt_speed
         bounces = rebounds(side * self.restitution * speed / sqrt(self.normal_load * self.gap / self.mass))
         wall = self.gap if which == 0 else -self.back_gap  # so that rounding does not add up over many rebounds
