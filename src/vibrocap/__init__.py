@@ -192,7 +192,14 @@ __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumSc
 # what surrounds and drives a machine
 __all__ += ["Actuator", "Environment"]
 # machines
-__all__ += ["Oscillator", "OscillatorWithStops", "TwoMassCrawler", "PendulumCrawler", "TwoMassCapsule", "VibroImpactCapsule"]
+__all__ += [
+    "Oscillator",
+    "OscillatorWithStops",
+    "TwoMassCrawler",
+    "PendulumCrawler",
+    "TwoMassCapsule",
+    "VibroImpactCapsule",
+]
 __all__ += ["RigidStopCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
 __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]

@@ -155,9 +155,9 @@ class OscillatorWithStops(Oscillator):
         if not self._rigid:
             return *y[:2], (1.0, 0.0, -1.0)[which]
         if which == 1:
-            front, back = which_stop(y[2])
+            (front, back), free = which_stop(y[2]), self._free(y)
             wall = front * self.gap if self.back_gap is None else front * self.gap - back * self.back_gap
-            return wall + self._free(y) * y[0], -self.belt_speed, 0.0
+            return wall + free * y[0], free * y[1] - (1.0 - free) * self.belt_speed, 0.0  # exactly at rest at the wall
         side, speed = 1.0 if which == 0 else -1.0, y[1] + self.belt_speed
         bounces = rebounds(side * self.restitution * speed / sqrt(self.normal_load * self.gap / self.mass))
         wall = self.gap if which == 0 else -self.back_gap  # so that rounding does not add up over many rebounds
