@@ -71,8 +71,9 @@ class Machine(Part):
     holds (a stop touched or not), have the rate 0.0 and change only where a guard of `switches` falls to zero; a run
     starts with all of them at 0, and with the branch that its other states ask for.
     switch_events: the name of what happens at each guard, "impact" for instance. strikes_ground: those of them at which
-    the ground takes an impulse, as of a mass that strikes a wall on it, so that `momentum` may change. locked: states that stay as they are
-    while a switched state is not 0, by the name of that state. bound_kinds: what is reached at each of `bounds`.
+    the ground takes an impulse, as of a mass that strikes a wall on it, so that `momentum` may change. locked: states
+    that stay as they are while a switched state is not 0, by the name of that state. bound_kinds: what is reached at
+    each of `bounds`.
     contacts: of a machine with several contacts, the sliding velocities of the others, in order: names of states, but
     where distances are imposed.
     coupled: "" where each contact is on a body of its own, so that how fast it is slowed down depends on no friction

@@ -23,7 +23,7 @@ Restitution = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=
 
 @parameters
 class OscillatorWithStops(Oscillator):
-    """Oscillator that strikes a stop on the ground: in front at x = delta, and behind at x = -delta_b where it is given.
+    """Oscillator that strikes a stop on the ground: in front at x = delta, and behind at x = -delta_b if given.
 
     Energy harvesters, impact absorbers, spool valves: a block between two stops, with dry friction. Without
     `stop_stiffness` the stops are rigid walls, off which it bounces,
