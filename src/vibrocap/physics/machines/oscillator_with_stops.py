@@ -126,7 +126,7 @@ class OscillatorWithStops(Oscillator):
 
     def rates(self, t, y, drive, force):
         """y' = (x', v', 0); at a rigid stop v' = 0."""
-        return y[1] + self.belt_speed, self._free(y) * (self.holding_force(t, y, drive) - force) / self.mass, 0.0
+        return y[1] + self.belt_speed, (self.holding_force(t, y, drive) - self._free(y) * force) / self.mass, 0.0
 
     def energy(self, t, y):
         """H, with that of an elastic stop."""

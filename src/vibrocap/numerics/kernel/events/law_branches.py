@@ -201,7 +201,7 @@ def hits(floats, ints, lane):
         gained = machine_energy(floats, time, WORK + STATES, lane) - machine_energy(floats, time, WORK, lane)
         on_jump(floats, ints, lane, gained)
     velocity = contact_velocity(floats, time, WORK + STATES, lane)
-    blocked = velocity == 0.0 and floats[SIDE + lane] != 0.0
+    blocked = not SEVERAL and velocity == 0.0 and floats[SIDE + lane] != 0.0
     return blocked or velocity != contact_velocity(floats, time, WORK, lane)
 
 
