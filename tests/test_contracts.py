@@ -40,7 +40,7 @@ EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
 SAMPLES = 20
 # the contracts, wrappers of laws, and what machines of several bodies share
-NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "viscous", "row"}
+NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "viscous", "row", "stops"}
 
 
 MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
@@ -49,6 +49,15 @@ FURTHER = [
     dataclasses.replace(varied(vc.VibroImpactCapsule, 1), back_gap=0.3, actuation="internal"),
     dataclasses.replace(varied(vc.PendulumCapsuleWithStops, 1), restitution=0.4),
     dataclasses.replace(varied(vc.RigidStopCapsule, 1), back_gap=0.3, actuation="external"),
+    dataclasses.replace(
+        varied(vc.VibroImpactCapsule, 1), back_gap=0.3, stop_damping=0.2, back_stop_stiffness=7.0, back_stop_damping=0.4
+    ),
+    dataclasses.replace(varied(vc.OscillatorWithStops, 1), back_gap=0.5),
+    dataclasses.replace(varied(vc.OscillatorWithStops, 2), belt_speed=0.0, gap=0.5, back_gap=0.5),
+    dataclasses.replace(
+        varied(vc.OscillatorWithStops, 1), back_gap=0.5, stop_stiffness=9.0, back_stop_stiffness=4.0, stop_damping=0.3
+    ),
+    dataclasses.replace(varied(vc.OscillatorWithStops, 1), stop_stiffness=9.0, belt_speed=0.0, gap=0.5, back_gap=0.5),
 ]
 MACHINES += FURTHER
 # with its defaults and one set of random values, and every further one; the second set is slow
@@ -192,6 +201,7 @@ def test_half_period_symmetry(system):
     if not machine.symmetric:
         names = {info.name for info in parameter_table(machine)}
         others = {"back_gap": machine.gap} if "back_gap" in names else {}
+        others |= dict.fromkeys(names & {"back_stop_stiffness", "back_stop_damping"})
         level = names & {"belt_speed", "track_angle", "contact_stiffness"}
         machine = dataclasses.replace(machine, **others, **dict.fromkeys(level, 0.0))
     friction = system.friction

@@ -107,6 +107,7 @@ if TYPE_CHECKING:  # read by type checkers, and by `_opened`
     from vibrocap.physics.machines.linkage_crawler import LinkageCrawler
     from vibrocap.physics.machines.mode_coupling_block import ModeCouplingBlock
     from vibrocap.physics.machines.oscillator import Oscillator
+    from vibrocap.physics.machines.oscillator_with_stops import OscillatorWithStops
     from vibrocap.physics.machines.pendulum_capsule import PendulumCapsule, PendulumScales
     from vibrocap.physics.machines.pendulum_capsule_with_stops import PendulumCapsuleWithStops
     from vibrocap.physics.machines.pendulum_crawler import PendulumCrawler
@@ -194,7 +195,14 @@ __all__ += ["Case", "CaseError", "read_case", "save_case", "Scales", "PendulumSc
 # what surrounds and drives a machine
 __all__ += ["Actuator", "Environment"]
 # machines
-__all__ += ["Oscillator", "TwoMassCrawler", "PendulumCrawler", "TwoMassCapsule", "VibroImpactCapsule"]
+__all__ += [
+    "Oscillator",
+    "OscillatorWithStops",
+    "TwoMassCrawler",
+    "PendulumCrawler",
+    "TwoMassCapsule",
+    "VibroImpactCapsule",
+]
 __all__ += ["RigidStopCapsule", "RotorCapsule", "TwoBodyCrawler", "ThreeBodyCrawler", "crawler", "LinkageCrawler"]
 __all__ += ["contact_modes", "ContactModes", "TwoBodyWorm", "ThreeBodyWorm", "worm", "ModeCouplingBlock"]
 __all__ += ["PendulumCapsuleWithStops", "InnerMassScales"]

@@ -350,6 +350,20 @@ class Trajectory(Result):
         before, after = self.piece_observables(("energy",), index, s).reshape(2, -1)
         return after - before
 
+    @functools.cached_property
+    def piece_blows(self) -> np.ndarray:
+        """Momentum that the machine takes from the ground where each piece but the first begins: array [pieces - 1].
+
+        It does where it strikes a wall on the ground (`Machine.strikes_ground`), at one instant.
+        """
+        found, later = np.zeros(max(len(self.piece_start) - 1, 0)), np.arange(1, len(self.piece_start))
+        struck = self.event_times[np.isin(self.event_kinds, self.system.machine.strikes_ground)]
+        later = later[np.isin(self.piece_start[1:], struck)]
+        index, s = np.concatenate((later - 1, later)), np.concatenate((self.piece_length[later - 1], 0.0 * later))
+        before, after = self.piece_observables(("momentum",), index, s).reshape(2, -1)
+        found[later - 1] = after - before
+        return found
+
     def piece_integrals(self, index: np.ndarray, s: np.ndarray, names: tuple[str, ...] | None = None) -> np.ndarray:
         """Integrals over the first s of each of the pieces, or those of the observables named: array [integrals, n]."""
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)

@@ -35,8 +35,8 @@ EVENTS = {
     "reversal": "the contact reverses without sticking",
     "graze": "the contact touches its limit and stays",
     "switch": "the contact goes over to another piece of its law",
-    "impact": "the inner mass strikes a stop",
-    "stop_opened": "the inner mass leaves a stop",
+    "impact": "a mass strikes a stop",
+    "stop_opened": "a mass leaves a stop",
     "lift_off": "the contact loses its load, which ends the run",
     "stop_reached": "the machine reaches a stop, which ends the run",
     "paradox": "the contact has no load that follows from the forces",
@@ -179,6 +179,7 @@ def motion_record(motion: "Trajectory") -> dict[str, Any]:
     energy = dataclasses.asdict(energy_balance(motion)) if started else None
     if energy is not None:
         absent = {"drag", "outer_force", "gravity"}.difference(motion.system.channels)
+        energy |= energy.pop("own")
         energy = {name: value for name, value in energy.items() if name not in absent}
     return plain(
         {
@@ -285,8 +286,9 @@ def _response(motion: "Trajectory") -> tuple[str, str]:
 def _energy_table(energy: dict[str, Any], in_si: bool) -> Table:
     start, end = (said(mark, "s" if in_si else "", 6) for mark in energy["window"])
     made = table(f"Energy from {start} to {end}", "channel", "value", "meaning")
-    for name, text in CHANNELS.items():
-        if name not in energy or (name in ("belt", "impact", "contact_storage") and energy[name] == 0.0):
+    own = {name: f"work of {name.replace('_', ' ')}" for name in energy if name not in (*CHANNELS, "window", "periods")}
+    for name, text in (own | CHANNELS).items():
+        if name not in energy or (name in ("damper", "belt", "impact", "contact_storage") and energy[name] == 0.0):
             continue
         number = f"{energy[name]:.10g}" if name != "residual" else f"{energy[name]:.1e}"
         made.add_row(name.replace("_", " "), number + (" J" if in_si else ""), text)
