@@ -16,7 +16,7 @@ SLOWLY = vc.Harmonic(amplitude=2.0, frequency=0.3)
 
 
 def independent(machine, drive, periods):
-    """(x, v) after so many periods from rest, by DOP853 between events; no block that bounces may come to rest at a wall.
+    """(x, v) after so many periods from rest, by DOP853 between events; what bounces may not come to rest at a wall.
 
     Written for unit mass, spring and load, Coulomb friction 0.3 and static friction 0.4.
     """
