@@ -492,7 +492,7 @@ def test_new_parts_keep_their_contracts(tmp_path):
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
     passed = re.search(r"(\d+) passed", done.stdout)
     assert passed is not None
-    assert int(passed.group(1)) >= 30  # of three parts: the clauses of each in one test, and of systems with them
+    assert int(passed.group(1)) >= 20  # of three parts: the clauses of each in one test, and of systems with them
 
 
 @pytest.mark.parametrize("fence", [pytest.param(fence, id=fence.words[1]) for fence in NEW_FILES])

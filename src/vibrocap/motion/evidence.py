@@ -139,7 +139,7 @@ def _slip_shortfall(motion: Trajectory, still: float) -> float | None:
     names = ("contact_velocity", "holding_force")
     velocity, force = motion.piece_observables(names, starts, np.zeros(len(starts)))
     shares = motion.piece_side[starts] * _shares_held(motion, force, starts, np.zeros(len(starts)))
-    shares = shares[(np.abs(velocity) <= still) & np.isfinite(shares)]  # without friction nothing was missing
+    shares = shares[np.abs(velocity) <= still]
     return float(np.max(1.0 - shares, initial=0.0)) if len(shares) else None
 
 
