@@ -40,7 +40,7 @@ EPSILON = float(np.finfo(float).eps)
 CLASSES = [*laws().values(), *machines().values(), *drives().values()]
 SAMPLES = 20
 # the contracts, wrappers of laws, and what machines of several bodies share
-NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "viscous", "row"}
+NO_PARTS = {"law", "machine", "drive", "anisotropic", "backlash", "smoothed", "viscous", "row", "capsule_with_bob"}
 
 
 MACHINES, DRIVES = instances(machines().values()), instances(drives().values())
