@@ -69,6 +69,11 @@ class Problem:
             return self.up[i] if side > 0 else self.down[i]
         return self.most[i] if side > 0 else self.least[i]
 
+    def drops(self, i: int) -> bool:
+        """Whether contact i holds more at rest than as it begins to slide."""
+        little = ROUNDING * (self.most[i] - self.least[i])
+        return bool(self.most[i] > self.up[i] + little or self.least[i] < self.down[i] - little)
+
     @property
     def sizes(self) -> tuple[float, float]:
         """(acceleration, force) below which all is rounding."""
@@ -79,12 +84,16 @@ class Problem:
         )
 
 
-def solved(response: np.ndarray, free: np.ndarray, rests: np.ndarray, rows: np.ndarray, right: np.ndarray, middle, width):
+def solved(
+    response: np.ndarray, free: np.ndarray, rests: np.ndarray, rows: np.ndarray, right: np.ndarray, middle, width
+):
     """R of the rows of those that slide, and of no acceleration of those that rest, by least distance from middles."""
     n = len(rests)
     matrix, target = np.where(rests[:, None], response, rows), np.where(rests, free, right)
     held = np.flatnonzero(rests)
-    singular = len(held) > 1 and np.linalg.matrix_rank(response[np.ix_(held, held)], tol=1e-9 * np.max(response)) < len(held)
+    singular = len(held) > 1 and np.linalg.matrix_rank(response[np.ix_(held, held)], tol=1e-9 * np.max(response)) < len(
+        held
+    )
     if not singular:
         return np.linalg.solve(matrix, target)
     slides = np.flatnonzero(~rests)
@@ -112,7 +121,13 @@ def consistent(problem: Problem, rest: Sequence[int], gave: set[int]) -> Iterato
         rows = np.eye(n) + level[:, None] * problem.raised
         try:
             force = solved(
-                problem.response, problem.free, rests, rows, level * problem.loads, middle * problem.loads, width * problem.loads
+                problem.response,
+                problem.free,
+                rests,
+                rows,
+                level * problem.loads,
+                middle * problem.loads,
+                width * problem.loads,
             )
         except np.linalg.LinAlgError:
             continue
@@ -132,6 +147,42 @@ def consistent(problem: Problem, rest: Sequence[int], gave: set[int]) -> Iterato
                     open_.add(i)
         if fits:
             yield sides, open_
+
+
+def decided(
+    problem: Problem, asked: Sequence[int], came: set[int], before: Mapping[int, int], lasts: Any = None
+) -> dict[int, int]:
+    """Side of every contact that is `asked` as it is at rest, by enumeration, those that give way asked again.
+
+    came: those that slid until now; before: sides until now, which kinked contacts keep that do not move at all
+    lasts: (whether a mode lasts for an instant, in which order each slider leaves), given the sides by contact and who
+        gave way; asked where forces alone leave it open, which they do not in general
+    Raises Undecided where none or several of the modes can go on.
+    """
+    gave: set[int] = set()
+    while True:
+        found = []
+        for sides, open_ in consistent(problem, asked, gave):
+            tried = dict(zip(asked, sides, strict=True))
+            left = dict.fromkeys((i for i in asked if tried[i]), 0)
+            if open_ and lasts is not None:
+                fits, left = lasts(tried, gave)
+                if not fits:
+                    continue
+            found.append((tried, left))
+        if len(found) > 1:
+            kinked = [i for i in asked if problem.most[i] <= problem.least[i]]
+            kept = [each for each in found if all(each[0][i] == before[i] for i in kinked)]
+            found = kept if len(kept) == 1 else found
+        if len(found) != 1:
+            raise Undecided([tuple(each.values()) for each, _ in found])
+        sides, left = found[0]
+        new = {i for i in asked if problem.most[i] > problem.least[i] and i not in gave and sides[i]}
+        first = min((left[i] for i in new if problem.drops(i)), default=None)
+        if first is None:
+            return sides
+        new = {i for i in new if left[i] <= first}
+        gave |= (new & came) or new
 
 
 # --- a system as what is asked above ----------------------------------------------------------------------------------
@@ -161,7 +212,9 @@ class Mechanics:
         draw = np.random.default_rng(0)
         self._response = None
         if not self.follows:
-            found = [self._responses(0.3 * drive.period, draw.uniform(-0.1, 0.1, len(self.names)).tolist()) for _ in "ab"]
+            found = [
+                self._responses(0.3 * drive.period, draw.uniform(-0.1, 0.1, len(self.names)).tolist()) for _ in "ab"
+            ]
             if np.array_equal(*(np.round(each[0], 14) for each in found)):
                 self._response = found[0]
 
@@ -231,7 +284,9 @@ class Mechanics:
         units = np.eye(self.contacts).tolist()
         at = [self.acceleration(t, y, self.rates(t, y, each)) for each in (zero, *units)]
         loads = [np.array(self.loads(t, y, each), float) for each in (zero, *units)]
-        return np.column_stack([at[0] - each for each in at[1:]]), np.column_stack([loads[0] - each for each in loads[1:]])
+        return np.column_stack([at[0] - each for each in at[1:]]), np.column_stack(
+            [loads[0] - each for each in loads[1:]]
+        )
 
     def responses(self, t, y) -> tuple[np.ndarray, np.ndarray]:
         """The same, where it is constant asked once."""
@@ -250,7 +305,9 @@ class Mechanics:
         if not rests.any() and not self.follows:
             force = level
         else:
-            middle, width = np.array([[0.5 * (hi + lo), 0.5 * (hi - lo)] for lo, hi in map(self.held, range(len(sides)))]).T
+            middle, width = np.array(
+                [[0.5 * (hi + lo), 0.5 * (hi - lo)] for lo, hi in map(self.held, range(len(sides)))]
+            ).T
             rows = np.eye(len(sides)) + level[:, None] * raised
             force = solved(response, free, rests, rows, level * loads, middle * loads, width * loads)
         rates = self.rates(t, y, [f + more for f, more in zip(force.tolist(), outside, strict=True)])
@@ -268,7 +325,13 @@ class Mechanics:
         ways = [[self.force(i, v[i], y, side)[0] for side in (sides[i] or 1, -1, 1)] for i in range(self.contacts)]
         held = [self.held(i) if self.sticks[i] else (way[0], way[0]) for i, way in enumerate(ways)]
         return Problem(
-            free, response, loads, raised, *np.array(ways, float).T[:1], *np.array(held, float).T, *np.array(ways, float).T[1:]
+            free,
+            response,
+            loads,
+            raised,
+            *np.array(ways, float).T[:1],
+            *np.array(held, float).T,
+            *np.array(ways, float).T[1:],
         )
 
     def series(self, t, y, sides, static: Mapping[int, float]) -> tuple[list[Jet], list[Jet], list[Jet]]:
@@ -306,7 +369,10 @@ class Mechanics:
             for i in range(n):
                 if self.sticks[i]:
                     least, most = self.held(i)
-                    middle[i], width[i] = 0.5 * (least + most) * own[i], 0.5 * (most - least) * own[i] if k == 0 else 1.0
+                    middle[i], width[i] = (
+                        0.5 * (least + most) * own[i],
+                        0.5 * (most - least) * own[i] if k == 0 else 1.0,
+                    )
                     if k and not self.follows:
                         middle[i], width[i] = 0.0, 0.5 * (most - least)
             found = solved(response, free, rests, rows, right, middle, width)
@@ -328,7 +394,7 @@ class Mechanics:
         static = {
             i: problem.bound(i, sides[i], gave)
             for i in rest
-            if sides[i] and i not in gave and self.sticks[i] and self._drops(problem, i)
+            if sides[i] and i not in gave and self.sticks[i] and problem.drops(i)
         }
         try:
             v, forces, loads = self.series(t, y, sides, static)
@@ -352,40 +418,19 @@ class Mechanics:
                         return False, {}
         return True, left
 
-    def _drops(self, problem, i) -> bool:
-        return bool(problem.most[i] > problem.up[i] * (1 + 1e-12) or problem.least[i] < problem.down[i] * (1 + 1e-12) - 1e-300)
-
     def decided(self, t, y, sides: Sequence[int], asked: Sequence[int], came: set[int]) -> tuple[int, ...]:
         """Sides of all contacts; sides: as they are, asked: those that are at rest now, came: which of them slid."""
-        before, gave = list(sides), set()
         start = [0 if i in asked else side for i, side in enumerate(sides)]
         problem = self.problem(t, y, start)
-        asked = [i for i in asked if self.turns[i]]
-        while True:
-            found = []
-            for taken, open_ in list(consistent(problem, asked, gave)):
-                tried = list(start)
-                for i, side in zip(asked, taken, strict=True):
-                    tried[i] = side
-                left = dict.fromkeys((i for i in asked if tried[i]), 0)
-                if open_:
-                    lasts, left = self.lasts(t, y, tried, asked, gave, problem)
-                    if not lasts:
-                        continue
-                found.append((tuple(tried), left))
-            if len(found) > 1:  # kinked contacts that do not move at all keep their side
-                kept = [each for each in found if all(each[0][i] == before[i] for i in asked if not self.sticks[i])]
-                found = kept if len(kept) == 1 else found
-            if len(found) != 1:
-                raise Undecided(found)
-            taken, left = found[0]
-            new = {i for i in asked if self.sticks[i] and i not in gave and taken[i]}
-            dropping = {i for i in new if self._drops(problem, i)}
-            if not dropping:
-                return taken
-            first = min(left[i] for i in dropping)
-            new = {i for i in new if left[i] <= first}
-            gave |= (new & came) or new
+
+        def lasts(tried, gave):
+            whole = list(start)
+            for i, side in tried.items():
+                whole[i] = side
+            return self.lasts(t, y, whole, list(tried), gave, problem)
+
+        found = decided(problem, [i for i in asked if self.turns[i]], came, dict(enumerate(sides)), lasts)
+        return tuple(found.get(i, side) for i, side in enumerate(start))
 
 
 class _Bare:
@@ -602,7 +647,9 @@ class Solver:
                     value = values[k, g]
                     if not armed[g]:
                         if value < -CLEAR:
-                            raise RuntimeError(f"at {self.origin + old_t!r} guard {g} of the mode {sides} fails at once")
+                            raise RuntimeError(
+                                f"at {self.origin + old_t!r} guard {g} of the mode {sides} fails at once"
+                            )
                         armed[g] = value > CLEAR
                         continue
                     low, high = times[k - 1], times[k]
@@ -610,7 +657,9 @@ class Solver:
                         if not (k < SAMPLES and value < min(values[k - 1, g], values[k + 1, g])):
                             continue
                         dip = minimize_scalar(
-                            lambda s, g=g, path=path: self._guards(s, path(s))[g], bounds=(low, times[k + 1]), method="bounded"
+                            lambda s, g=g, path=path: self._guards(s, path(s))[g],
+                            bounds=(low, times[k + 1]),
+                            method="bounded",
                         )
                         if dip.fun > 0.0:
                             continue
