@@ -156,10 +156,11 @@ def decided(
 
     came: those that slid until now; before: sides until now, which kinked contacts keep that do not move at all
     lasts: (whether a mode lasts for an instant, in which order each slider leaves), given the sides by contact and who
-        gave way; asked where forces alone leave it open, which they do not in general
+        gave way, where forces alone leave it open; without it those rest that do not have to slide
     Raises Undecided where none or several of the modes can go on.
     """
     gave: set[int] = set()
+    kinked = {i for i in asked if problem.most[i] <= problem.least[i]}
     while True:
         found = []
         for sides, open_ in consistent(problem, asked, gave):
@@ -169,15 +170,16 @@ def decided(
                 fits, left = lasts(tried, gave)
                 if not fits:
                     continue
-            found.append((tried, left))
+            elif any(tried[i] for i in open_ - kinked):
+                continue  # it would not move
+            found.append((tried, left, open_ & kinked))
         if len(found) > 1:
-            kinked = [i for i in asked if problem.most[i] <= problem.least[i]]
-            kept = [each for each in found if all(each[0][i] == before[i] for i in kinked)]
+            kept = [each for each in found if all(each[0][i] == before[i] for i in each[2])]
             found = kept if len(kept) == 1 else found
         if len(found) != 1:
-            raise Undecided([tuple(each.values()) for each, _ in found])
-        sides, left = found[0]
-        new = {i for i in asked if problem.most[i] > problem.least[i] and i not in gave and sides[i]}
+            raise Undecided([tuple(each.values()) for each, *_ in found])
+        sides, left, _ = found[0]
+        new = {i for i in asked if i not in kinked | gave and sides[i]}
         first = min((left[i] for i in new if problem.drops(i)), default=None)
         if first is None:
             return sides
@@ -699,3 +701,37 @@ def guard_at(solver: Solver, t: float, path: Any, g: int) -> float:
 def motion(system: Any, initial: Mapping[str, float], periods: float, exact: tuple[float, float] = EXACT) -> Motion:
     """The motion of a system from a state by name (what is not named is 0) over so many periods."""
     return Solver(system, initial, exact).run(periods)
+
+
+def random_problem(draw: np.random.Generator) -> tuple[Problem, list[int], set[int], dict[int, int]]:
+    """(problem, contacts at rest, those of them that slid, sides until now) of one to six contacts.
+
+    Bodies that share springs, bodies at imposed distances (half of these with none of them changing, so that contacts
+    can rest together), loads that follow friction a little; with and without drops, kinked contacts among them.
+    """
+    n, kind = int(draw.integers(1, 7)), int(draw.integers(4))
+    masses = draw.uniform(0.3, 2.0, n)
+    free, raised = draw.normal(0.0, 1.0, n) * draw.uniform(0.05, 1.0), np.zeros((n, n))
+    if kind in (0, 1):
+        response = np.full((n, n), 1.0 / np.sum(masses))
+        free = np.full(n, free[0]) if kind == 0 else free
+        if kind == 1 and n > 2:  # some of them keep their distance
+            free[1] = free[0]
+    else:
+        mixing = np.eye(n) + draw.normal(0.0, 0.3, (n, n)) * (draw.random() < 0.7)
+        response = mixing @ np.diag(1.0 / masses) @ mixing.T
+        if kind == 3:
+            raised = draw.uniform(-0.3, 0.3, (n, n)) / max(1, n - 1)
+    kinetic = draw.uniform(0.05, 0.4, (2, n))
+    static = kinetic * np.where(draw.random(n) < 0.5, 1.0, draw.uniform(1.0, 2.0, (2, n)))
+    kinked = draw.random(n) < 0.1
+    push = draw.uniform(-0.3, 0.3, n)
+    up, down = np.where(kinked, push, kinetic[0]), np.where(kinked, push, -kinetic[1])
+    most, least = np.where(kinked, push, static[0]), np.where(kinked, push, -static[1])
+    sides = draw.choice([-1, 1], n)
+    asked = [i for i in range(n) if draw.random() < 0.75] or [0]
+    sliding = np.where(sides > 0, up, down)
+    loads = draw.uniform(0.5, 1.5, n)
+    came = {i for i in asked if draw.random() < 0.3}
+    problem = Problem(free, response, loads, raised, sliding, least, most, down, up)
+    return problem, asked, came, dict(enumerate(sides.tolist()))
