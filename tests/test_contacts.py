@@ -302,7 +302,7 @@ def test_a_case_with_a_law_for_each_contact(tmp_path):
     path = vc.save_case(system, tmp_path / "case.toml", initial={"velocity_2": 0.2})
     assert "[friction_2]" in path.read_text()
     assert vc.read_case(path).system == system
-    assert system.state_names == ("displacement", "velocity_2", "position", "velocity", "side_2", "bristle_2")
+    assert system.state_names == ("displacement", "velocity_2", "position", "velocity", "bristle_2")
     in_si = vc.System(system.machine, system.friction, system.drive, friction_2=system.friction_2, units=vc.SIScales())
     path = vc.save_case(in_si, tmp_path / "si.toml")
     assert "bristle_stiffness_N_per_m = 80" in path.read_text()

@@ -11,7 +11,7 @@ import vibrocap as vc
 from coupled_motions import LinkageMotion, WormMotion
 from thinned import exhaustive_but
 from vibrocap.physics.catalogue import machines
-from vibrocap.physics.contacts.coupled_contact import CoupledContact, determinant, eliminated
+from vibrocap.physics.contacts import determinant, eliminated
 
 COULOMB, UNEVEN = vc.Coulomb(0.1, 0.1), vc.anisotropic(vc.Coulomb)(0.1, 0.1, back_ratio=2.0)
 LINKAGE_DRIVE = vc.Biharmonic(amplitude=0.5, frequency=1.3, second_amplitude=0.15, second_phase=0.5)
@@ -26,9 +26,7 @@ def worm(drive, friction=UNEVEN, **given):
 def sides_after(motion, time):
     """Modes of all contacts in the piece that holds after a time."""
     piece = int(np.searchsorted(motion.piece_start, time, side="right")) - 1
-    names = [name for name in motion.state_names if name.startswith("side_")]
-    further = [motion.coefficients[piece, motion.state_names.index(name), 0] for name in names]
-    return tuple(int(side) for side in (motion.piece_side[piece], *further))
+    return tuple(int(side) for side in motion.piece_sides[piece])
 
 
 def agree(motion, theirs, names):
@@ -255,8 +253,8 @@ def test_bodies_at_a_distance_that_stays_are_one_block():
 
 def least_determinant(system, state):
     """Of all modes of contacts at rest, as the run watches it."""
-    flow = system.flow(0.0, (*state.values(), 0.0), 0.0)
-    ambiguous = 4  # see vibrocap.physics.system.BOUNDS
+    flow = system.flow(0.0, tuple(state.values()), 0.0)
+    ambiguous = 4  # see vibrocap.physics.flow.BOUNDS
     return min(float(b) for b, kind in zip(flow.bounds, flow.bound_kinds, strict=True) if kind == ambiguous)
 
 
@@ -265,15 +263,6 @@ def ways(machine, friction, state, level, push=0.0):
     around = vc.Environment(force=push)
     system = vc.System(machine, vc.Coulomb(friction, friction), vc.Constant(level), environment=around)
     return len(vc.contact_modes(system, state))
-
-
-def test_a_coupled_contact_holds_what_it_slides_with_under_its_load_each_way():
-    """0.1 N forward and 0.2 N back, of a law whose static level is its sliding one; what is left of both is told."""
-    contact = CoupledContact(2, UNEVEN, 1.0, 0.0, (0.0,), 0.05, 1.0, None, normal=1.5, usual=2.0)
-    assert contact.middle + contact.limit == pytest.approx(0.1 * 1.5, rel=1e-15)
-    assert contact.middle - contact.limit == pytest.approx(-0.2 * 1.5, rel=1e-15)
-    forward, back = ((0.1 * 1.5 - 0.05) / (0.15 * 2.0), (0.05 + 0.2 * 1.5) / (0.15 * 2.0))
-    assert contact._margins() == pytest.approx((forward, back), rel=1e-12)
 
 
 def test_linear_problems_of_contacts_are_solved_and_their_quotients_told():
@@ -417,7 +406,6 @@ def test_the_multiplier_of_an_orbit_whose_contacts_turn_at_one_instant(drive):
     ends = []
     for push in (1e-3, -1e-3):
         start = found.state | {"centre_velocity": found.state["centre_velocity"] + push}
-        del start["side_2"]  # as the velocity says
         ends.append(vc.simulate(system, periods=1, initial=start, tolerance=1e-12)["centre_velocity"][-1])
     slope = (ends[0] - ends[1]) / 2e-3
     assert 0.4 < slope < 0.6
@@ -429,6 +417,6 @@ def test_an_orbit_whose_section_finds_a_further_contact_at_rest():
     """The one coordinate of a worm is then given by its drive: nothing is free, and no multiplier is left over."""
     system = worm(vc.Harmonic(amplitude=0.5, frequency=0.15), COULOMB)  # the second body rests for ever
     found = vc.orbit(system, initial=vc.simulate(system, periods=3).state)
-    assert found.state["side_2"] == 0.0
+    assert found.state["velocity_2"] == 0.0
     assert abs(found.drift) < 1e-10
     assert np.max(np.abs(found.multipliers), initial=0.0) == 0.0

@@ -246,7 +246,10 @@ def sample(system, draw):
     t, y, _, _ = machine_draw(system.placed, draw)
     velocity = system.placed.contact_velocity(t, y)
     side = 1 if velocity > 0 else -1
-    return t, (*y, *random_internal(system.friction, velocity, side, 1.0, draw)), side
+    further = []
+    for law, speed in zip(system.further_laws, system.placed.further_velocities(t, y), strict=True):
+        further += random_internal(law, speed, 1 if speed > 0 else -1, 1.0, draw)
+    return t, (*y, *further, *random_internal(system.friction, velocity, side, 1.0, draw)), side
 
 
 def balance_of_energy_and_momentum(system):

@@ -101,7 +101,8 @@ def surrounded(machine: Any) -> str | None:
                     "`Machine.masses` and `Machine.gravity`"
                 )
         rest = tuple(v - placed.contact_velocity(t, y) if i == contact else v for i, v in enumerate(y))
-        rate = float(evaluate([acceleration], t, rest, 0.0, values)[0])
+        sides = (0.0, *((side,) * len(machine.contacts)))  # of the others as they are
+        rate = float(evaluate([acceleration], t, rest, sides, values)[0])
         if not abs(rate) <= (1e3 * EPSILON if isinstance(machine, Imposed) else 0.0):
             return f"rates: on a slope a contact at rest should be held exactly, got an acceleration of {rate:g}"
     return None

@@ -11,10 +11,11 @@ from vibrocap.measures.response import MIRRORED
 from vibrocap.numerics.api import codes
 from vibrocap.physics.catalogue import laws, machines
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.flow import CONTACT_CHANNELS
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Machine
 from vibrocap.physics.states import MOST_CONTACTS
-from vibrocap.physics.system import CONTACT_CHANNELS, System
+from vibrocap.physics.system import System
 from vibrocap.physics.units import quantity_unit, state_units
 
 

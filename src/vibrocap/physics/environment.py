@@ -113,13 +113,16 @@ class Environment(Part):
         """Force that holds up a body at this velocity over the ground, sliding to `side`."""
         return (self.linear_drag + self.quadratic_drag * (side * velocity)) * velocity
 
-    def outside(self, machine: Any, t, y, side) -> Outside:
-        """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0)."""
+    def outside(self, machine: Any, t, y, side, further_drag=None) -> Outside:
+        """What it does to a machine that `placed` gave, sliding to `side`, or at rest (0).
+
+        further_drag: power of the drag on the bodies of further contacts; None: there are none
+        """
         ground = machine.ground_speed()
         velocity = machine.contact_velocity(t, y) + ground
         drag = self.drag(velocity, side)
         lost = -drag * velocity
-        lost = lost + machine.further_drag_power(t, y) if machine.contacts else lost
+        lost = lost if further_drag is None else lost + further_drag
         accelerations, powers = (0.0,) * len(y), (lost, self.force * velocity)
         push = total = self.force - drag
         push_at_rest = self.force - self.linear_drag * ground

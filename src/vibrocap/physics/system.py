@@ -5,13 +5,10 @@ from typing import Any
 
 from vibrocap.arguments import ArgumentError, suggestion
 from vibrocap.physics.actuator import ActuatedMachine, Actuator
-from vibrocap.physics.contacts.coupled_contacts import CoupledContacts
-from vibrocap.physics.contacts.imposed_distances import ImposedDistances
-from vibrocap.physics.contacts.machine_on_contacts import MachineOnContacts
 from vibrocap.physics.conversion import parts_without_units
 from vibrocap.physics.drives.drive import Drive
-from vibrocap.physics.elementary import sqrt
 from vibrocap.physics.environment import Environment
+from vibrocap.physics.flow import CONTACT_CHANNELS, Flow, flow_of
 from vibrocap.physics.friction.law import Law
 from vibrocap.physics.machines.machine import Imposed, Machine
 from vibrocap.physics.parameters import ParameterError, parameter_table
@@ -30,42 +27,6 @@ CONTRACTS = {
     "actuator": Actuator,
     **dict.fromkeys(FURTHER, Law),
 }
-CONTACT_CHANNELS = ("contact_sliding", "bristle_loss", "contact_storage")  # of energy
-
-# Where equations with a load that follows the motion cease to hold: the load vanishes, or no longer follows from the
-# balance of forces, as friction and load raise one another without end (Painleve 1895).
-BOUNDS = ("paradox", "lift_off", "lift_off", "stop_reached", "ambiguous_contacts")
-LOCATED = (False, True, False, True, False)  # whether it is a located event, or is looked at where a step starts
-
-
-@dataclasses.dataclass(frozen=True)
-class Flow:
-    """Everything that the equations say at one instant, as numbers or as recorded expressions."""
-
-    rates: tuple  # y', one per state
-    drive: Any  # what the machine feels
-    command: Any  # the same before an actuator
-    contact_velocity: Any
-    friction: Any  # friction force R
-    sliding_friction: Any  # R where the contact slides
-    taken: Any  # by the machine in the place of friction: R less what pushes its body from outside
-    outer_force: Any  # along the line of sliding, other than friction
-    holding_force: Any  # R that would keep a resting contact at rest
-    arriving_force: Any  # the same at the instant at which the contact comes to rest, perhaps with others
-    holding_middle: Any  # of the forces that the contact can hold at rest
-    holding_limit: Any  # how far they reach from their middle; None where the law is not set-valued
-    switches: tuple  # guards of the branches of the law, then of the machine, positive within the present ones
-    law_switches: int  # how many of them are the law's
-    after_switch: tuple  # all states after each switch
-    after_reversal: tuple  # internal states after the contact has turned to the side
-    powers: tuple  # one per channel, positive into the system
-    energy: Any  # of the machine
-    contact_energy: Any  # stored in the contact
-    bounds: tuple  # positive while the equations hold: those of a load that follows the motion, then the machine's
-    bound_kinds: tuple  # place in BOUNDS of each of them
-    loads: tuple  # normal load of the contact while it slips, and at rest; none with a constant load
-    quotients: tuple  # of contacts that act on one another: their divisors are among the bounds
-    further: tuple  # `FurtherContact`s
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,15 +119,9 @@ class System:
 
     @property
     def placed(self) -> Any:
-        """The machine under its drive as it stands in its environment, on the slope; on several contacts, seen as one
-        on the first."""
+        """The machine under its drive as it stands in its environment, on the slope, behind its actuator."""
         machine = self.machine.driven_by(self.drive)
         machine = machine if self.environment is None else self.environment.placed(machine)
-        if machine.coupled:
-            kind = ImposedDistances if machine.coupled == "distances" else CoupledContacts
-            machine = kind(machine, self.further_laws, self.environment, self.friction)
-        elif machine.contacts:
-            machine = MachineOnContacts(machine, self.further_laws, self.environment)
         return machine if self.actuator is None else ActuatedMachine(machine, self.actuator)
 
     @property
@@ -197,7 +152,12 @@ class System:
         as `contact_storage`, and none is kept.
         """
         outside = () if self.environment is None else self.environment.channels(self.machine)
-        return (*self.placed.channels, *outside, *CONTACT_CHANNELS[: 3 if self.stores_under_load else 2])
+        further, stored = [], []
+        for i, law in enumerate(self.further_laws, start=2):
+            further += [f"contact_sliding_{i}", *((f"bristle_loss_{i}",) if law.internal else ())]
+            stored += [f"contact_storage_{i}"] if law.internal and self.machine.follows_load else []
+        own = CONTACT_CHANNELS[: 3 if self.stores_under_load else 2]
+        return (*self.placed.channels, *further, *stored, *outside, *own)
 
     @property
     def stores_under_load(self) -> bool:
@@ -210,125 +170,45 @@ class System:
         return 1.0 if self.machine.follows_load else self.placed.load()
 
     @property
+    def law_loads(self) -> tuple:
+        """The load that the law of each contact is given."""
+        loads = self.machine.further_loads() if self.machine.contacts else ()
+        return (self.law_load, *((1.0,) * len(loads) if self.machine.follows_load else loads))
+
+    @property
     def symmetry(self) -> tuple[int, ...]:
         """Sign of each state under the half-period symmetry."""
-        internal = self.friction.internal_symmetry
-        return self.placed.symmetry + ((-1,) * len(self.friction.internal) if internal is None else internal)
+        found = self.placed.symmetry
+        for law in (*self.further_laws, self.friction):
+            found += (-1,) * len(law.internal) if law.internal_symmetry is None else law.internal_symmetry
+        return found
 
     @property
     def switched(self) -> tuple[str, ...]:
-        """Names of the states that are whole numbers, which say what branch of machine and law holds."""
-        return self.placed.switched + self.friction.switched
+        """Names of the states that are whole numbers, which say what branch of machine and laws holds."""
+        further = (f"{name}_{i}" for i, law in enumerate(self.further_laws, start=2) for name in law.switched)
+        return (*self.placed.switched, *further, *self.friction.switched)
 
     def scales(self) -> tuple:
         """Natural size of each state, over which its error is measured."""
-        return (*self.placed.scales(self.drive.period), *self.friction.internal_scales(self.law_load))
+        first, *further = self.law_loads
+        pairs = (*zip(self.further_laws, further, strict=True), (self.friction, first))
+        internal = (size for law, load in pairs for size in law.internal_scales(load))
+        return (*self.placed.scales(self.drive.period), *internal)
 
     @property
     def mirrored(self) -> bool:
         """Whether the half-period symmetry holds: the mirror image of a motion, half a period later, is a motion."""
         alike = self.environment is None or self.environment.symmetric
-        return self.drive.odd and self.placed.symmetric and self.friction.symmetric and alike
+        laws = all(law.symmetric for law in (self.friction, *self.further_laws))
+        return self.drive.odd and self.placed.symmetric and laws and alike
 
     def flow(self, t, y, side) -> Flow:
-        """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only)."""
-        machine, law, load = self.placed, self.friction, self.law_load
-        mechanical, internal = y[: len(machine.states)], y[len(machine.states) :]
-        sticks = law.kind == "set-valued"
-        drive = self.drive.value(t)
-        velocity = machine.contact_velocity(t, mechanical)
-        outside = None if self.environment is None else self.environment.outside(machine, t, mechanical, side)
-        if self.machine.coupled:
-            machine = machine.seen(side, internal, outside)
-        held = machine.holding_force(t, mechanical, drive)
-        hold = held if outside is None else held + outside.push_at_rest
-        arriving = hold
-        if self.machine.coupled:
-            arriving = machine.arriving_force(t, mechanical, drive)
-            arriving = arriving if outside is None else arriving + outside.push_at_rest
-        force, internal_rates = law.force(velocity, internal, side, load)
-        sliding_loss, bristle_loss = law.losses(velocity, internal, side, load)
-        slipping = side * side if sticks else 1.0
-        limit = law.holding_limit(load) if sticks else None
-        middle = law.holding_middle(load)
-        bounds = loads = ()
-        if machine.follows_load:
-            inertia, own, slope = machine.reaction(t, mechanical, drive)
-            clear = inertia - slope * force
-            moved = own if outside is None else own - slope * outside.push
-            moving, at_rest = loads = moved / clear, (own + slope * held) / inertia
-            bounds = clear, moving
-            force, sliding_loss, bristle_loss = force * moving, sliding_loss * moving, bristle_loss * moving
-            if limit is not None:
-                jams = (inertia - slope * (middle - limit)) * (inertia - slope * (middle + limit))
-                resting = 1.0 - slipping
-                bounds = (
-                    slipping * clear
-                    + resting * (0.5 * (moved + jams + sqrt((moved - jams) * (moved - jams)))),  # the larger
-                    slipping * moving + resting,
-                    slipping + resting * moved,
-                )
-                limit, middle = limit * at_rest, middle * at_rest
-        sliding_friction = force
-        taken = force if outside is None else force - outside.push
-        if sticks:
-            force = hold + slipping * (force - hold)
-            taken = held + slipping * (taken - held)  # exactly `held` at rest
-            sliding_loss = slipping * sliding_loss
-        contact = -sliding_loss, -bristle_loss
-        stored = law.stored_energy(internal)
-        if self.stores_under_load:
-            contact, stored = (*contact, sliding_loss + bristle_loss - force * velocity), 0.0
-        switches = law.switches(velocity, internal, side, load)
-        laws = (law.after_switch(which, velocity, internal, side, load) for which in range(len(switches)))
-        outcomes = [(*mechanical, *after) for after in laws]
-        guards = machine.switches(t, mechanical, drive, taken)
-        machines = (machine.after_switch(which, t, mechanical, drive, taken) for which in range(len(guards)))
-        outcomes += [(*after, *internal) for after in machines]
-        # A drive that imposes a motion works against all that acts on the body from outside.
-        worked_against = taken if isinstance(self.machine, Imposed) or self.machine.coupled else force
-        rates = machine.rates(t, mechanical, drive, taken)
-        at_first = (taken,) if self.machine.coupled else ()
-        ends, kinds = machine.bounds(t, mechanical), machine.bound_kinds
-        own_kinds = (0, 1, 2)
-        if self.machine.coupled:  # a contact among others: what is a paradox alone leaves them without one answer
-            own_kinds = (BOUNDS.index("ambiguous_contacts"), 1, 2)
-            more, more_kinds = machine.further_bounds(t, mechanical, drive, taken)
-            ends, kinds = (*ends, *more), (*kinds[: len(ends)], *more_kinds)
-        outer_force = machine.outer_force(t, mechanical, drive, *at_first)
-        if outside is not None:
-            rates = tuple(rate + more for rate, more in zip(rates, outside.accelerations, strict=True))
-            outer_force = outer_force + outside.total
-        return Flow(
-            rates=(*rates, *internal_rates),
-            drive=drive if self.actuator is None else machine.output(mechanical),
-            command=drive,
-            contact_velocity=velocity,
-            friction=force,
-            sliding_friction=sliding_friction,
-            taken=taken,
-            outer_force=outer_force,
-            holding_force=hold,
-            arriving_force=arriving,
-            holding_middle=middle,
-            holding_limit=limit,
-            switches=(*switches, *guards),
-            law_switches=len(switches),
-            after_switch=tuple(outcomes),
-            after_reversal=law.after_reversal(internal, side, load),
-            powers=(
-                *machine.powers(t, mechanical, drive, worked_against),
-                *(() if outside is None else outside.powers),
-                *contact,
-            ),
-            energy=machine.energy(t, mechanical),
-            contact_energy=stored,
-            bounds=(*bounds, *ends),
-            bound_kinds=(*own_kinds[: len(bounds)], *(BOUNDS.index(kind) for kind in kinds[: len(ends)])),
-            loads=loads,
-            quotients=tuple(machine.quotients(t, mechanical, drive)) if self.machine.coupled else (),
-            further=machine.further(t, mechanical, drive, *at_first) if self.machine.contacts else (),
-        )
+        """The equations at time t and state y, sliding to `side` (+1, -1) or stuck (0, set-valued laws only).
+
+        side: of several contacts a tuple, one for each, or one for all
+        """
+        return flow_of(self, t, y, side)
 
     def rates(self, t, y, side) -> tuple:
         """y' at time t and state y, sliding to `side` or stuck (0)."""

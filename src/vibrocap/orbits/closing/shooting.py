@@ -98,10 +98,6 @@ class _Closure:
         found = mapped(self.map_, state, self.parameters, self.response_period, self.half)
         image = found.state[0]
         mismatch = np.where(self.kept, (image - state) / self.scales, 0.0)
-        if self.map_.equations.pinned:  # a contact that turns at the section has either side there
-            sides = np.array(self.map_.equations.sides_at_rest)
-            turns = np.all(self.map_.at_rest(np.stack((state, image)), self.parameters[None]), axis=0)
-            mismatch[sides[turns & (state[sides] * image[sides] < 0.0)]] = 0.0
         residual = float(np.max(np.abs(mismatch)))
         finished = bool(found.finished[0]) and bool(np.isfinite(residual))
         assert found.jacobian is not None

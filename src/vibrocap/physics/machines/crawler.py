@@ -113,7 +113,7 @@ class Crawler(Row):
             found = found + mass * v
         return found
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Power of the drive, the sum of a_i drive z_i', and of the dampers, -c_i z_i'^2."""
         driven = damped = 0.0
         shares = (self._all(name, self.bodies - 1) for name in ("actuation", "damping"))

@@ -126,7 +126,7 @@ class Machine(Part):
         """The machine under a drive, whose value each function is given; one that is `Imposed` knows more of it."""
         return self
 
-    def actuator(self, t, y, force) -> Mapping[str, Any]:
+    def actuator(self, t, y, force, *others) -> Mapping[str, Any]:
         """What an imposed motion takes, by name: `actuator_force` or `actuator_torque`, and `actuator_power`."""
         return {}
 
@@ -210,7 +210,7 @@ class Machine(Part):
         """The `Coupling` of its contacts; only of a machine that is `coupled`."""
         raise NotImplementedError
 
-    def switches(self, t, y, drive, force) -> tuple:
+    def switches(self, t, y, drive, force, *others) -> tuple:
         """Guards of the branches of the equations, each positive while its branch lasts; force: as in `rates`.
 
         Their natural size is 1. A guard may be zero after its own switch, where a stop was just reached: then its
@@ -218,7 +218,7 @@ class Machine(Part):
         """
         return ()
 
-    def after_switch(self, which, t, y, drive, force) -> tuple:
+    def after_switch(self, which, t, y, drive, force, *others) -> tuple:
         """All states after guard number `which` of `switches` has fallen to zero.
 
         It may change velocities, too, if it keeps `momentum`. Energy that is lost then is work of the channel `impact`.
@@ -245,7 +245,7 @@ class Machine(Part):
         """Force from outside along the line of sliding, other than friction; none on a machine that pushes itself."""
         return 0.0
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """Power taken in or given off through each of `channels` (positive: into the machine), but for -R v."""
         raise NotImplementedError
 
@@ -316,6 +316,6 @@ class ImposedDisplacement(Imposed):
         """(lambda + 1) p; its rate is -R."""
         return (self.mass_ratio + 1.0) * y[1]
 
-    def powers(self, t, y, drive, force):
+    def powers(self, t, y, drive, force, *others):
         """What of the power of the drive moves the common centre, -mu z' R; a damper is the drive's affair."""
         return -(self.displacement(t)[0] * force) / (self.mass_ratio + 1.0), 0.0

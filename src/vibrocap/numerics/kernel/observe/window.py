@@ -73,7 +73,7 @@ def on_piece(floats, ints, trace, lane, h):
             )
 
 
-def on_event(floats, ints, trace, lane, kind, s):
+def on_event(floats, ints, trace, lane, kind, contact, s):
     """Events are not recorded."""
 
 
