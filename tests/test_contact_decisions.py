@@ -1,12 +1,17 @@
 """Which contacts rest and which slide where: against an independent solver, mirror images, and all modes tried."""
 
+import collections
 import dataclasses
+import functools
+from unittest import mock
 
 import numpy as np
 import pytest
 
 import vibrocap as vc
+from independent_contacts import decided, random_problem
 from independent_contacts import motion as independent_motion
+from plain_kernels import kernel_of
 from thinned import exhaustive_but
 
 TOLERANCE = 1e-10
@@ -142,7 +147,7 @@ def growth(row, run):
     """What a small shift of the start grows to: a factor, not a reference."""
     name = "centre_velocity" if row.kind == "worm" else "velocity"
     start = row.start | {name: row.start[name] + 1e-7}
-    shifted = vc.simulate(row.system, initial=start, periods=2, tolerance=TOLERANCE)
+    shifted = vc.simulate(row.system, initial=start, periods=2.1, tolerance=TOLERANCE)
     return max(1.0, *(abs(shifted.state[each] - run.state[each]) / 1e-7 for each in row.system.machine.states))
 
 
@@ -153,7 +158,8 @@ def test_the_mirror_image_of_a_row_moves_as_its_mirror_image(seed):
     for kind, laws in (("crawler", ("coulomb", "uneven")), ("worm", ("coulomb", "uneven")), ("worm", ("stribeck",))):
         row = drawn(kind, laws, seed)
         runs = [
-            vc.simulate(each.system, initial=each.start, periods=2, tolerance=TOLERANCE) for each in (row, row.mirrored)
+            vc.simulate(each.system, initial=each.start, periods=2.1, tolerance=TOLERANCE)
+            for each in (row, row.mirrored)
         ]
         assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
         bodies, allowed = len(row.masses), 10.0 * TOLERANCE * growth(row, runs[0])
@@ -176,7 +182,7 @@ def test_the_numbers_of_the_bodies_of_a_worm_do_not_matter(seed):
         row = drawn("worm", laws, seed)
         order = np.random.default_rng(seed).permutation(len(row.masses)).tolist()
         other = row.reordered(order)
-        runs = [vc.simulate(each.system, initial=each.start, periods=2, tolerance=TOLERANCE) for each in (row, other)]
+        runs = [vc.simulate(each.system, initial=each.start, periods=2.1, tolerance=TOLERANCE) for each in (row, other)]
         assert [run.status for run in runs] == [vc.Status.FINISHED] * 2
         allowed = 10.0 * TOLERANCE * growth(row, runs[0])
         assert runs[1].state["centre_velocity"] == pytest.approx(runs[0].state["centre_velocity"], abs=allowed)
@@ -197,7 +203,7 @@ def test_the_mirror_image_of_a_linkage_moves_as_its_mirror_image(seed):
         laws = [vc.anisotropic(vc.Coulomb)(float(levels[i]), float(levels[i]) + 0.1, 1.0, 1.0) for i in places]
         sign = 1.0 if places[0] == 0 else -1.0
         start = {"displacement": 0.05} | named("velocity", sign * speeds[places])
-        runs.append(vc.simulate(on_laws(machine, laws, drive), initial=start, periods=2, tolerance=TOLERANCE))
+        runs.append(vc.simulate(on_laws(machine, laws, drive), initial=start, periods=2.1, tolerance=TOLERANCE))
     assert runs[0].status is runs[1].status
     assert runs[0].end == pytest.approx(runs[1].end, abs=1e-8)
     for name, other, sign in (
@@ -253,3 +259,64 @@ def test_a_ramp_on_several_contacts_is_certified(machine, law):
     theirs = independent_motion(system, {"velocity": 0.1}, 3)
     for name in machine.states:
         assert run.state[name] == pytest.approx(theirs.state[name], abs=100.0 * TOLERANCE)
+
+
+# --- decisions by themselves ------------------------------------------------------------------------------------------
+
+
+@functools.cache
+def contacts_of(n):
+    """A plain kernel with so many contacts, which are told what accelerates them and what they hold."""
+    return kernel_of(vc.System(vc.crawler(n)(), vc.Coulomb(), vc.Harmonic()), order=8)
+
+
+def kernel_decision(problem, asked, came, sides):
+    """Sides of all contacts as the kernel decides them; () where it finds none, or several."""
+    n = len(sides)
+    kernel = contacts_of(n)
+    names = kernel.names
+
+    def rows(floats, _t, _point, _side, _lane, out):
+        given = [*problem.free, *problem.response.ravel(), *problem.loads, *problem.raised.ravel()]
+        for each in zip(problem.sliding, problem.least, problem.most, problem.down, problem.up, strict=True):
+            given += [each[0], 0.0, 0.0, *each[1:]]
+        floats[out : out + len(given)] = given
+
+    likes = [next(j for j in range(n) if np.array_equal(problem.response[j], problem.response[i])) for i in range(n)]
+    told = {"contact_rows": rows, "DYNAMIC": bool(problem.raised.any()), "ROW_LIKE": tuple(likes)}
+    told |= {"SHARED": len(set(likes)) < n, "STICKS": (1,) * n}
+    with mock.patch.dict(names, told):
+        kernel.fill("STATUS", 0)
+        kernel.fill("SIDE", [0.0 if i in asked else float(sides[i]) for i in range(n)])
+        kernel.fill("CAME_FROM", [float(sides[i]) if i in came else 0.0 for i in range(n)])
+        kernel.fill("GAVE_WAY", [0] * n)
+        names["decide_together"](kernel.floats, kernel.ints, 0)
+        if kernel.ints[kernel.place("STATUS")]:
+            return ()
+        return tuple(int(kernel.floats[kernel.place("SIDE") + i]) for i in range(n))
+
+
+def assert_decided_as_by_enumeration(seeds):
+    """Of each of two to six contacts; returns how many rest in how many of them."""
+    seen = collections.Counter()
+    for seed in seeds:
+        problem, asked, came, sides = random_problem(np.random.default_rng(seed))
+        asked = [i for i in asked if problem.most[i] > problem.least[i]]
+        if len(sides) == 1 or not asked:
+            continue
+        theirs = decided(problem, asked, came & {*asked}, sides)
+        expected = tuple(theirs.get(i, side) for i, side in sides.items())
+        assert kernel_decision(problem, asked, came & {*asked}, sides) == expected, seed
+        seen[sum(side == 0 for side in expected)] += 1
+    return seen
+
+
+def test_decisions_are_those_of_all_modes_tried():
+    """Independent contacts, coupled ones, imposed distances, loads that follow friction; joint rests and drops."""
+    assert set(assert_decided_as_by_enumeration(range(400))) >= {0, 1, 2, 3}
+
+
+@pytest.mark.exhaustive
+@pytest.mark.slow
+def test_ten_thousand_decisions_are_those_of_all_modes_tried():
+    assert_decided_as_by_enumeration(range(400, 12_400))
